@@ -11,11 +11,10 @@ template <class Stream>
 class ClassicStream : public Stream {
  public:
   ClassicStream() { this->imbue(std::locale::classic()); }
-  /// Begins with `text`.
   explicit ClassicStream(const std::string& text) : Stream(text) { this->imbue(std::locale::classic()); }
 };
 
-using ClassicInput = ClassicStream<std::istringstream>;   ///< reads from a text
-using ClassicOutput = ClassicStream<std::ostringstream>;  ///< collects a text
+using ClassicInput = ClassicStream<std::istringstream>;   ///< input stream over a text
+using ClassicOutput = ClassicStream<std::ostringstream>;  ///< output stream to a text
 
 }  // namespace legopt

@@ -9,9 +9,10 @@
 
 namespace legopt {
 
-/// What must hold, said at the call: the text and where it stands.
+/// An invariant as text, with the source location of the check.
 struct Invariant {
-  /// Implicit, so that a literal is one. The folder is left out at compile time: no program holds a path of its build.
+  /// Implicit, so that a string literal converts. The folder is removed at compile time, so that binaries contain no
+  /// paths of the build machine.
   // NOLINTNEXTLINE(google-explicit-constructor): as it says
   consteval Invariant(const char* text_in, const char* path = __builtin_FILE(), int line_in = __builtin_LINE())
       : text(text_in), line(line_in) {
@@ -22,17 +23,17 @@ struct Invariant {
     for (std::size_t i = 0; name[i] != '\0' && i + 1 < file.size(); ++i) file[i] = name[i];
   }
 
-  const char* text;             ///< of the source: what must hold
-  int line;                     ///< of the call
-  std::array<char, 48> file{};  ///< name without its folder, cut to 47 bytes
+  const char* text;  ///< the invariant in words
+  int line;
+  std::array<char, 48> file{};  ///< file name without its folder, cut to 47 bytes
 };
 
-/// Ends the program when an invariant of ours is broken: neither bad input (an InputError) nor a numerical outcome (a
-/// status). Shows it with the values that tell why, on standard error:
+/// Aborts the program if an internal invariant is broken. Bad input is an InputError and a numerical failure is a
+/// status; neither belongs here. The message on standard error contains `values`, which need an operator<<:
 ///
 ///     legopt: broken invariant: joints stand depth first (got 'atlas', '3') [robot_model.cpp:21]
 ///
-/// Values need an operator<<. Thread-safe; costs one comparison where it holds.
+/// Thread-safe. Costs one comparison if the invariant holds.
 template <class... Values>
 void Demand(bool holds, Invariant invariant, const Values&... values) {
   if (holds) [[likely]] {

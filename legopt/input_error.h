@@ -9,35 +9,33 @@ namespace legopt {
 
 /// Bad input from outside the program (URDF, mesh, dataset, suite, solution file, option).
 ///
-/// Thrown by every loader and validator of the library. It names where the fault is and how to mend it, so that a
-/// program can print `what()` as it stands: "FILE: FIELD: MESSAGE (got VALUE); FIX". Of several faults, each has a
-/// line.
+/// Thrown by every loader and validator of the library. `what()` can be printed as it is: one line per fault, "FILE:
+/// FIELD: MESSAGE (got VALUE); FIX".
 class InputError : public std::runtime_error {
  public:
-  /// One fault: where it is, what it is, what mends it.
+  /// One fault: its location, the problem, and the fix.
   struct Fault {
-    std::string file;     ///< path, or a description of the source when there is no file
+    std::string file;     ///< path, or a description of the source if there is no file
     std::string field;    ///< element, key or line; may be empty
     std::string value;    ///< offending value as text; may be empty
-    std::string message;  ///< what is wrong
-    std::string fix;      ///< what the user can do; may be empty
+    std::string message;  ///< the problem
+    std::string fix;      ///< advice to the user; may be empty
   };
 
-  /// Of one fault.
   explicit InputError(Fault fault) : std::runtime_error(TextOf(fault)), faults_{std::move(fault)} {}
 
-  /// Of one fault or more, for readers that look at all before they refuse.
+  /// Returns an error with one or more faults, for readers that collect all faults before they throw.
   static InputError Of(std::vector<Fault> faults) {
     std::string lines;
     for (const Fault& fault : faults) lines += (lines.empty() ? "" : "\n") + TextOf(fault);
     return {lines, std::move(faults)};
   }
 
-  /// The first one.
+  /// First fault.
   const Fault& fault() const { return faults_.front(); }
-  const std::vector<Fault>& faults() const { return faults_; }  ///< at least one, in the order in which they were found
+  const std::vector<Fault>& faults() const { return faults_; }  ///< one or more, in the order of detection
 
-  /// A fault as a sentence.
+  /// Formats a fault as one sentence.
   static std::string TextOf(const Fault& fault) {
     std::string text = fault.file;
     if (!fault.field.empty()) text += (text.empty() ? "" : ": ") + fault.field;

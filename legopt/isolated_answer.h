@@ -8,15 +8,16 @@
 
 namespace legopt {
 
-/// Puts what a guarded read (read_guard.h) found into the bytes that it answers: a letter for the kind of answer, then
-/// sequences of trivially copyable values, each with its count. Both sides are one program, so that nothing is
-/// converted.
+/// Serializes the result of a guarded read (read_guard.h): a letter for the kind of answer, then sequences of trivially
+/// copyable values, each preceded by its length. Writer and reader are the same program, so that values need no
+/// conversion.
 class AnswerWriter {
  public:
-  /// Begins an answer with the letter of its kind, which the reader of the other side takes off before AnswerReader.
+  /// Starts an answer with the letter of its kind. The receiver removes this letter before it creates an AnswerReader.
   explicit AnswerWriter(char kind) : bytes_(1, kind) {}
 
-  /// Appends the number of values (64 bits) and their bytes. `Sequence`: contiguous, of trivially copyable values.
+  /// Appends the number of values (64 bits) and their bytes. `Sequence`: contiguous container of trivially copyable
+  /// values.
   template <typename Sequence>
   void Add(const Sequence& values) {
     const std::uint64_t count = values.size();
@@ -24,20 +25,20 @@ class AnswerWriter {
     bytes_.append(reinterpret_cast<const char*>(values.data()), count * sizeof(*values.data()));
   }
 
-  std::string Take() { return std::move(bytes_); }  ///< the answer; ends the writer's use
+  std::string Take() { return std::move(bytes_); }  ///< returns the answer; the writer must not be used afterwards
 
  private:
   std::string bytes_;
 };
 
-/// Takes the sequences out again. The answering process may have been corrupted: its answer is checked like any other
-/// input, and so must be the values by whoever reads them.
+/// Reads the sequences of an answer. The process that wrote the answer may have been corrupted, so lengths are checked
+/// here, and callers must validate the values like any other input.
 class AnswerReader {
  public:
-  /// `bytes`: the answer without its first letter; outlives this.
+  /// `bytes`: the answer without its first letter; must outlive this object.
   explicit AnswerReader(std::string_view bytes) : rest_(bytes) {}
 
-  /// False when there is no whole sequence.
+  /// Reads the next sequence. Returns false if the rest of the answer does not contain a complete one.
   template <typename Sequence>
   bool Read(Sequence& values) {
     std::uint64_t count = 0;
@@ -52,7 +53,10 @@ class AnswerReader {
     return true;
   }
 
-  bool at_end() const { return rest_.empty(); }  ///< true when nothing is left: a sound answer ends here
+  bool at_end() const {
+    return rest_.empty();
+  }  ///< true after the last sequence; a valid answer has no bytes left
+     ///< over
 
  private:
   std::string_view rest_;

@@ -6,18 +6,18 @@
 
 namespace legopt {
 
-/// The candidate with the smallest edit distance to `word` (insert, delete, replace, swap of neighbours; each counts 1,
-/// letter case is ignored); the first one on a tie. Empty when there are no candidates.
+/// Returns the candidate with the smallest edit distance to `word`; the first one on a tie. Insertion, deletion,
+/// replacement and swap of neighbours each count 1; letter case is ignored. Empty if there are no candidates.
 std::string NearestName(std::string_view word, std::span<const std::string> candidates);
 
-/// The nearest candidate if it is close, that is if no more than half of the letters differ; else empty.
+/// Returns the nearest candidate if at most half of the letters differ, else an empty string.
 std::string CloseName(std::string_view word, std::span<const std::string> candidates);
 
-/// "did you mean 'X'? valid: A, B, C" for an error's fix. Leaves the guess out when nothing is close.
+/// Returns advice for an error: "did you mean 'X'? valid: A, B, C". The question is omitted if no candidate is close.
 std::string SuggestName(std::string_view word, std::span<const std::string> candidates);
 
-/// True when `word` was certainly meant to be one of the candidates: one edit away, or two of a word of six letters or
-/// more, counted as above.
+/// Returns true if `word` is almost certainly a misspelt candidate: edit distance 1, or 2 for words of six letters or
+/// more. Distances are those of NearestName.
 bool IsMisspelling(std::string_view word, std::span<const std::string> candidates);
 
 }  // namespace legopt

@@ -7,7 +7,7 @@
 namespace legopt {
 namespace {
 
-/// strtod of the C locale: from_chars leaves open whether a number is above or below the range of double.
+/// strtod of the C locale: from_chars does not report whether a number is above or below the range of double.
 double OutOfRangeValue(const std::string& text) {
   static const locale_t kClassic = ::newlocale(LC_ALL_MASK, "C", nullptr);
   return ::strtod_l(text.c_str(), nullptr, kClassic);
@@ -15,7 +15,7 @@ double OutOfRangeValue(const std::string& text) {
 
 template <class... Format>
 std::string Formatted(double value, Format... format) {
-  constexpr std::size_t kMostCharacters = 512;  // -1.8e308 in full has 310 before the point
+  constexpr std::size_t kMostCharacters = 512;  // -1.8e308 in full has 310 characters before the decimal point
   std::array<char, kMostCharacters> buffer{};
   const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, format...);
   return {buffer.data(), result.ptr};

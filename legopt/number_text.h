@@ -8,16 +8,17 @@
 #include <system_error>
 
 /// @file
-/// Numbers as text. The result depends on no locale, unlike printf, strtod, std::to_string of a double and streams; all
-/// code of the programs reads and writes numbers by these functions.
+/// Conversion between numbers and text, independent of the locale, unlike printf, strtod, std::to_string of a double
+/// and streams. All code of the programs reads and writes numbers with these functions.
 
 namespace legopt {
 
-/// The double that all of `text` names, rounded to nearest: "1.5", "-2e-3", "+1", "inf", "nan". Zero below the range of
-/// double, infinite above it. Empty for any other text, also for hexadecimal numbers and surrounding blanks.
+/// Parses the whole text as a double, rounded to nearest: "1.5", "-2e-3", "+1", "inf", "nan". Numbers below the range
+/// of double give zero, numbers above it infinity. Empty for any other text, including hexadecimal numbers and
+/// surrounding blanks.
 std::optional<double> ParseNumber(std::string_view text);
 
-/// The whole number that all of `text` names in base `base`; empty for any other text and for numbers out of range.
+/// Parses the whole text as an integer in base `base`. Empty for any other text and for numbers out of range.
 template <std::integral Integer>
 std::optional<Integer> ParseInteger(std::string_view text, int base = 10) {
   Integer value = 0;
@@ -27,13 +28,13 @@ std::optional<Integer> ParseInteger(std::string_view text, int base = 10) {
   return value;
 }
 
-/// Shortest text that reads back as the same double.
+/// Returns the shortest text that parses to the same double.
 std::string FormatNumber(double value);
-/// As printf's "%.Nf".
+/// Formats like printf's "%.Nf" with N = `decimals`.
 std::string FormatFixed(double value, int decimals);
-/// As printf's "%.Ng".
+/// Formats like printf's "%.Ng" with N = `digits`.
 std::string FormatGeneral(double value, int digits = 6);
-/// As printf's "%.Ne".
+/// Formats like printf's "%.Ne" with N = `decimals`.
 std::string FormatScientific(double value, int decimals);
 
 }  // namespace legopt

@@ -4,9 +4,9 @@
 
 namespace legopt {
 
-/// Gives the calling thread the C locale for numbers until it goes out of scope. Placed around third-party libraries
-/// that read or write numbers by the C library's locale (tinyxml2, urdfdom, assimp), so that a host program with a
-/// decimal comma gets the same datasets. Other threads keep their locale. It may be nested.
+/// Sets the calling thread's locale for numbers to "C" until the end of the scope. Used around third-party libraries
+/// that read or write numbers with the C library's locale (tinyxml2, urdfdom, assimp), so that a host program with a
+/// decimal comma reads the same datasets. Other threads keep their locale. May be nested.
 class ClassicNumericLocale {
  public:
   ClassicNumericLocale() : previous_(::uselocale(Classic())) {}

@@ -7,12 +7,12 @@
 
 namespace legopt {
 
-/// Writes a file as files::ReplaceFile does: whole or not at all. Throws InputError naming the file, cause and fix;
-/// files::FileError where the machine has no memory or descriptors left.
+/// Writes a file atomically with files::ReplaceFile. Throws InputError with file, cause and fix; files::FileError if
+/// memory or file descriptors are exhausted.
 void WriteOutputFile(const std::filesystem::path& path, std::string_view bytes,
                      const files::WriteOptions& options = {});
 
-/// Copies a file, with the folders above `to`. Errors as above.
+/// Copies a file and creates the parent folders of `to`. Throws like WriteOutputFile.
 void CopyOutputFile(const std::filesystem::path& from, const std::filesystem::path& to);
 
 }  // namespace legopt

@@ -10,9 +10,9 @@
 
 namespace legopt {
 
-/// Calls work(worker, index) for all indices below `count` on `threads` threads, each index once; `worker` < threads
-/// names the calling thread's workspace. Results must go to places that depend on the index. The first exception thrown
-/// is rethrown after all threads have ended.
+/// Calls work(worker, index) once for every index below `count` on `threads` threads. `worker` < threads identifies the
+/// calling thread's workspace. For reproducible results, the place of a result must depend on the index only. The first
+/// exception is rethrown after all threads have ended.
 inline void ForEachIndex(int threads, std::size_t count, const std::function<void(int, std::size_t)>& work) {
   std::atomic<std::size_t> next{0};
   std::exception_ptr failure;

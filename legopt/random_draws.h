@@ -6,17 +6,18 @@
 
 namespace legopt {
 
-/// Uniform in [0, 1), from the upper 53 bits. The standard library's distributions differ between libraries.
+/// Returns a uniform random number in [0, 1) from the upper 53 bits. The distributions of the standard library differ
+/// between implementations.
 inline double UniformDraw(std::mt19937_64& generator) {
   constexpr int kDroppedBits = 11;
   constexpr double kStep = 0x1.0p-53;
   return static_cast<double>(generator() >> kDroppedBits) * kStep;
 }
 
-/// Standard normal draws by Box and Muller's transform, two per pair of uniform ones; one thread.
+/// Generator of standard normal random numbers (Box-Muller transform). Not thread-safe.
 class NormalDraws {
  public:
-  /// The next draw; takes two uniform ones from `generator` at every other call.
+  /// Returns the next random number. Every other call takes two uniform ones from `generator`.
   double Next(std::mt19937_64& generator) {
     if (has_spare_) {
       has_spare_ = false;
@@ -29,7 +30,7 @@ class NormalDraws {
     return radius * std::cos(angle);
   }
 
-  /// Forgets the second draw of a pair.
+  /// Discards the second number of a pair.
   void Reset() { has_spare_ = false; }
 
  private:

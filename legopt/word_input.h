@@ -10,7 +10,7 @@
 
 namespace legopt {
 
-/// The value of a word that stands in `file` under `field`. Throws InputError "unknown WHAT" with the accepted words.
+/// Parses an enum name. Throws InputError "unknown WHAT" with the accepted names; `file` and `field` are its location.
 template <Worded Enum>
 Enum ReadWord(std::string_view text, std::string_view file, std::string_view field, std::string_view what) {
   if (const std::optional<Enum> value = ParseWord<Enum>(text)) return *value;
@@ -21,12 +21,12 @@ Enum ReadWord(std::string_view text, std::string_view file, std::string_view fie
                     .fix = "use " + WordChoices<Enum>()});
 }
 
-/// The task of that name; InputError as ReadWord, under the field "task".
+/// Parses a task. Throws InputError like ReadWord, with the field "task".
 inline Task ReadTask(std::string_view text, std::string_view file) {
   return ReadWord<Task>(text, file, "task", "task");
 }
 
-/// Also accepts "in-collision".
+/// Parses an initialization; also accepts "in-collision".
 inline Initialization ReadInitialization(std::string_view text, std::string_view file) {
   if (text == "in-collision") return Initialization::kInCollision;
   return ReadWord<Initialization>(text, file, "initialization", "initialisation");

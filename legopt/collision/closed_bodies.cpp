@@ -30,8 +30,9 @@ TriangleMesh ClosedComponents(const TriangleMesh& mesh, std::vector<ClosedBodies
   return closed;
 }
 
-/// What the side from `a` to `b` adds to the winding number about `p` in plan: +1 when it passes the half line from p
-/// along x upwards in y, -1 downwards. Both triangles of an edge get opposite values of the same computation.
+/// Returns the contribution of the side from `a` to `b` to the winding number about `p` in plan: +1 if it crosses the
+/// half line from p along x upwards in y, -1 downwards. Both triangles of an edge get opposite values of the same
+/// computation.
 int SideWinding(const Vector3d& a, const Vector3d& b, const Vector3d& p) {
   const bool a_below = a.y() <= p.y(), b_below = b.y() <= p.y();
   if (a_below == b_below) return 0;
@@ -42,8 +43,9 @@ int SideWinding(const Vector3d& a, const Vector3d& b, const Vector3d& p) {
   return a_below ? 1 : -1;
 }
 
-/// Whether the plane of a triangle whose projection surrounds that of `p` passes above it. Where the plane is too steep
-/// to say, p is nearer to the triangle than any tolerance, or the triangle is wholly above or below.
+/// Returns true if a triangle whose projection contains that of `p` passes above p. A numerically undefined height
+/// belongs to a plane that is almost vertical: then p is closer to the triangle than any tolerance, or the triangle is
+/// entirely above or below p.
 bool PassesAbove(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& p) {
   const Vector3d normal = (b - a).cross(c - a);
   const double low = std::min({a.z(), b.z(), c.z()}), high = std::max({a.z(), b.z(), c.z()});
@@ -58,7 +60,7 @@ double DistanceToSegment(const Vector3d& p, const Vector3d& a, const Vector3d& b
   return (p - a - t * ab).norm();
 }
 
-/// Of a point from a triangle, which may have no area.
+/// Returns the distance of a point from a triangle, which may have no area.
 double DistanceToTriangle(const Vector3d& p, const std::array<Vector3d, 3>& corners) {
   const auto& [a, b, c] = corners;
   const Vector3d normal = (b - a).cross(c - a);
@@ -81,7 +83,7 @@ double ClosedBodies::Depth(const Vector3d& point) const {
 }
 
 bool ClosedBodies::Contains(const Vector3d& point) const {
-  constexpr double kHair = 1e-6;  // m; a box must not leave out a triangle that rounding lets surround the point
+  constexpr double kHair = 1e-6;  // m; margin for triangles that contain the point only after rounding
   int winding = 0;
   const Eigen::AlignedBox3d ray(point - Vector3d(kHair, kHair, 0.0),
                                 Vector3d(point.x() + kHair, point.y() + kHair, bounds_.max().z()));
@@ -97,7 +99,7 @@ bool ClosedBodies::Contains(const Vector3d& point) const {
   return winding != 0;
 }
 
-/// Looks at ever larger boxes about the point: most that are asked for lie close below the surface.
+/// Searches growing boxes about the point, since most queried points are close to the surface.
 double ClosedBodies::DistanceToSurface(const Vector3d& point) const {
   constexpr double kFirst = 2e-3;  // m
   double nearest = std::numeric_limits<double>::infinity();

@@ -30,7 +30,7 @@ Eigen::Matrix3d TurnToZUp(const std::string& mesh_file) {
   if (!LooksLikeCollada(mesh_file)) return Eigen::Matrix3d::Identity();
   const std::string text = ReadFileText(mesh_file, kMostColladaBytes);
   tinyxml2::XMLDocument document;
-  document.Parse(text.c_str(), text.size());  // a fault of the syntax is reported by LoadMesh
+  document.Parse(text.c_str(), text.size());  // LoadMesh reports syntax errors
   const tinyxml2::XMLElement* root = document.Error() ? nullptr : document.RootElement();
   const tinyxml2::XMLElement* asset = root == nullptr ? nullptr : root->FirstChildElement("asset");
   const tinyxml2::XMLElement* up = asset == nullptr ? nullptr : asset->FirstChildElement("up_axis");

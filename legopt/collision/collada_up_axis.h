@@ -5,9 +5,9 @@
 
 namespace legopt {
 
-/// Rotation that turns the up axis of a COLLADA file to z, from its `up_axis` (Y_UP: x stays, y becomes z; X_UP: x
-/// becomes z, y becomes -x). The identity for Z_UP, for files without the element and for files of other formats.
-/// Throws InputError for any other value of the element.
+/// Returns the rotation that makes z the up axis of a COLLADA file, from its `up_axis` (Y_UP: x unchanged, y becomes z;
+/// X_UP: x becomes z, y becomes -x). Identity for Z_UP, for files without the element and for other formats. Throws
+/// InputError for any other value of the element.
 Eigen::Matrix3d TurnToZUp(const std::string& mesh_file);
 
 }  // namespace legopt

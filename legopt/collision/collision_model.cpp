@@ -36,7 +36,7 @@ void Validate(const CollisionOptions& options) {
   }
 }
 
-/// Calls `action` and adds the link to the fault of any InputError.
+/// Calls `action` and adds the link's name to any InputError.
 template <class Action>
 void NamingLink(const Link& link, Action action) {
   try {
@@ -48,7 +48,7 @@ void NamingLink(const Link& link, Action action) {
   }
 }
 
-/// One hull round all pieces of a link with several, when they are hulls.
+/// Adds one hull around all pieces of a link that has several pieces, all hulls; returns its index.
 int AddWhole(const LinkShapes& link, Impl& impl) {
   if (link.hulls.count == 1) return link.hulls.first;
   std::vector<Eigen::Vector3d> points;
@@ -75,7 +75,7 @@ CollisionModel::Ball BallRound(const LinkShapes& link, const Impl& impl) {
   return {bounds.center(), 0.5 * bounds.diagonal().norm()};
 }
 
-/// One convex shape per geometry.
+/// Adds one convex shape per geometry.
 void AddHulls(const Link& link, const ReadGuard& guard, Impl& impl) {
   LinkShapes shapes;
   shapes.hulls.first = static_cast<int>(impl.shapes.size());
@@ -90,7 +90,7 @@ void AddHulls(const Link& link, const ReadGuard& guard, Impl& impl) {
   impl.links.push_back(shapes);
 }
 
-/// Adds the finer shapes of a link, unless that has been done.
+/// Adds the finer shapes of a link, unless they exist already.
 void AddFiner(int link, PairDetail detail, LinkPieces& pieces, Impl& impl) {
   const bool bodies = detail == PairDetail::kBodies;
   LinkShapes& shapes = impl.links[static_cast<size_t>(link)];
@@ -129,7 +129,7 @@ void AddSolids(const Scene& scene, const CollisionOptions& options, Impl& impl) 
 }
 
 HalfSpace PlaneOf(const std::vector<Eigen::Vector3d>& corners) {
-  constexpr double kSliver = 1e-9;  // of the squared sides: below, round-off decides the normal
+  constexpr double kSliver = 1e-9;  // relative to the squared sides: below this, rounding dominates the normal
   const Eigen::Vector3d ab = corners[1] - corners[0];
   const Eigen::Vector3d ac = corners[2] - corners[0];
   const Eigen::Vector3d cross = ab.cross(ac);

@@ -13,7 +13,7 @@
 namespace legopt {
 namespace {
 
-/// Axis-aligned boxes as arrays, so that one box is compared with all of them in a few vector instructions.
+/// Axis-aligned boxes as a structure of arrays, so that vector instructions compare one box with all of them.
 class BoxArray {
  public:
   void Resize(size_t size) {
@@ -21,7 +21,7 @@ class BoxArray {
     for (auto& side : high_) side.resize(size);
     hit_.resize(size);
   }
-  /// At least `size` boxes; the present ones are lost when that makes it grow.
+  /// Makes room for at least `size` boxes; growing discards the present ones.
   void Reserve(size_t size) {
     if (size > hit_.size()) Resize(size);
   }
@@ -56,7 +56,7 @@ bool Near(const Eigen::AlignedBox3d& a, const Eigen::AlignedBox3d& b, double mar
   return (a.min() - b.max()).maxCoeff() <= margin && (b.min() - a.max()).maxCoeff() <= margin;
 }
 
-/// The two shapes of a contact; parallel to the contacts.
+/// The two shapes of a contact, parallel to the contacts.
 struct Source {
   int a;      ///< shape of link_a
   int other;  ///< obstacle, or shape of link_b
@@ -95,7 +95,7 @@ struct CollisionQuery::Impl {
   const Eigen::AlignedBox3d& Bounds(int shape) const { return moving_bounds[static_cast<size_t>(shape)]; }
   int num_links() const { return static_cast<int>(data.links.size()); }
 
-  /// Brings a shape to the pose of its link, once per query.
+  /// Transforms a shape to the pose of its link, at most once per query.
   void Place(int shape, const Eigen::Isometry3d& pose) {
     const auto m = static_cast<size_t>(shape);
     if (fresh[m] != 0) return;
@@ -118,7 +118,8 @@ struct CollisionQuery::Impl {
     for (int shape = shapes.first; shape < shapes.end(); ++shape) Place(shape, pose);
   }
 
-  /// Places what bounds each link (its whole, or its pieces); other shapes wait until something comes near.
+  /// Transforms the bounding shapes of each link (its whole hull, or its pieces); other shapes are transformed on
+  /// demand.
   Eigen::AlignedBox3d PlaceLinks(const Kinematics& kinematics, std::span<const int> links) {
     std::fill(fresh.begin(), fresh.end(), std::uint8_t{0});
     Eigen::AlignedBox3d robot;
@@ -135,7 +136,8 @@ struct CollisionQuery::Impl {
     return robot;
   }
 
-  /// True when a triangle's plane is out of reach of the ball round a shape; its bounding box tells little of a ramp.
+  /// Returns true if a triangle's plane is out of reach of the ball around a shape. The bounding box of an inclined
+  /// triangle is too loose for this.
   bool BallMissesPlane(int shape, int obstacle, double margin) const {
     if (!data.surface()) return false;
     const HalfSpace& plane = data.triangle_planes[static_cast<size_t>(obstacle)];
@@ -167,19 +169,19 @@ struct CollisionQuery::Impl {
     return ode.CollideMoving(a, b, margin, distance, Hint(MovingPair(a, b)));
   }
 
-  /// Signed distance of a shape to an obstacle of the scene.
+  /// Computes the signed distance between a shape and an obstacle of the scene.
   bool CollideWithObstacle(int shape, int obstacle, double margin, PairDistance& distance) {
     if (!data.surface()) {
       return ode.CollideWithSolid(shape, obstacle, margin, distance, Hint(ObstaclePair(shape, obstacle)));
     }
-    // Of three points there is little to remember, and triangles are many.
+    // No hint: it saves little for three points, and there are many triangles.
     if (!SignedDistance(Set(shape), data.solid_sets[static_cast<size_t>(obstacle)], margin, distance)) return false;
     if (data.scene == SceneRepresentation::kOrientedSurface) TurnToTheFront(shape, obstacle, distance);
     return true;
   }
 
-  /// Of a shape that overlaps a triangle and would leave it at its back: the way out at its front. A shape that would
-  /// leave past an edge does so, as a foot on the edge of a step.
+  /// If a shape overlaps a triangle and its shortest way out is the back, uses the way out at the front instead. A
+  /// shape that would leave across an edge is unchanged, for example a foot on the edge of a step.
   void TurnToTheFront(int shape, int obstacle, PairDistance& distance) const {
     constexpr double kBack = -0.5;  // cosine
     const HalfSpace& plane = data.triangle_planes[static_cast<size_t>(obstacle)];
@@ -192,11 +194,11 @@ struct CollisionQuery::Impl {
     distance.point_b = deepest - distance.distance_m * plane.normal;
   }
 
-  /// Lists and places those of a link's shapes that may come within the margin of `other`, a box in the world: most
-  /// pieces of a large link are far from what is near another one.
+  /// Selects and transforms the link's shapes that may come within the margin of `other`, a box in the world: most
+  /// pieces of a large link are far away from it.
   void PlaceNear(const ShapeRun& shapes, const Eigen::Isometry3d& pose, const Eigen::AlignedBox3d& other, double margin,
                  std::vector<int>& near) {
-    constexpr double kRounding = 1e-9;  // m; of the box that is turned
+    constexpr double kRounding = 1e-9;  // m; rounding of the transformed box
     const Eigen::Vector3d half = pose.linear().transpose().cwiseAbs() * (0.5 * other.sizes());
     const Eigen::Vector3d centre = pose.linear().transpose() * (other.center() - pose.translation());
     const Eigen::AlignedBox3d turned(centre - half, centre + half);
@@ -230,14 +232,14 @@ struct CollisionQuery::Impl {
   PointArena placed;
   OdeConvexWorld ode;
   BoxArray link_boxes;
-  Eigen::AlignedBox3d region;       ///< whose obstacles are `around`; empty at first
+  Eigen::AlignedBox3d region;       ///< the obstacles in `around` overlap it; initially empty
   std::vector<int> around;          ///< ascending
   BoxArray around_boxes;            ///< parallel to around
-  std::vector<int> near_a, near_b;  ///< shapes of the two links that are compared
+  std::vector<int> near_a, near_b;  ///< shapes of the current link pair
   std::vector<int> near_obstacles;
   BoxArray obstacle_boxes;          ///< parallel to near_obstacles
-  std::int64_t queries = 0;         ///< answered so far
-  ContactMemory* memory = nullptr;  ///< of the query at hand
+  std::int64_t queries = 0;         ///< number of queries so far
+  ContactMemory* memory = nullptr;  ///< memory of the current query
   std::vector<Contact> contacts;
   std::vector<Source> sources;
   std::vector<int> nearest_first;
@@ -271,8 +273,8 @@ void CollisionQuery::Impl::CollideLinkWithScene(int link, const Kinematics& kine
   DropRepeats(begin);
 }
 
-/// Chooses among the obstacles around, which are searched anew only when the robot has left their region: queries
-/// follow each other closely along a motion.
+/// Selects the nearby obstacles from `around`, which is updated only if the robot leaves its region: consecutive
+/// queries of a motion are close to each other.
 void CollisionQuery::Impl::CollectObstacles(Eigen::AlignedBox3d robot, double margin) {
   robot.min().array() -= margin;
   robot.max().array() += margin;
@@ -287,7 +289,7 @@ void CollisionQuery::Impl::CollectObstacles(Eigen::AlignedBox3d robot, double ma
 }
 
 void CollisionQuery::Impl::CollectRegion(const Eigen::AlignedBox3d& robot) {
-  // Waypoints of a window are metres apart; of triangles there are so many that looking through them costs more.
+  // Waypoints of a window are metres apart. Surfaces have so many triangles that a large region costs more.
   const double spare_m = data.surface() ? 0.5 : 2.0;
   region = robot;
   region.min().array() -= spare_m;
@@ -360,7 +362,7 @@ void CollisionQuery::Impl::CollideLinks(int a, int b, const Kinematics& kinemati
   DropRepeats(begin);
 }
 
-/// True when the plane that parts the nearer contact's shapes also parts this contact's shapes.
+/// Returns true if the separating plane of the nearer contact also separates this contact's shapes.
 bool CollisionQuery::Impl::LiesBehind(const Contact& contact, const Source& source, const Contact& nearer,
                                       const Source& nearer_source) const {
   constexpr double kSamePlane = 1e-4;  // m
@@ -373,8 +375,8 @@ bool CollisionQuery::Impl::LiesBehind(const Contact& contact, const Source& sour
   return n.dot(own.Farthest(-n) - nearer.point_a_W) - own.radius >= -kSamePlane;
 }
 
-/// True when satisfying `nearer` satisfies `contact` as well, as far as a linear model can tell. A triangle that is
-/// penetrated hides nothing behind it: its way out may be the wrong one, so that others hold the link back.
+/// Returns true if, in a linear model, satisfying `nearer` also satisfies `contact`. A penetrated triangle makes no
+/// other contact redundant: it may push in a wrong direction, so that the other contacts must keep the link in place.
 bool CollisionQuery::Impl::Repeats(const Contact& contact, const Source& source, const Contact& nearer,
                                    const Source& nearer_source) const {
   constexpr double kSamePoint = 5e-3;    // m
@@ -388,8 +390,8 @@ bool CollisionQuery::Impl::Repeats(const Contact& contact, const Source& source,
   return LiesBehind(contact, source, nearer, nearer_source);
 }
 
-/// Removes, among contacts from `begin` on (of one link with the scene, or of two links), those that repeat a nearer
-/// one. Penetrating contacts all stay, so that a sum of violations stays continuous.
+/// Removes redundant contacts from `begin` on (all of one link with the scene, or of two links). Penetrating contacts
+/// are all kept, so that a sum of violations is continuous.
 void CollisionQuery::Impl::DropRepeats(size_t begin) {
   if (contacts.size() - begin < 2) return;
   nearest_first.clear();
@@ -410,7 +412,7 @@ void CollisionQuery::Impl::DropRepeats(size_t begin) {
     if (!repeats) nearest_first[num_kept++] = i;
   }
   std::sort(nearest_first.begin(), nearest_first.begin() + static_cast<std::ptrdiff_t>(num_kept));
-  for (size_t k = 0; k < num_kept; ++k) {  // indices ascend, so nothing is overwritten before it is moved
+  for (size_t k = 0; k < num_kept; ++k) {  // indices ascend, so that no element is overwritten before it is moved
     contacts[begin + k] = contacts[static_cast<size_t>(nearest_first[k])];
     sources[begin + k] = sources[static_cast<size_t>(nearest_first[k])];
   }

@@ -8,17 +8,17 @@
 
 namespace legopt {
 
-/// Of every pair of shapes that was looked at, where to look first next time: for queries at configurations that follow
-/// each other closely, as a solver's do. It changes how long a query takes, and of its result no more than rounding,
-/// and which of several equally near points are taken. Whoever keeps one decides with it what results hang on.
+/// Warm starts for pairs of shapes, for queries at similar configurations, such as those of a solver. They speed up
+/// queries. Results may differ by rounding, and by the choice among equally near points, so results of callers that
+/// keep a memory depend on its history.
 ///
-/// Hints by the identity of the pair (contact.h), in a table with open addressing. It holds kMostPairs, and begins anew
-/// when there are more. One thread; allocates when it is made.
+/// A hash table with open addressing from pair identifiers (contact.h) to hints. It holds kMostPairs and is cleared if
+/// there are more. Not thread-safe; allocates only on construction.
 class ContactMemory {
  public:
-  static constexpr size_t kMostPairs = 256;  ///< some times as many as a query of solids looks at
+  static constexpr size_t kMostPairs = 256;  ///< several times the number of pairs in a typical query of solids
 
-  /// Of a pair; empty when there was none. Valid until the next call.
+  /// Returns the hint of a pair; empty if there is none. Valid until the next call.
   NearestHint& At(int pair_id) {
     size_t at = Find(pair_id);
     if (slots_[at].pair_id == kFree) {
@@ -32,13 +32,13 @@ class ContactMemory {
     return slots_[at].hint;
   }
 
-  /// Forgets everything.
+  /// Removes all hints.
   void Clear() {
     for (Slot& slot : slots_) slot.pair_id = kFree;
     count_ = 0;
   }
 
-  size_t size() const { return count_; }  ///< pairs that are remembered
+  size_t size() const { return count_; }  ///< number of stored pairs
 
  private:
   static constexpr int kFree = -1;
@@ -47,9 +47,9 @@ class ContactMemory {
     NearestHint hint;
   };
 
-  /// Where the pair is, or is to be put.
+  /// Returns the slot of the pair, or a free slot for it.
   size_t Find(int pair_id) const {
-    constexpr std::uint32_t kGolden = 2654435769;  // 2^32 / golden ratio: neighbouring pairs land far from each other
+    constexpr std::uint32_t kGolden = 2654435769;  // 2^32 / golden ratio: spreads neighbouring pairs
     constexpr int kHigh = 16;
     const size_t mask = slots_.size() - 1;
     size_t at = ((static_cast<std::uint32_t>(pair_id) * kGolden) >> kHigh) & mask;
@@ -57,7 +57,7 @@ class ContactMemory {
     return at;
   }
 
-  std::vector<Slot> slots_ = std::vector<Slot>(2 * kMostPairs);  ///< a power of two of them, half of them free
+  std::vector<Slot> slots_ = std::vector<Slot>(2 * kMostPairs);  ///< a power of two, at most half of them used
   size_t count_ = 0;
 };
 

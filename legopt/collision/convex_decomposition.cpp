@@ -14,13 +14,13 @@ namespace {
 
 using Triangle = std::array<Eigen::Vector3d, 3>;
 
-constexpr int kSamples = 240;          // concavity samples on the hull of a piece
-constexpr int kPositionsPerAxis = 7;   // candidate planes per axis
-constexpr double kMinimumGain = 0.02;  // of the piece's volume; a cut that gains less is not worth a piece
+constexpr int kSamples = 240;          // number of concavity samples on the hull of a piece
+constexpr int kPositionsPerAxis = 7;   // number of candidate planes per axis
+constexpr double kMinimumGain = 0.02;  // minimum gain of a cut, relative to the piece's volume
 
 struct Piece {
   std::vector<Triangle> triangles;
-  std::vector<Eigen::Vector3d> points;  ///< corners of the triangles, each once
+  std::vector<Eigen::Vector3d> points;  ///< unique corners of the triangles
   std::vector<HalfSpace> cuts;
   ConvexHull hull;
   double concavity_m = 0.0;
@@ -43,7 +43,7 @@ std::vector<Eigen::Vector3d> DistinctCorners(const std::vector<Triangle>& triang
   return points;
 }
 
-/// Keeps what lies on the inner side of the plane; a triangle across it is cut in up to two.
+/// Keeps the part on the inner side of the plane; a triangle across the plane is split into up to two.
 void ClipTo(const HalfSpace& plane, const Triangle& t, std::vector<Triangle>& out) {
   std::array<Eigen::Vector3d, 4> polygon;
   size_t count = 0;
@@ -59,7 +59,7 @@ void ClipTo(const HalfSpace& plane, const Triangle& t, std::vector<Triangle>& ou
   if (count == 4) out.push_back({polygon[0], polygon[2], polygon[3]});
 }
 
-/// Distance along the ray to a triangle seen from any side; infinity when missed.
+/// Returns the distance along the ray to a triangle, from either side; infinity if it is missed.
 double RayTriangle(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, const Triangle& t) {
   constexpr double kMissed = std::numeric_limits<double>::infinity();
   constexpr double kEdgeSlack = 1e-9;
@@ -90,10 +90,10 @@ bool OnCut(const Piece& piece, const Eigen::Vector3d& point, const Eigen::Vector
 double GapBelow(const Piece& piece, const Eigen::Vector3d& point, const Eigen::Vector3d& normal) {
   double gap = std::numeric_limits<double>::infinity();
   for (const Triangle& t : piece.triangles) gap = std::min(gap, RayTriangle(point, -normal, t));
-  return std::isfinite(gap) ? gap : 0.0;  // slipped through a seam: no evidence of a gap
+  return std::isfinite(gap) ? gap : 0.0;  // the ray passed through a seam, which is not a gap
 }
 
-/// Largest gap between the hull and the mesh over samples spread evenly on the hull's own facets.
+/// Returns the maximum gap between hull and mesh over samples spread evenly over the hull's own facets, not over cuts.
 double MeasureConcavity(const Piece& piece) {
   const ConvexHull& hull = piece.hull;
   if (hull.flat()) return 0.0;
@@ -121,7 +121,8 @@ double MeasureConcavity(const Piece& piece) {
   return largest;
 }
 
-/// Directions for a cheap inner estimate of a hull: a cube's faces, edges and corners, and points between.
+/// Directions for a cheap inner approximation of a hull: a cube's faces, edges and corners, and directions between
+/// them.
 const std::vector<Eigen::Vector3d>& ScoutDirections() {
   static const std::vector<Eigen::Vector3d> directions = [] {
     std::vector<Eigen::Vector3d> result;
@@ -139,7 +140,8 @@ const std::vector<Eigen::Vector3d>& ScoutDirections() {
   return directions;
 }
 
-/// Volume of the hull of what lies inside of the plane, a little too small: extreme points by scout direction only.
+/// Estimates the volume of the hull of the part inside the plane, slightly too low: uses extreme points in scout
+/// directions only.
 double EstimateVolume(const Piece& piece, const HalfSpace& plane) {
   std::vector<Eigen::Vector3d> points;
   points.reserve(piece.points.size());
@@ -169,7 +171,7 @@ double EstimateVolume(const Piece& piece, const HalfSpace& plane) {
 
 HalfSpace Opposite(const HalfSpace& plane) { return {-plane.normal, -plane.offset}; }
 
-/// The cut with the smallest sum of volumes; `sum` receives it.
+/// Returns the cut with the smallest sum of volumes, which is stored in `sum`.
 HalfSpace BestCut(const Piece& piece, double& sum) {
   HalfSpace best{Eigen::Vector3d::UnitX(), 0.0};
   sum = std::numeric_limits<double>::infinity();

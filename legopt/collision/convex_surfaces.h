@@ -5,14 +5,14 @@
 
 namespace legopt {
 
-/// What a solver sees of a robot and a scene, as triangles for people to look at: the surfaces of convex shapes,
-/// curved ones tessellated. A shape without volume gives nothing but its triangle, if it is one.
+/// Triangles of the solver's convex shapes, for display; curved surfaces are tessellated. A shape without volume
+/// contributes only its triangle, if it is one.
 
-/// Of a link, in its frame, m: the finer pieces where it has such, else one hull or primitive per geometry. Empty for
-/// a link without geometry.
+/// Returns the surfaces of a link, in its frame, m: the finer pieces if there are any, else one hull or primitive per
+/// geometry. Empty for a link without geometry.
 TriangleMesh LinkSurfaces(const CollisionModel& model, int link);
 
-/// Of all solid obstacles, in the world, m. A scene as a surface is its own mesh, and gives nothing here.
+/// Returns the surfaces of all solid obstacles, in the world, m. Empty for a scene as a surface, which is its own mesh.
 TriangleMesh SceneSurfaces(const CollisionModel& model);
 
 }  // namespace legopt

@@ -2,11 +2,11 @@
 
 namespace legopt {
 
-/// Whether what cannot touch is told by hulls, bounds and distances before exact meshes are compared. It changes no
-/// result, only the time (docs/readings.md#what-judge-and-solver-share); off for audits of that.
+/// Switch for culling with hulls, bounds and distances before exact meshes are compared. It affects only the time, not
+/// the results (docs/readings.md#what-judge-and-solver-share); off for audits of this property.
 enum class Culling {
-  kOn,  ///< the usual
-  kOff  ///< every pair of meshes, every vertex
+  kOn,  ///< default
+  kOff  ///< compares every pair of meshes and every vertex
 };
 
 }  // namespace legopt

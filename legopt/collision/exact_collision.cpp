@@ -14,14 +14,14 @@
 namespace legopt {
 namespace {
 
-/// One scene object: its mesh within ODE, and its triangles once more to find out cheaply that a link is clear of it.
+/// One scene object: its mesh in ODE, and its triangles for culling.
 struct SceneMesh {
   int mesh;
   const TriangleMesh& triangles;
   const TriangleBvh& bvh;
   ClosedBodies bodies;
 
-  /// True when some triangle comes within the safety distance of the geometry's hull.
+  /// Returns true if a triangle comes within the safety distance of the geometry's hull.
   bool Near(const LinkTrimeshes::Geometry& geometry) const {
     Eigen::AlignedBox3d box = geometry.bounds;
     box.min().array() -= LinkTrimeshes::kSafety;
@@ -44,8 +44,8 @@ struct SceneMesh {
     });
   }
 
-  /// Of the geometry's deepest vertex inside of the object's bodies, 0: none. A geometry that is not near a triangle
-  /// is inside with all of its vertices or with none.
+  /// Returns the depth of the geometry's deepest vertex inside the object's bodies; 0 if there is none. If no triangle
+  /// is near, either all or no vertices are inside.
   double DepthOf(const LinkTrimeshes::Geometry& geometry, const std::vector<Eigen::Vector3d>& vertices,
                  bool near) const {
     double deepest = 0.0;
@@ -56,7 +56,7 @@ struct SceneMesh {
     return deepest;
   }
 
-  /// Of the deepest vertex of the object's bodies inside of those of a geometry that is near.
+  /// Returns the depth of the deepest vertex of the object's bodies inside those of a nearby geometry.
   double DepthIn(const LinkTrimeshes::Geometry& geometry, Culling culling) const {
     const Eigen::Isometry3d X_GW = geometry.pose.inverse(Eigen::Isometry);
     double deepest = 0.0;
@@ -71,7 +71,7 @@ struct SceneMesh {
   }
 };
 
-/// Those that only the second list has; both ascend in the same order.
+/// Returns the pairs of `all` that are not in `some`; both are sorted in the same order.
 std::vector<LinkPair> Without(const std::vector<LinkPair>& some, const std::vector<LinkPair>& all) {
   const auto before = [](const LinkPair& a, const LinkPair& b) {
     return std::pair(a.second, a.first) < std::pair(b.second, b.first);
@@ -103,7 +103,7 @@ struct ExactCollision::Impl {
     return culling == Culling::kOff || object.Near(geometry);
   }
 
-  /// Calls action(geometry of a, geometry of b), from the last ones to the first ones.
+  /// Calls action(geometry of a, geometry of b), from the last to the first.
   template <class Action>
   void ForEachGeometryPair(const LinkPair& pair, Action action) const {
     for (int a = links.num_geometries(pair.first) - 1; a >= 0; --a) {
@@ -126,7 +126,7 @@ struct ExactCollision::Impl {
   }
 
   std::shared_ptr<const CollisionModel> model;
-  std::vector<LinkPair> ignored;  ///< pairs of the solid rule that the original ignores
+  std::vector<LinkPair> ignored;  ///< pairs of the physical rule that the original evaluator ignores
   Culling culling;
   int num_links;
   TrimeshWorld world;
@@ -215,7 +215,7 @@ ExactCollision::Containment ExactCollision::DeepestContainment(const Kinematics&
 
 namespace {
 
-/// Adds what two geometries have in common; `place` may be asked where their surfaces cross.
+/// Updates an overlap by the depths of two geometries; `place` computes where their surfaces cross.
 template <class Place>
 void IncludeDepths(const TrimeshWorld::Depths& depths, double inside_m, Place place, ExactCollision::Overlap* overlap) {
   overlap->literal_m = std::max(overlap->literal_m, depths.original_m);
@@ -223,7 +223,7 @@ void IncludeDepths(const TrimeshWorld::Depths& depths, double inside_m, Place pl
   if (depths.all_m < 0.0 || depths.all_m <= overlap->depth_m) return;
   overlap->depth_m = depths.all_m;
   const MeshCrossing crossing = place();
-  if (crossing.depth_m < 0.0) return;  // ODE finds crossing triangles in single precision
+  if (crossing.depth_m < 0.0) return;  // ODE finds crossing triangles in single precision and may disagree
   overlap->point_W = crossing.point_a;
   overlap->other_point_W = crossing.point_b;
 }

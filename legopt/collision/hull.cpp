@@ -21,7 +21,7 @@ struct FileCloser {
   void operator()(std::FILE* file) const { std::fclose(file); }
 };
 
-/// A Qhull run of its own; frees all of Qhull's memory.
+/// RAII wrapper of one Qhull run.
 class QhullRun {
  public:
   QhullRun(std::vector<double>& coordinates, const char* options) : sink_(std::fopen("/dev/null", "w")) {
@@ -52,7 +52,7 @@ double Cross2(const Eigen::Vector2d& o, const Eigen::Vector2d& a, const Eigen::V
   return (a - o).x() * (b - o).y() - (a - o).y() * (b - o).x();
 }
 
-/// True when all points lie within a billionth of their spread of one plane, line or point.
+/// Returns true if all points lie in one plane, line or point, within a billionth of their spread.
 bool IsFlat(Points points) {
   constexpr double kThin = 1e-9;
   const Eigen::Vector3d origin = points.front();
@@ -73,7 +73,8 @@ bool IsFlat(Points points) {
   return height(farthest(height)) <= kThin * size;
 }
 
-/// Extreme points of a flat set: hull in its own plane (monotone chain), the two ends of a line, or one point.
+/// Returns the extreme points of a flat set: its hull in the plane (monotone chain), the two ends of a line, or one
+/// point.
 ConvexHull FlatHull(Points points) {
   const Eigen::Vector3d origin = points.front();
   const auto farthest = [&](auto&& measure) {
@@ -120,7 +121,8 @@ ConvexHull FlatHull(Points points) {
   return hull;
 }
 
-/// Index of each used point in the hull's vertex list, vertices in the order of the points.
+/// Adds the used points to the hull's vertices, in the order of the points; returns the vertex index of each point, or
+/// -1.
 std::vector<int> CollectVertices(qhT* qh, Points points, ConvexHull& hull) {
   std::vector<int> index(points.size(), -1);
   facetT* facet = nullptr;
@@ -184,13 +186,13 @@ ConvexHull ComputeHull(std::span<const Eigen::Vector3d> points) {
     std::abort();
   }
   if (points.size() < 4 || IsFlat(points)) return FlatHull(points);
-  const Eigen::Vector3d origin = points.front();  // keeps round-off small far from the world's origin
+  const Eigen::Vector3d origin = points.front();  // reduces rounding errors far from the world's origin
   std::vector<double> coordinates;
   coordinates.reserve(3 * points.size());
   for (const Eigen::Vector3d& p : points) {
     for (int axis = 0; axis < 3; ++axis) coordinates.push_back(p[axis] - origin[axis]);
   }
-  // Qt: triangles. Second try: joggled input, for sets that are too thin for facet merging.
+  // Qt: triangles. Second attempt: joggled input, for sets too thin for facet merging.
   for (const char* options : {"Qt Pp", "QJ Pp"}) {
     QhullRun run(coordinates, options);
     if (!run.ok()) continue;

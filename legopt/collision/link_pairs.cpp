@@ -19,7 +19,7 @@ using PairStatus = CollisionModel::PairStatus;
 constexpr double kNoticeable = 1e-3;  // m; the judge's tolerance
 constexpr std::uint64_t kSeed = 1;
 
-/// True when the predicate holds for some pair of geometries of two links.
+/// Returns true if the predicate holds for any pair of geometries of two links.
 template <class Predicate>
 bool AnyGeometries(const LinkTrimeshes& meshes, const LinkPair& pair, Predicate predicate) {
   for (int i = 0; i < meshes.num_geometries(pair.first); ++i) {
@@ -34,21 +34,21 @@ bool Touch(const LinkTrimeshes& meshes, const LinkPair& pair) {
   return AnyGeometries(meshes, pair, [&](const auto& a, const auto& b) { return meshes.Depth(a, b) >= 0.0; });
 }
 
-/// More than the judge's tolerance of one link is in the other.
+/// Returns true if two links overlap by more than the judge's tolerance.
 bool Overlap(const LinkTrimeshes& meshes, const LinkPair& pair) {
   return AnyGeometries(meshes, pair, [&](const auto& a, const auto& b) {
     return meshes.ExactDepth(a, b) > kNoticeable || meshes.InsideDepth(a, b) > kNoticeable;
   });
 }
 
-/// Hulls overlap noticeably, meshes do not meet.
+/// Returns true if the hulls overlap by more than the tolerance, but the meshes do not touch.
 bool IsPhantom(const LinkTrimeshes& meshes, const LinkPair& pair) {
   const bool overlap =
       AnyGeometries(meshes, pair, [&](const auto& a, const auto& b) { return meshes.HullsOverlap(a, b, kNoticeable); });
   return overlap && !Touch(meshes, pair);
 }
 
-/// Joints zero, or at the limit next to it; base at the origin.
+/// Returns the posture with joints at zero or the nearest limit, base at the origin.
 Eigen::VectorXd UprightPosture(const RobotModel& robot) {
   Eigen::VectorXd x = Eigen::VectorXd::Zero(robot.configuration_size());
   x[robot.num_dofs() + 3] = 1.0;
@@ -56,7 +56,7 @@ Eigen::VectorXd UprightPosture(const RobotModel& robot) {
   return x;
 }
 
-/// Joints uniform within their limits, base at the origin.
+/// Returns a posture with joints uniform within their limits, base at the origin.
 Eigen::VectorXd SamplePosture(const RobotModel& robot, std::mt19937_64& random) {
   Eigen::VectorXd x = Eigen::VectorXd::Zero(robot.configuration_size());
   x[robot.num_dofs() + 3] = 1.0;
@@ -91,7 +91,7 @@ std::vector<LinkPair> FindPhantomPairs(const RobotModel& robot, LinkTrimeshes& m
   return phantom;
 }
 
-/// All pairs of links with geometry between which more than one moving joint lies, ascending by (second, first).
+/// Returns all pairs of links with geometry and more than one moving joint between them, ascending by (second, first).
 std::vector<LinkPair> PairsOfNoNeighbours(const RobotModel& robot, const LinkTrimeshes& meshes) {
   std::vector<LinkPair> pairs;
   for (int b = 0; b < static_cast<int>(robot.links().size()); ++b) {
@@ -103,7 +103,8 @@ std::vector<LinkPair> PairsOfNoNeighbours(const RobotModel& robot, const LinkTri
   return pairs;
 }
 
-/// The table of LinkPairRules::status: `pairs` that are not `checked` are `ignored`, all others adjacent.
+/// Returns the table of LinkPairRules::status: `pairs` that are not in `checked` have the status `ignored`, all others
+/// are adjacent.
 std::vector<PairStatus> StatusOf(const RobotModel& robot, const std::vector<LinkPair>& pairs, PairStatus ignored,
                                  const std::vector<LinkPair>& checked) {
   const size_t n = robot.links().size();
@@ -119,8 +120,8 @@ std::vector<PairStatus> StatusOf(const RobotModel& robot, const std::vector<Link
   return status;
 }
 
-/// Of the pairs those that overlap in every posture of the sequence: links that are made of one piece, as it were,
-/// although more than one joint lies between them.
+/// Returns the pairs that overlap in every posture of the sequence, as if they were one body, although more than one
+/// joint lies between them.
 std::vector<LinkPair> FindJoinedPairs(const RobotModel& robot, LinkTrimeshes& meshes, std::vector<LinkPair> pairs) {
   constexpr int kPostures = 256;
   std::mt19937_64 random(kSeed);
@@ -133,7 +134,7 @@ std::vector<LinkPair> FindJoinedPairs(const RobotModel& robot, LinkTrimeshes& me
   return pairs;
 }
 
-/// Convex shapes of one link, placed in the world.
+/// Convex shapes of one link, transformed to the world.
 class PlacedPieces {
  public:
   explicit PlacedPieces(const std::vector<ConvexShape>& shapes) : shapes_(shapes), sets_(shapes.size()) {
@@ -166,8 +167,8 @@ class PlacedPieces {
   std::vector<SupportSet> sets_;
 };
 
-/// True when the pieces of two links forbid most of what is free. Few postures part some of these pairs, so that many
-/// are looked at.
+/// Returns true if the pieces of two links overlap in most postures in which the meshes do not. Few postures separate
+/// some of these pairs, so many are sampled.
 bool PiecesInterlock(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces, const LinkPair& pair) {
   constexpr int kPostures = 512;
   PlacedPieces first(pieces.Pieces(pair.first)), second(pieces.Pieces(pair.second));

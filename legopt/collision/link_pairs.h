@@ -9,30 +9,31 @@
 
 namespace legopt {
 
-/// By what two links are compared.
+/// Level of detail for checking a link pair.
 enum class PairDetail : std::uint8_t {
   kHulls,   ///< one hull per mesh
-  kPieces,  ///< meshes cut into pieces: hulls would forbid what is free
-  kBodies   ///< every body of the meshes cut by itself: the links reach into each other's hollows
+  kPieces,  ///< decomposed meshes, if hulls would overlap in valid postures
+  kBodies   ///< meshes decomposed body by body, if links reach into each other's hollows
 };
 
-/// Which pairs of links are compared, and which of them need more than one hull per mesh.
+/// Link pairs to be checked, and their level of detail.
 struct LinkPairRules {
   std::vector<CollisionModel::PairStatus> status;       ///< num_links x num_links, row by row, symmetric
-  Per<PairSelection, std::vector<LinkPair>> pairs;      ///< by each selection; ascending by (second, first)
-  PairSelection selection = PairSelection::kReference;  ///< which of them the solver compares
-  /// num_links x num_links like `status`. Of the solver's pairs: by pieces those whose hulls overlap although the
-  /// meshes are apart in a fair share of all postures, and those that touch in the reference pose; of the latter by
-  /// bodies those whose pieces overlap, too, in most of the postures in which the meshes are apart.
+  Per<PairSelection, std::vector<LinkPair>> pairs;      ///< pairs of each selection, ascending by (second, first)
+  PairSelection selection = PairSelection::kReference;  ///< selection used by the solver
+  /// Level of detail, num_links x num_links like `status`, for the solver's pairs. kPieces: the hulls overlap in a
+  /// considerable share of the postures in which the meshes do not, or the links touch in the reference posture.
+  /// kBodies: pairs that touch in the reference posture and whose pieces also overlap in most postures in which the
+  /// meshes do not.
   std::vector<PairDetail> detail;
-  std::vector<LinkPair> decomposed;  ///< the solver's pairs of more detail than hulls, in its order
+  std::vector<LinkPair> decomposed;  ///< the solver's pairs with more detail than hulls, in its order
 
-  const std::vector<LinkPair>& checked() const { return pairs[selection]; }  ///< what the solver compares
+  const std::vector<LinkPair>& checked() const { return pairs[selection]; }  ///< pairs checked by the solver
 };
 
-/// `meshes` holds the robot's exact meshes; it is left at some posture. `pieces` are of the robot. `reference_x` as in
-/// CollisionModel::Build. Deterministic: phantom overlaps are counted, and what motion can part is looked for, over a
-/// fixed sequence of postures, uniform within the joint limits.
+/// Classifies all link pairs. `meshes`: the robot's exact meshes, whose poses are changed. `pieces`: those of the
+/// robot. `reference_x`: see CollisionModel::Build. Deterministic: false overlaps are counted, and separable pairs are
+/// detected, over a fixed sequence of postures, uniform within the joint limits.
 LinkPairRules ClassifyLinkPairs(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces,
                                 Eigen::Ref<const Eigen::VectorXd> reference_x, PairSelection selection);
 

@@ -9,16 +9,16 @@
 
 namespace legopt {
 
-/// Convex shapes that together cover the geometry of a link, in the link's frame: primitives as they are, meshes
-/// decomposed. Each is computed when it is first asked for, and kept. One thread.
+/// Convex shapes that together cover the geometry of a link, in the link's frame: primitives unchanged, meshes
+/// decomposed. Computed on demand and cached. Not thread-safe.
 class LinkPieces {
  public:
   /// `robot` must outlive this object.
   LinkPieces(const RobotModel& robot, const DecompositionLimits& limits) : robot_(robot), limits_(limits) {}
 
-  /// Meshes as wholes (DecomposeApproximately). Throws InputError.
+  /// Returns the pieces with meshes decomposed as a whole (DecomposeApproximately). Throws InputError.
   const std::vector<ConvexShape>& Pieces(int link);
-  /// Meshes body by body (DecomposeBodies). Throws InputError.
+  /// Returns the pieces with meshes decomposed body by body (DecomposeBodies). Throws InputError.
   const std::vector<ConvexShape>& Bodies(int link);
 
  private:

@@ -54,7 +54,7 @@ double LinkTrimeshes::ExactDepth(const Geometry& a, const Geometry& b) const {
   return MayTouch(a, b) ? world_.ExactDepth(a.mesh, b.mesh) : kNone;
 }
 
-/// Of the vertices of a geometry inside the bodies of another one.
+/// Returns the depth of the deepest vertex of a geometry inside the bodies of another one.
 double LinkTrimeshes::DeepestVertex(const Geometry& geometry, const Geometry& other) const {
   if (other.bodies.bodies().empty()) return 0.0;
   const Eigen::Isometry3d X_OG = other.pose.inverse(Eigen::Isometry) * geometry.pose;

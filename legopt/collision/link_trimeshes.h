@@ -11,20 +11,19 @@
 
 namespace legopt {
 
-/// The exact triangle meshes of a robot's links inside a TrimeshWorld, with their hulls to tell early that two meshes
-/// cannot touch.
+/// The exact triangle meshes of a robot's links in a TrimeshWorld, with their hulls for culling.
 class LinkTrimeshes {
  public:
   /// One geometry of a link.
   struct Geometry {
-    int link;                    ///< that it belongs to
-    int mesh;                    ///< number within the TrimeshWorld
-    ConvexShape hull;            ///< of the mesh, link frame
-    ClosedBodies bodies;         ///< of the mesh, link frame
-    Eigen::Isometry3d pose;      ///< of the link in the world
-    PointArena::Range range;     ///< of the hull's points
-    SupportSet placed;           ///< the hull in the world
-    Eigen::AlignedBox3d bounds;  ///< of the hull in the world
+    int link;
+    int mesh;                    ///< index in the TrimeshWorld
+    ConvexShape hull;            ///< hull of the mesh, link frame
+    ClosedBodies bodies;         ///< closed bodies of the mesh, link frame
+    Eigen::Isometry3d pose;      ///< link frame in the world
+    PointArena::Range range;     ///< range of the hull's points
+    SupportSet placed;           ///< hull in the world
+    Eigen::AlignedBox3d bounds;  ///< bounding box of the hull in the world
   };
 
   /// Loads every geometry. `world` must outlive this object. Throws InputError.
@@ -32,37 +31,38 @@ class LinkTrimeshes {
   LinkTrimeshes(const LinkTrimeshes&) = delete;
   LinkTrimeshes& operator=(const LinkTrimeshes&) = delete;
 
-  /// Moves all geometries to the poses held by `kinematics`.
+  /// Moves all geometries to the link poses of `kinematics`.
   void Place(const Kinematics& kinematics);
 
-  /// Of a link; 0 when it touches nothing.
+  /// Returns the number of geometries of a link; 0 if it cannot collide.
   int num_geometries(int link) const { return static_cast<int>(by_link_[static_cast<size_t>(link)].size()); }
-  /// One of them, in the order of the URDF; as placed by the last Place().
+  /// Returns a geometry of a link, in the order of the URDF, at the pose of the last Place().
   const Geometry& geometry(int link, int index) const {
     return geometries_[static_cast<size_t>(by_link_[static_cast<size_t>(link)][static_cast<size_t>(index)])];
   }
 
-  /// Largest contact depth of two placed geometries of different links as the original evaluator has it, m; negative
-  /// when they do not touch.
+  /// Returns the largest contact depth of two geometries of different links by the original evaluator's rule, m;
+  /// negative if they do not touch.
   double Depth(const Geometry& a, const Geometry& b) const;
-  /// The same, and that of all contacts.
+  /// Returns the largest contact depth by the original evaluator's rule and that over all contacts.
   TrimeshWorld::Depths AllDepths(const Geometry& a, const Geometry& b) const;
 
-  /// Of all crossing triangles, whatever ODE's limits (TrimeshWorld::ExactDepth).
+  /// Returns the largest depth of all crossing triangles, independent of ODE's limits (TrimeshWorld::ExactDepth).
   double ExactDepth(const Geometry& a, const Geometry& b) const;
 
-  /// How deep the deepest vertex of two placed geometries lies inside a closed body of the other, m; 0 when none does.
+  /// Returns the depth of the deepest vertex of either geometry inside a closed body of the other, m; 0 if there is
+  /// none.
   double InsideDepth(const Geometry& a, const Geometry& b) const;
 
-  /// Of the exact mesh of a geometry, link frame, m.
+  /// Returns the vertices of a geometry's exact mesh, link frame, m.
   const std::vector<Eigen::Vector3d>& vertices(const Geometry& geometry) const {
     return world_.triangles(geometry.mesh).vertices;
   }
 
-  /// True when the hulls of two placed geometries overlap by more than `depth_m`.
+  /// Returns true if the hulls of two geometries overlap by more than `depth_m`.
   bool HullsOverlap(const Geometry& a, const Geometry& b, double depth_m) const;
 
-  /// Distance between hulls up to which meshes are handed to ODE: covers ODE's single-precision pair search, m.
+  /// Distance between hulls up to which ODE checks the meshes, m; covers the single precision of ODE's pair search.
   static constexpr double kSafety = 1e-4;
 
  private:

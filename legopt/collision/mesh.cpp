@@ -15,7 +15,7 @@
 namespace legopt {
 namespace {
 
-// What the reading process answers: a mesh or the fault of the file, each as counted sequences.
+// Answer of the reading process: a mesh or the fault of the file, each as counted sequences.
 constexpr char kMeshFollows = 'M';
 constexpr char kFaultFollows = 'F';
 
@@ -62,8 +62,8 @@ std::optional<TriangleMesh> DecodeMesh(std::string_view bytes) {
   throw InputError({path, "", "", "mesh cannot be read: " + reason, "export the mesh again or repair it"});
 }
 
-/// Some seventy times the time and thirty times the memory that sound files take: OBJ and DAE files of 35 MB are read
-/// at 30 MB/s, in 7 bytes per byte.
+/// Limits for reading a mesh file: about seventy times the time and thirty times the memory that valid files need. OBJ
+/// and DAE files of 35 MB are read at 30 MB/s, with 7 bytes of memory per byte.
 ReadLimits LimitsFor(std::uintmax_t file_bytes) {
   constexpr std::uintmax_t kBytesPerCpuSecond = 500'000;
   constexpr std::int64_t kBytesPerByte = 200;

@@ -11,11 +11,11 @@
 namespace legopt {
 namespace {
 
-/// One side of a triangle; `key` orders the two vertices so that equal edges sort together.
+/// One side of a triangle; `key` sorts equal edges together, whatever their direction.
 struct EdgeUse {
   std::uint64_t key;
   int triangle;
-  int opposite;  ///< vertex of the triangle that is not on the edge
+  int opposite;  ///< vertex of the triangle opposite the edge
   bool forward;  ///< runs from the smaller to the larger vertex index
 };
 
@@ -51,7 +51,7 @@ std::vector<EdgeUse> SortedEdges(const TriangleMesh& mesh) {
   return edges;
 }
 
-/// Angle about the edge from triangle `from` into its material until `to`, in (0, 2 pi].
+/// Returns the angle about the edge from triangle `from` through its material to `to`, in (0, 2 pi].
 double TurnThroughMaterial(const TriangleMesh& mesh, const EdgeUse& from, const EdgeUse& to) {
   const auto at = [&](std::uint64_t i) -> const Eigen::Vector3d& { return mesh.vertices[i]; };
   const Eigen::Vector3d a = at(from.key >> 32);
@@ -69,7 +69,7 @@ double TurnThroughMaterial(const TriangleMesh& mesh, const EdgeUse& from, const 
   return angle > kCoincident ? angle : angle + 2.0 * std::numbers::pi;
 }
 
-/// Joins the triangles that meet in one edge and bound the same solid.
+/// Joins the triangles that share an edge and bound the same solid.
 void JoinAtEdge(const TriangleMesh& mesh, std::span<const EdgeUse> uses, DisjointSets& sets) {
   if (uses.size() == 2) {
     sets.Join(uses[0].triangle, uses[1].triangle);

@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kNearlyClosed = 0.01;  // share of open edges up to which the sign of the volume still means something
+constexpr double kNearlyClosed = 0.01;  // maximum share of open edges for which the sign of the volume is meaningful
 
 double SixVolumes(const TriangleMesh& mesh) {
   double sum = 0.0;
@@ -28,7 +28,8 @@ struct EdgeCount {
 };
 
 EdgeCount CountEdges(const TriangleMesh& mesh) {
-  std::map<std::pair<int, int>, int> balance;  // uses from the smaller to the larger vertex minus the opposite ones
+  std::map<std::pair<int, int>, int> balance;  // number of uses from the smaller to the larger vertex index, minus the
+                                               // opposite ones
   for (const auto& triangle : mesh.triangles) {
     for (size_t k = 0; k < 3; ++k) {
       const int a = triangle[k];

@@ -4,23 +4,23 @@
 
 namespace legopt {
 
-/// Faults of a mesh that ought to bound solids. An edge is open when the triangles that use it do not pair up in
-/// opposite directions; a component (mesh_components.h) with such an edge is open.
+/// Faults of a mesh that should bound solids. An edge is open if its triangles do not pair up in opposite directions; a
+/// component (mesh_components.h) with such an edge is open.
 struct MeshFaults {
-  int edges = 0;                ///< of all triangles, each once
-  int open_edges = 0;           ///< of them, open ones
-  int components = 0;           ///< connected bodies
-  int open_components = 0;      ///< of them, those with an open edge
-  int inverted_components = 0;  ///< of negative volume; closed but for at most 1 % of their edges
-  bool none() const { return open_edges == 0 && inverted_components == 0; }  ///< sound enough to bound solids
+  int edges = 0;                ///< number of distinct edges
+  int open_edges = 0;           ///< number of open edges
+  int components = 0;           ///< number of connected bodies
+  int open_components = 0;      ///< number of components with an open edge
+  int inverted_components = 0;  ///< number of components with negative volume and at most 1 % open edges
+  bool none() const { return open_edges == 0 && inverted_components == 0; }  ///< true if the mesh bounds solids
 };
-/// Whether every edge pairs up, so that the mesh has an inside.
+/// Returns true if all edges pair up, so that the mesh has an inside.
 bool IsClosed(const TriangleMesh& mesh);
 
-/// Counts them; never throws.
+/// Counts the faults of a mesh; never throws.
 MeshFaults FindMeshFaults(const TriangleMesh& mesh);
 
-/// The same mesh with the triangles of those inverted components turned round; components come one after the other.
+/// Returns the mesh with the triangles of inverted components flipped; components are concatenated.
 TriangleMesh TurnInvertedComponents(const TriangleMesh& mesh);
 
 }  // namespace legopt

@@ -30,9 +30,9 @@ namespace {
   throw InputError({path, field, value.substr(0, kShown), message, "export the mesh again or repair it"});
 }
 
-/// A PLY header, line by line: nothing but what the format knows, each element once, and no more of them than the file
-/// has bytes for. Assimp's reader writes past its memory on headers that repeat an element or garble a property; line
-/// ends at the start of binary data it takes for a part of the header, and reads everything after them wrong.
+/// Checks a PLY header, line by line: only keywords of the format, each element once, and no more elements than the
+/// file has bytes for. Assimp's reader writes out of bounds if a header repeats an element or has a malformed property.
+/// It treats line ends at the start of binary data as part of the header, and then misreads the rest.
 class PlyHeaderCheck {
  public:
   PlyHeaderCheck(const std::string& path, std::uintmax_t bytes) : path_(path), bytes_(bytes) {}
@@ -77,7 +77,8 @@ class PlyHeaderCheck {
     const char* end = words[2].data() + words[2].size();
     const auto [rest, fault] = std::from_chars(words[2].data(), end, count);
     if (fault != std::errc() || rest != end) return false;
-    if (count > bytes_) Refuse(path_, field_, words[2], "the file is too short for so many");  // a byte each at least
+    if (count > bytes_)
+      Refuse(path_, field_, words[2], "the file is too short for so many");  // one byte each is the minimum
     if (!elements_.insert(words[1]).second) Refuse(path_, field_, words[1], "the element stands there twice");
     return true;
   }
@@ -102,7 +103,7 @@ class PlyHeaderCheck {
   std::set<std::string> elements_;
 };
 
-/// Assimp goes by the mark, whatever the suffix, and does not mind its case.
+/// Checks the header of any file with PLY's mark: assimp recognizes it whatever the suffix, in upper or lower case.
 void CheckPlyHeader(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::string line;
@@ -112,8 +113,8 @@ void CheckPlyHeader(const std::string& path) {
   PlyHeaderCheck(path, std::filesystem::file_size(path, error)).Run(file);
 }
 
-/// The numbers of a COLLADA file: every text that assimp reads as a list of them, and every attribute that says how
-/// many.
+/// Checks the numbers of a COLLADA file: every text that assimp reads as a list of numbers, and every attribute with a
+/// count.
 class ColladaCheck : public tinyxml2::XMLVisitor {
  public:
   ColladaCheck(const std::string& path, std::size_t bytes) : path_(path), bytes_(bytes) {}
@@ -128,7 +129,7 @@ class ColladaCheck : public tinyxml2::XMLVisitor {
     constexpr std::array<std::string_view, 5> kIndexLists = {"p", "h", "v", "vcount", "int_array"};
     constexpr std::array<std::string_view, 7> kNumberLists = {"float_array", "matrix", "translate", "rotate",
                                                               "scale",       "skew",   "lookat"};
-    constexpr std::string_view kNumberLetters = "+.eEinfaINFA";  // also of inf and NaN
+    constexpr std::string_view kNumberLetters = "+.eEinfaINFA";  // including those of inf and NaN
     if (std::find(kIndexLists.begin(), kIndexLists.end(), name) != kIndexLists.end()) CheckText(element, "");
     if (std::find(kNumberLists.begin(), kNumberLists.end(), name) != kNumberLists.end())
       CheckText(element, kNumberLetters);
@@ -140,14 +141,14 @@ class ColladaCheck : public tinyxml2::XMLVisitor {
     return "<" + std::string(element.Name()) + "> in line " + std::to_string(element.GetLineNum());
   }
 
-  /// Assimp takes 0,01 for 0 and any other text for a number, or for no unit.
+  /// Checks the unit: assimp reads 0,01 as 0, and other text as some number or as no unit.
   void CheckUnit(const tinyxml2::XMLElement& element, const std::string& meter) const {
     const std::optional<double> unit_m = ParseNumber(meter);
     if (unit_m && *unit_m > 0.0 && std::isfinite(*unit_m)) return;
     Refuse(path_, Place(element) + ", meter", meter, "the unit of length must be a positive number");
   }
 
-  /// An array's elements, an accessor's rows and a primitive's corners take at least a byte each.
+  /// Checks a count: array elements, accessor rows and corners of primitives take at least one byte each.
   void CheckSize(const tinyxml2::XMLElement& element, const char* name, const std::string& value) const {
     std::size_t size = 0;
     const auto [rest, fault] = std::from_chars(value.data(), value.data() + value.size(), size);
@@ -160,7 +161,7 @@ class ColladaCheck : public tinyxml2::XMLVisitor {
       if (child->ToText() == nullptr) continue;
       const std::string_view text = child->Value();
       const auto strange = std::find_if(text.begin(), text.end(), [also](char c) {
-        constexpr std::string_view kAlways = "-0123456789 \t\r\n";  // of white space what the reader skips, no more
+        constexpr std::string_view kAlways = "-0123456789 \t\r\n";  // only the white space that the reader skips
         return kAlways.find(c) == std::string_view::npos && also.find(c) == std::string_view::npos;
       });
       if (strange != text.end())
@@ -187,7 +188,7 @@ void CheckCollada(const std::string& path) {
 }  // namespace
 
 bool LooksLikeCollada(const std::string& path) {
-  constexpr std::size_t kMarkWithin = 1000;  // assimp looks at fewer bytes for its mark
+  constexpr std::size_t kMarkWithin = 1000;  // assimp searches fewer bytes for the mark
   std::string start(kMarkWithin, '\0');
   std::ifstream(path, std::ios::binary).read(start.data(), kMarkWithin);
   const auto lower = [](char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); };

@@ -33,8 +33,8 @@ namespace {
 
 constexpr const char* kExportAgain = "export the mesh again or repair it";
 
-/// Assimp also tries every other format whose mark it finds in the file; those readers are never needed, and each is
-/// one more to be attacked.
+/// Removes all other readers: assimp also tries every format whose mark it finds in the file. They are never needed and
+/// increase the attack surface.
 void KeepNeededReaders(Assimp::Importer& importer) {
   std::vector<Assimp::BaseImporter*> others;
   for (std::size_t i = 0; i < importer.GetImporterCount(); ++i) {
@@ -46,14 +46,15 @@ void KeepNeededReaders(Assimp::Importer& importer) {
     if (!needed) others.push_back(importer.GetImporter(i));
   }
   for (Assimp::BaseImporter* reader : others) {
-    const std::unique_ptr<Assimp::BaseImporter> ours(reader);  // no longer the importer's once it is unregistered
+    const std::unique_ptr<Assimp::BaseImporter> ours(reader);  // owned here: an unregistered reader no longer belongs
+                                                               // to the importer
     importer.UnregisterLoader(reader);
   }
 }
 
-/// Cuts polygons into triangles. Assimp's step for that trusts what its readers say of a mesh: it reads vertices by
-/// indices that nobody checked, and ends the process where the stated kinds of faces are not those that are there. So
-/// both are looked at before, and a mesh without polygons is left alone.
+/// Splits polygons into triangles. Assimp's own step does not validate its input: it reads vertices at unchecked
+/// indices, and aborts if the declared types of faces are wrong. So both are checked first, and a mesh without polygons
+/// is not changed.
 const aiScene* Triangulate(Assimp::Importer& importer, const std::string& path) {
   bool has_polygons = false;
   const aiScene& scene = *importer.GetScene();
@@ -75,7 +76,7 @@ const aiScene* Triangulate(Assimp::Importer& importer, const std::string& path) 
   return has_polygons ? importer.ApplyPostProcessing(aiProcess_Triangulate) : &scene;
 }
 
-/// Exact coordinates as a hash key; -0.0 and 0.0 are one point.
+/// Exact coordinates as a hash key; -0.0 and 0.0 are equal.
 struct VertexKey {
   std::array<double, 3> xyz;
   bool operator==(const VertexKey& other) const { return xyz == other.xyz; }
@@ -147,14 +148,14 @@ class MeshBuilder {
   std::unordered_map<VertexKey, int, VertexHash> index_;
 };
 
-// Assimp catches what its readers throw. A shortage of the machine is no fault of the file.
+// Rethrows bad_alloc: assimp catches all exceptions of its readers, but lack of memory is not a fault of the file.
 void PassShortageOn(const Assimp::Importer& importer) {
   if (importer.GetException() == nullptr) return;
   try {
     std::rethrow_exception(importer.GetException());
   } catch (const std::bad_alloc&) {
     throw;
-  } catch (...) {  // a fault of the file: GetErrorString tells it
+  } catch (...) {  // a fault of the file, which GetErrorString describes
   }
 }
 
@@ -166,7 +167,7 @@ TriangleMesh ReadMesh(const std::string& path, const Eigen::Vector3d& scale) {
   const ClassicNumericLocale point;
   Assimp::Importer importer;
   KeepNeededReaders(importer);
-  // Vertices stay in the file's axes, and units are converted to metres. Scenes are turned by collada_up_axis.h.
+  // Vertices keep the file's axes, and units are converted to metres. collada_up_axis.h rotates scenes.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene = nullptr;
   std::string reason;
@@ -180,7 +181,7 @@ TriangleMesh ReadMesh(const std::string& path, const Eigen::Vector3d& scale) {
     throw;
   } catch (const std::bad_alloc&) {
     throw;
-  } catch (const std::exception& e) {  // assimp lets a few through on damaged files
+  } catch (const std::exception& e) {  // assimp does not catch all exceptions on malformed files
     scene = nullptr;
     reason = e.what();
   }

@@ -7,8 +7,8 @@
 
 namespace legopt {
 
-/// LoadMesh without its protection: assimp reads the file in the calling thread. Damaged files make assimp 5.2 crash,
-/// write past its memory or read for ever, so only LoadMesh calls this, under the guard that it was given.
+/// Loads a mesh like LoadMesh, but without protection: assimp reads the file in the calling thread. Malformed files
+/// make assimp 5.2 crash, write out of bounds or never return, so only LoadMesh calls this, under its guard.
 TriangleMesh ReadMesh(const std::string& path, const Eigen::Vector3d& scale);
 
 }  // namespace legopt

@@ -17,7 +17,7 @@ void Put(std::ostream& stream, Number value) {
   stream.write(reinterpret_cast<const char*>(&value), sizeof(value));
 }
 
-/// Assimp takes line ends at the start of the data for a part of the header.
+/// Returns true if the data would begin with a line end, which assimp treats as part of the header.
 bool BeginsWithLineEnd(const TriangleMesh& mesh) {
   if (mesh.vertices.empty()) return false;
   const auto low_byte = std::bit_cast<std::uint32_t>(static_cast<float>(mesh.vertices.front().x())) & 0xFFU;

@@ -6,8 +6,8 @@
 
 namespace legopt {
 
-/// Writes a binary little-endian PLY with float coordinates; in the rare case that its first byte would be a line end,
-/// at which assimp stumbles, vertices also have a property `guard`. Throws InputError when the file cannot be written.
+/// Writes a binary little-endian PLY with float coordinates. If the first byte would be a line end, which assimp
+/// misreads, vertices get an additional property `guard`. Throws InputError if the file cannot be written.
 void WritePly(const std::filesystem::path& path, const TriangleMesh& mesh);
 
 }  // namespace legopt

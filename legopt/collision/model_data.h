@@ -11,48 +11,49 @@
 
 namespace legopt {
 
-/// Consecutive shapes within the model's array.
+/// Consecutive shapes in the model's array.
 struct ShapeRun {
-  int first = 0;                             ///< index into `shapes`
-  int count = 0;                             ///< how many
-  int end() const { return first + count; }  ///< behind the last
+  int first = 0;  ///< index into `shapes`
+  int count = 0;
+  int end() const { return first + count; }  ///< one past the last
 };
 
-/// Shapes of one link, by the detail in which it is compared with other links; none where no pair asks for it.
+/// Shapes of one link per level of detail; empty if no pair needs that level.
 struct LinkShapes {
   ShapeRun hulls;   ///< one hull or primitive per geometry
   ShapeRun pieces;  ///< decomposed meshes
   ShapeRun bodies;  ///< meshes decomposed body by body
-  /// Those of a detail.
+  /// Returns the shapes of a level of detail.
   const ShapeRun& Of(PairDetail detail) const {
     return detail == PairDetail::kHulls ? hulls : detail == PairDetail::kPieces ? pieces : bodies;
   }
-  /// Those of the finest detail that the link has.
+  /// Shapes of the link's finest level of detail.
   const ShapeRun& Finest() const { return bodies.count > 0 ? bodies : pieces.count > 0 ? pieces : hulls; }
-  /// Index into `shapes`: one hull round all pieces, to test first; the only piece; -1 when there is neither.
+  /// Index into `shapes` of one hull around all pieces, which is tested first, or of the only piece; -1 if there is
+  /// neither.
   int whole = -1;
-  CollisionModel::Ball ball;  ///< holds all shapes, link frame
+  CollisionModel::Ball ball;  ///< contains all shapes, link frame
 };
 
-/// Data behind CollisionModel. Points of links are in link frames, points of obstacles in the world.
+/// Data of a CollisionModel. Points of links are in link frames, points of obstacles in the world.
 struct CollisionModel::Impl {
-  std::vector<LinkShapes> links;          ///< by link
-  std::vector<ConvexShape> shapes;        ///< of all links, of every detail, and their wholes
-  std::vector<PointArena::Range> ranges;  ///< by shape: its points in link_points
-  PointArena link_points;                 ///< of all shapes, each in the frame of its link
+  std::vector<LinkShapes> links;
+  std::vector<ConvexShape> shapes;        ///< shapes of all links and levels of detail, and their whole hulls
+  std::vector<PointArena::Range> ranges;  ///< range in link_points per shape
+  PointArena link_points;                 ///< points of all shapes, in their link's frame
 
   // Obstacles: solids, or the triangles of the surface.
-  std::vector<ConvexShape> solids;           ///< none for a surface
-  PointArena solid_points;                   ///< of all obstacles, in the world
-  std::vector<SupportSet> solid_sets;        ///< by obstacle; point into solid_points; bounds exact
+  std::vector<ConvexShape> solids;           ///< empty for a surface
+  PointArena solid_points;                   ///< points of all obstacles, in the world
+  std::vector<SupportSet> solid_sets;        ///< per obstacle; refer to solid_points; bounds are exact
   std::optional<TriangleBvh> triangle_tree;  ///< surfaces only
-  std::vector<HalfSpace> triangle_planes;    ///< surfaces only, by obstacle; a zero normal for triangles without area
-  SceneRepresentation scene{};               ///< what the obstacles are
+  std::vector<HalfSpace> triangle_planes;    ///< surfaces only, per obstacle; zero normal for triangles without area
+  SceneRepresentation scene{};               ///< type of the obstacles
 
-  LinkPairRules pairs;  ///< which pairs are compared, and how
+  LinkPairRules pairs;
 
   bool surface() const { return scene != SceneRepresentation::kSolid; }  ///< the scene is made of triangles
-  /// Of a pair of links in LinkPairRules::status and LinkPairRules::detail.
+  /// Returns the index of a link pair in LinkPairRules::status and LinkPairRules::detail.
   size_t PairIndex(int a, int b) const { return static_cast<size_t>(a) * links.size() + static_cast<size_t>(b); }
 };
 

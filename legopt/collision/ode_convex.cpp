@@ -12,14 +12,13 @@
 namespace legopt {
 namespace {
 
-/// What our collider is asked for at the moment.
+/// Parameters of the current call of the collider.
 struct Request {
   double margin_m = 0.0;
   NearestHint* hint = nullptr;
 };
 
-/// What a geometry of our class holds. Either a convex shape (`set`), or only a region of space to look into (`set`
-/// null).
+/// Data of a geometry of our class: a convex shape, or a search region if `set` is null.
 struct ConvexData {
   const SupportSet* set;
   const Request* request;
@@ -37,13 +36,14 @@ ConvexData& DataOf(dGeomID geom) { return *static_cast<ConvexData*>(dGeomGetClas
 
 void GetBounds(dGeomID geom, dReal bounds[6]) { std::copy_n(DataOf(geom).bounds, 6, bounds); }
 
-/// Support set of a geometry: our class holds it, ODE's primitives carry it as their user data.
+/// Returns the support set of a geometry: our class contains it, ODE's primitives have it as user data.
 const SupportSet* SetOf(dGeomID geom) {
   const bool ours = dGeomGetClass(geom) >= dFirstUserClass;
   return ours ? DataOf(geom).set : static_cast<const SupportSet*>(dGeomGetData(geom));
 }
 
-/// Our collider, in ODE's terms: depth = margin - signed distance, position half-way between the witness points.
+/// Collider of our class, in ODE's terms: depth = margin - signed distance, position midway between the witness
+/// points.
 int CollideConvex(dGeomID a, dGeomID b, int /*flags*/, dContactGeom* contact, int /*skip*/) {
   const auto [margin, hint] = *DataOf(a).request;
   PairDistance result;
@@ -124,11 +124,11 @@ dGeomID CreateSolid(const ConvexShape& shape, const SupportSet& set, const Reque
       break;
   }
   SetPose(geom, shape.pose());
-  dGeomSetData(geom, const_cast<SupportSet*>(&set));  // only read, through SetOf
+  dGeomSetData(geom, const_cast<SupportSet*>(&set));  // read only, through SetOf
   return geom;
 }
 
-/// Quadtree over the plan of the scene: the fastest of ODE's spaces for one box against a static scene (tests/bench).
+/// Creates a quadtree over the scene in plan, ODE's fastest space for one box against a static scene (tests/bench).
 dSpaceID CreateSpace(const std::vector<ConvexShape>& solids) {
   Eigen::AlignedBox3d all(Eigen::Vector3d::Zero());
   for (const ConvexShape& solid : solids) all.extend(solid.bounds());
@@ -155,8 +155,8 @@ bool Collide(dGeomID a, dGeomID b, double margin, PairDistance& result) {
 
 struct OdeConvexWorld::Impl {
   Request request;
-  dSpaceID space = nullptr;  ///< owns the solids' geometries
-  dGeomID region = nullptr;  ///< the box that is looked into
+  dSpaceID space = nullptr;  ///< owns the geometries of the solids
+  dGeomID region = nullptr;  ///< search box
   std::vector<dGeomID> solids;
   std::vector<dGeomID> moving;
   const SupportSet* first_solid = nullptr;
@@ -186,7 +186,8 @@ OdeConvexWorld::OdeConvexWorld(const std::vector<ConvexShape>& solids, const std
     dGeomID geom = CreateSolid(solids[i], solid_sets[i], &impl_->request);
     impl_->solids.push_back(geom);
     dSpaceAdd(impl_->space, geom);
-    // Sorts it into the tree now: left to the first query, ODE would search one list of all solids for each of them.
+    // Inserts the solid into the tree now. Otherwise ODE would search a linear list for each of them at the first
+    // query.
     dSpaceClean(impl_->space);
   }
   for (const SupportSet& set : moving) impl_->moving.push_back(CreateConvex(&set, &impl_->request));
@@ -199,7 +200,7 @@ void OdeConvexWorld::CollectSolids(const Eigen::AlignedBox3d& box, std::vector<i
   solids.clear();
   FillBounds(box, DataOf(impl_->region).bounds);
   const Eigen::Vector3d centre = box.center();
-  dGeomSetPosition(impl_->region, centre.x(), centre.y(), centre.z());  // tells ODE that the bounds have changed
+  dGeomSetPosition(impl_->region, centre.x(), centre.y(), centre.z());  // makes ODE update the bounds
   impl_->collected = &solids;
   dSpaceCollide2(impl_->region, reinterpret_cast<dGeomID>(impl_->space), impl_.get(), &Impl::Near);
   std::sort(solids.begin(), solids.end());

@@ -13,10 +13,10 @@ namespace {
 
 constexpr std::size_t kLongestText = 512;
 
-/// ODE reports full contact tables and the like on stderr; a library does not print.
+/// Message handler: ODE would report full contact tables and similar events on stderr, but a library must not print.
 void Silence(int /*number*/, const char* /*format*/, va_list /*arguments*/) {}
 
-/// For dDebug (assertions) and dError, which end the process when their handler returns.
+/// Handler of dDebug (assertions) and dError, which abort the process if their handler returns.
 [[noreturn]] void Throw(int number, const char* format, va_list arguments) {
   std::array<char, kLongestText> text{};
   if (std::vsnprintf(text.data(), text.size(), format, arguments) < 0) text.front() = '\0';

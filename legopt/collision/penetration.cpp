@@ -10,13 +10,13 @@ using Eigen::Vector3d;
 
 constexpr int kMaxVertices = 120;
 constexpr int kMaxFaces = 4 * kMaxVertices;
-constexpr double kThin = 1e-10;      // extent below which the difference counts as flat, m
-constexpr double kVisible = 1e-11;   // height above a face from which it is seen, m
-constexpr double kConverged = 1e-9;  // largest error of the depth for polytopes, m
+constexpr double kThin = 1e-10;      // extent below which the difference is flat, m
+constexpr double kVisible = 1e-11;   // a face is visible from points at least this high above it, m
+constexpr double kConverged = 1e-9;  // maximum error of the depth for polytopes, m
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// A triangle of the expanding polytope: outward unit normal and distance from the origin. Slivers without a usable
-/// normal have an infinite distance: they close the surface but are never chosen nor seen.
+/// normal have an infinite distance: they close the surface, but are never selected or visible.
 // NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init): a polytope makes hundreds and sets those that it uses
 struct Face {
   int corner[3];
@@ -24,12 +24,13 @@ struct Face {
   double distance;
 };
 
-/// The expanding polytope inside of A - B, round the origin.
+/// The expanding polytope inside A - B, around the origin.
 class Polytope {
  public:
   Polytope(const SupportSet& a, const SupportSet& b) : a_(a), b_(b) {}
 
-  /// A tetrahedron from GJK's last simplex. False when the difference is flat; `flat_normal` is then across it.
+  /// Builds a tetrahedron from GJK's last simplex. Returns false if the difference is flat; `flat_normal` is then
+  /// normal to it.
   bool Start(const Simplex& simplex, Vector3d& flat_normal) {
     for (int i = 0; i < simplex.size; ++i) vertices_[i] = simplex.points[i];
     num_vertices_ = simplex.size;
@@ -39,7 +40,7 @@ class Polytope {
     }
     const Vector3d& o = vertices_[0].w;
     if (std::abs(Volume()) < kThin * (vertices_[1].w - o).cross(vertices_[2].w - o).norm()) {
-      num_vertices_ = 3;  // GJK's tetrahedron is flat; look for a better fourth corner
+      num_vertices_ = 3;  // GJK's tetrahedron is flat: search for a better fourth corner
       if (!Grow(flat_normal)) return false;
     }
     if (Volume() > 0.0) std::swap(vertices_[0], vertices_[1]);
@@ -58,7 +59,8 @@ class Polytope {
     return best;
   }
 
-  /// Replaces all faces that see the new vertex by a cone. False when there is no room or nothing was seen.
+  /// Replaces all faces visible from the new vertex by a cone. Returns false if the vertex limit is reached or no face
+  /// is visible.
   bool Expand(const DifferencePoint& point) {
     if (num_vertices_ == kMaxVertices) return false;
     int num_edges = 0;
@@ -89,7 +91,7 @@ class Polytope {
     return num_vertices_++;
   }
 
-  /// Six times the volume; > 0 when the fourth corner is in front of face 0 1 2.
+  /// Returns six times the volume; > 0 if the fourth corner is in front of face 0 1 2.
   double Volume() const {
     const Vector3d& o = vertices_[0].w;
     return (vertices_[1].w - o).cross(vertices_[2].w - o).dot(vertices_[3].w - o);
@@ -149,7 +151,7 @@ class Polytope {
     face.distance = face.normal.dot(a);
   }
 
-  /// Keeps the edges that belong to one removed face only.
+  /// Keeps only the edges that belong to a single removed face.
   int ToggleEdge(int i, int j, int count) {
     for (int e = 0; e < count; ++e) {
       if (horizon_[e][0] == j && horizon_[e][1] == i) {
@@ -172,15 +174,15 @@ class Polytope {
   int horizon_[3 * kMaxFaces][2];
 };
 
-/// Barycentric weights of p in a triangle of its plane, unscaled; one is negative when p lies outside.
+/// Returns the unscaled barycentric weights of p in a triangle of its plane; one is negative if p is outside.
 Vector3d Barycentric(const DifferencePoint& a, const DifferencePoint& b, const DifferencePoint& c, const Vector3d& p) {
   const Vector3d normal = (b.w - a.w).cross(c.w - a.w);
   return {normal.dot((b.w - p).cross(c.w - p)), normal.dot((c.w - p).cross(a.w - p)),
           normal.dot((a.w - p).cross(b.w - p))};
 }
 
-/// B's point under the origin's projection on the plane of `nearest`. Several triangles may share that plane; the one
-/// that holds the projection has the witness.
+/// Returns B's point at the origin's projection onto the plane of `nearest`. If several triangles share that plane, the
+/// one that contains the projection has the witness point.
 Vector3d WitnessOnB(const Polytope& polytope, const Face& nearest) {
   const Vector3d p = nearest.normal * nearest.distance;
   Vector3d witness = polytope.vertex(nearest.corner[0]).b;
@@ -221,8 +223,8 @@ PairDistance CorePenetration(const SupportSet& a, const SupportSet& b, const Sim
   Polytope polytope(a, b);
   Vector3d flat_normal;
   if (!polytope.Start(simplex, flat_normal)) return Flat(simplex, flat_normal);
-  // Any direction's support is an upper bound of the depth and a valid way out: the best one seen is the answer when
-  // the expansion ends early. Only a face on the surface of A - B has true witness points.
+  // The support in any direction is an upper bound of the depth and a valid separation: if the expansion ends early,
+  // the best one is returned. Only a face on the surface of A - B has exact witness points.
   PairDistance best;
   double depth = kInfinity;
   for (;;) {

@@ -8,7 +8,8 @@
 namespace legopt {
 namespace {
 
-constexpr double kSurfaceThickness = 2e-5;  // plan height of a triangle below which it is a wall or a sliver, m
+constexpr double kSurfaceThickness = 2e-5;  // minimum height of a triangle in plan, m; below it the triangle is a wall
+                                            // or a sliver
 
 double PlanCross(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
   return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
@@ -16,19 +17,20 @@ double PlanCross(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen
 
 double PlanDistance(const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return (b - a).head<2>().norm(); }
 
-/// Plan height over the longest side, signed by orientation: > 0 looks up.
+/// Returns the triangle's height in plan over its longest side; > 0 if it faces up.
 double PlanHeight(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
   const double longest = std::max({PlanDistance(a, b), PlanDistance(b, c), PlanDistance(c, a)});
   return longest > 0.0 ? PlanCross(a, b, c) / longest : 0.0;
 }
 
-/// One of the two surfaces of a prism: its triangles and the plane through them.
+/// One of the two surfaces of a prism: its triangles and their common plane.
 struct Surface {
   std::vector<std::array<int, 3>> triangles;
   double plan_area_m2 = 0.0;
   Eigen::Vector3d plane = Eigen::Vector3d::Zero();
 
-  /// Least squares through all corners, weighted by area; false when a corner is off by more than the tolerance.
+  /// Fits a plane to all corners by least squares, weighted by area. Returns false if a corner deviates by more than
+  /// the tolerance.
   bool FitPlane(const std::vector<Eigen::Vector3d>& vertices, double tolerance_m) {
     if (triangles.empty()) return false;
     const Eigen::Vector3d& origin = vertices[static_cast<size_t>(triangles.front()[0])];
@@ -66,7 +68,7 @@ double PlaneZ(const Eigen::Vector3d& plane, const Eigen::Vector3d& p) {
   return plane[0] + plane[1] * p.x() + plane[2] * p.y();
 }
 
-/// Convex polygons in plan over shared vertices, merged greedily.
+/// Greedy merging of convex polygons in plan over shared vertices.
 class PolygonMerger {
  public:
   PolygonMerger(const std::vector<Eigen::Vector3d>& vertices, double dent_m) : vertices_(vertices), dent_m_(dent_m) {}
@@ -85,7 +87,7 @@ class PolygonMerger {
     const auto length = [&](const auto& e) { return PlanDistance(At(e.first), At(e.second)); };
     std::stable_sort(inner.begin(), inner.end(), [&](const auto& a, const auto& b) { return length(a) > length(b); });
     bool merged = true;
-    while (merged) {  // a merge can make room for one that failed before
+    while (merged) {  // a merge can enable one that failed before
       merged = false;
       for (const auto& edge : inner) merged = TryMerge(edge) || merged;
     }
@@ -120,7 +122,7 @@ class PolygonMerger {
     return true;
   }
 
-  /// Where surfaces overlap, an edge may come twice; the first polygon keeps it.
+  /// Registers the polygon's edges. If surfaces overlap, an edge may occur twice; the first polygon keeps it.
   void Own(int id) {
     const auto& polygon = polygons_[static_cast<size_t>(id)];
     for (size_t k = 0; k < polygon.size(); ++k) {
@@ -128,7 +130,7 @@ class PolygonMerger {
     }
   }
 
-  /// Both outlines without the shared edge; spurs left by further shared edges are removed.
+  /// Joins both outlines without the shared edge and removes spurs left by further shared edges.
   static std::vector<int> Join(std::vector<int> left, std::vector<int> right, const std::pair<int, int>& edge) {
     // left becomes (second ... first), right becomes (first ... second)
     std::rotate(left.begin(), std::find(left.begin(), left.end(), edge.second), left.end());
@@ -164,7 +166,7 @@ class PolygonMerger {
     return DentsAreShallow(polygon);
   }
 
-  /// Guards against many small dents that add up: no corner may lie deeper than the dent behind the chord of any two
+  /// Rejects polygons whose small dents add up: no corner may be deeper than the dent limit behind the chord of any two
   /// others.
   bool DentsAreShallow(const std::vector<int>& polygon) const {
     const size_t n = polygon.size();
@@ -185,7 +187,7 @@ class PolygonMerger {
   const std::vector<Eigen::Vector3d>& vertices_;
   const double dent_m_;
   std::vector<std::vector<int>> polygons_;
-  std::map<std::pair<int, int>, int> owner_;  ///< polygon to the left of a directed edge
+  std::map<std::pair<int, int>, int> owner_;  ///< polygon to the left of each directed edge
 };
 
 /// Top triangles of several prisms over welded vertices.
@@ -212,7 +214,7 @@ class WeldedTops {
   std::map<std::pair<double, double>, int> index_;
 };
 
-/// Planes agree over the extent of the first prism.
+/// Returns true if the planes of both prisms agree over the extent of both.
 bool SamePlanes(const VerticalPrism& a, const VerticalPrism& b, double tolerance_m) {
   for (const VerticalPrism* prism : {&a, &b}) {
     for (const Eigen::Vector3d& p : prism->vertices) {

@@ -7,25 +7,24 @@
 
 namespace legopt {
 
-/// A body between a plane on top and a plane below, with vertical walls; in plan any polygon, holes included.
+/// A body between a top and a bottom plane with vertical walls. In plan it is any polygon, possibly with holes.
 struct VerticalPrism {
-  /// z = c0 + c1 x + c2 y
+  /// Top plane: z = c0 + c1 x + c2 y
   Eigen::Vector3d top;
-  /// Of the plane below, likewise.
+  /// Bottom plane: z = c0 + c1 x + c2 y
   Eigen::Vector3d bottom;
-  std::vector<Eigen::Vector3d> vertices;      ///< of the top surface
-  std::vector<std::array<int, 3>> triangles;  ///< of the top surface, counter-clockwise in plan
+  std::vector<Eigen::Vector3d> vertices;      ///< vertices of the top surface
+  std::vector<std::array<int, 3>> triangles;  ///< triangles of the top surface, counter-clockwise in plan
 };
 
-/// The component as a vertical prism, or nothing when it is not one to within `tolerance_m` [m].
-/// Slivers and a few open edges do not matter: only the two surfaces are used.
+/// Returns the component as a vertical prism, or nothing if it deviates from one by more than `tolerance_m` [m].
+/// Slivers and a few open edges are tolerated: only the two surfaces are used.
 std::optional<VerticalPrism> RecogniseVerticalPrism(const TriangleMesh& component, double tolerance_m = 1e-4);
 
 /// Cuts prisms into convex pieces, each given by its corners on the two planes.
 ///
-/// Prisms with the same two planes are joined first, wherever their top triangles share edges. Neighbouring triangles
-/// are merged while the merged polygon is convex (dents of up to `dent_m` are filled: sideways only, never above the
-/// surface).
+/// Prisms with the same two planes are joined first, where their top triangles share edges. Neighbouring triangles are
+/// merged while the merged polygon is convex (dents of up to `dent_m` are filled sideways, never above the surface).
 std::vector<std::vector<Eigen::Vector3d>> CutIntoConvexPrisms(const std::vector<VerticalPrism>& prisms,
                                                               double dent_m = 2e-4);
 

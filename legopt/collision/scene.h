@@ -8,16 +8,16 @@
 
 namespace legopt {
 
-/// One fixed obstacle. The pose of `shape` is in the world frame.
+/// One fixed obstacle.
 struct SceneObject {
-  std::string name;  ///< for messages; unique when read from a file
-  ShapeSpec shape;   ///< what it is and where it stands
+  std::string name;  ///< label in messages; unique when read from a file
+  ShapeSpec shape;   ///< with its pose in the world
 };
 
-/// All obstacles of the environment. A plain value; nothing is loaded or checked before a model is built from it.
+/// All obstacles of the environment. Nothing is loaded or checked until a model is built.
 struct Scene {
-  std::vector<SceneObject> objects;  ///< in the order of the file
-  ReadGuard read_guard = {};         ///< with which the scene was read; its meshes are loaded under it
+  std::vector<SceneObject> objects;  ///< ordered as in the file
+  ReadGuard read_guard = {};         ///< guard that was used to read the scene; its meshes are loaded with it
 };
 
 }  // namespace legopt

@@ -11,22 +11,21 @@
 namespace legopt {
 namespace {
 
-/// A component and its decomposition, kept so that a copy elsewhere in the scene (cars, chairs) is not decomposed
-/// again.
+/// A decomposed component, stored so that copies elsewhere in the scene (cars, chairs) are not decomposed again.
 struct Known {
   TriangleMesh mesh;
   std::vector<ConvexHull> pieces;
 };
 
-/// The rigid motion that carries `from` onto `to`, when both are the same mesh up to that motion (and a mesh file's
-/// rounding).
+/// Finds the rigid motion from `from` to `to`. Returns false if the meshes differ by more than a motion and the
+/// rounding of a mesh file.
 bool FindMotion(const TriangleMesh& from, const TriangleMesh& to, Eigen::Isometry3d& motion) {
   if (from.triangles != to.triangles || from.vertices.size() != to.vertices.size()) return false;
   const auto n = static_cast<Eigen::Index>(from.vertices.size());
   const Eigen::Map<const Eigen::Matrix3Xd> source(from.vertices.front().data(), 3, n);
   const Eigen::Map<const Eigen::Matrix3Xd> target(to.vertices.front().data(), 3, n);
   motion.matrix() = Eigen::umeyama(source, target, false);
-  constexpr double kRounding = 2e-5;  // float coordinates tens of metres from the origin, m
+  constexpr double kRounding = 2e-5;  // m; rounding of float coordinates tens of metres from the origin
   const Eigen::Matrix3Xd moved = (motion.linear() * source).colwise() + motion.translation();
   return (moved - target).colwise().norm().maxCoeff() <= kRounding;
 }
@@ -50,7 +49,7 @@ class MeshSolids {
     for (TriangleMesh& component : SplitIntoComponents(mesh)) AddComponent(std::move(component));
     for (const auto& corners : CutIntoConvexPrisms(prisms_)) {
       ConvexHull hull = ComputeHull(corners);
-      constexpr double kNothing = 1e-9;  // m^3; a sliver left over by clipping
+      constexpr double kNothing = 1e-9;  // m^3; volume of slivers left over by clipping
       if (hull.volume_m3 > kNothing) solids_.push_back(ConvexShape::FromHull(std::move(hull)));
     }
     prisms_.clear();
@@ -61,7 +60,7 @@ class MeshSolids {
  private:
   void AddComponent(TriangleMesh component) {
     ConvexHull hull = ComputeHull(component.vertices);
-    // Prisms first: neighbours with the same planes grow together, which saves solids.
+    // Prisms first: neighbours with the same planes are joined, which reduces the number of solids.
     if (std::optional<VerticalPrism> prism = RecogniseVerticalPrism(component)) {
       prisms_.push_back(std::move(*prism));
     } else if (IsConvex(component, hull)) {
@@ -89,7 +88,7 @@ class MeshSolids {
   std::vector<ConvexShape> solids_;
 };
 
-/// Calls action(shape) for all objects and adds the object to the fault of any InputError.
+/// Calls action(shape) for all objects and adds the object's name to any InputError.
 template <class Action>
 void ForEachObject(const Scene& scene, Action action) {
   for (const SceneObject& object : scene.objects) {

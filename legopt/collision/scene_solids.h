@@ -9,15 +9,15 @@
 
 namespace legopt {
 
-/// Convex solids of all scene objects, in world coordinates: what CollisionModel describes under "Scene".
-/// Throws InputError for meshes that cannot be loaded and bad sizes; the message names the object.
+/// Builds the convex solids of all scene objects in world coordinates, as described for CollisionModel under "Scene".
+/// Throws InputError with the object's name for meshes that cannot be loaded and bad sizes.
 std::vector<ConvexShape> BuildSceneSolids(const Scene& scene, const CollisionOptions& options);
 
-/// Convex shapes of one mesh, in its frame.
+/// Returns the convex shapes of one mesh, in its frame.
 std::vector<ConvexShape> SolidsOfMesh(const TriangleMesh& mesh, const CollisionOptions& options);
 
-/// Triangles of all scene objects, primitives tessellated, in world coordinates: objects in their order, triangles in
-/// the order of their files. Throws as BuildSceneSolids.
+/// Collects the triangles of all scene objects in world coordinates, with primitives tessellated, in the order of
+/// objects and files. Throws like BuildSceneSolids.
 TriangleMesh CollectSceneTriangles(const Scene& scene);
 
 }  // namespace legopt

@@ -7,13 +7,13 @@ namespace legopt {
 namespace {
 
 constexpr int kMaxIterations = 100;
-constexpr double kTouching = 1e-9;      // cores nearer than this go to EPA, m
-constexpr double kRelativeGap = 1e-10;  // of the squared distance
-constexpr double kAbsoluteGap = 1e-14;  // times the distance, m
+constexpr double kTouching = 1e-9;      // m; EPA is used if the cores are closer than this
+constexpr double kRelativeGap = 1e-10;  // relative to the squared distance
+constexpr double kAbsoluteGap = 1e-14;  // m; multiplied by the distance
 
 using Eigen::Vector3d;
 
-/// Point nearest to the origin on one feature; the feature's corners within the simplex.
+/// Point nearest to the origin on one feature, with the feature's corners in the simplex.
 struct Nearest {
   Vector3d point;
   double squared = std::numeric_limits<double>::infinity();
@@ -22,7 +22,7 @@ struct Nearest {
   int size = 1;
 };
 
-/// Reduces the simplex to the feature's corners. They ascend, so that nothing is overwritten before it is read.
+/// Reduces the simplex to the feature's corners. They ascend, so that no point is overwritten before it is read.
 void Keep(Simplex& s, const Nearest& feature) {
   for (int k = 0; k < feature.size; ++k) {
     if (feature.corners[k] != k) s.points[k] = s.points[feature.corners[k]];
@@ -68,7 +68,7 @@ Nearest OnTriangle(const Simplex& s, int i, int j, int k) {
   const Vector3d ac = c - a;
   const Vector3d normal = ab.cross(ac);
   const double area2 = normal.squaredNorm();
-  constexpr double kSliver = 1e-26;  // (2 area)^2 over (side)^4: no usable normal
+  constexpr double kSliver = 1e-26;  // (2 area)^2 over (side)^4; below it the normal is unusable
   const double scale = std::max(ab.squaredNorm(), ac.squaredNorm());
   if (area2 > kSliver * scale * scale) {
     // Signed areas of the origin's projection against the three sides.
@@ -89,7 +89,7 @@ Nearest OnTriangle(const Simplex& s, int i, int j, int k) {
       n.size = 3;
       return n;
     }
-    // Outside of a side: the nearest point lies on one of the sides the origin is outside of.
+    // The projection is outside: the nearest point lies on one of the sides that separate it from the triangle.
     Nearest best;
     if (wc <= 0.0) best = OnSegment(s, i, j);
     if (wa <= 0.0) best = Better(best, OnSegment(s, j, k));
@@ -99,7 +99,7 @@ Nearest OnTriangle(const Simplex& s, int i, int j, int k) {
   return Better(Better(OnSegment(s, i, j), OnSegment(s, j, k)), OnSegment(s, i, k));
 }
 
-/// False when the origin is inside of the tetrahedron.
+/// Returns false if the origin is inside the tetrahedron.
 bool OnTetrahedron(const Simplex& s, Nearest& best) {
   static constexpr int kFaces[4][4] = {{0, 1, 2, 3}, {0, 1, 3, 2}, {0, 2, 3, 1}, {1, 2, 3, 0}};
   bool outside = false;
@@ -120,7 +120,7 @@ bool OnTetrahedron(const Simplex& s, Nearest& best) {
   return outside;
 }
 
-/// The feature of the simplex nearest to the origin. False when the origin is inside.
+/// Finds the feature of the simplex nearest to the origin. Returns false if the origin is inside.
 bool FindNearest(const Simplex& s, Nearest& n) {
   switch (s.size) {
     case 1:
@@ -144,7 +144,8 @@ bool Contains(const Simplex& s, const Vector3d& w) {
   return false;
 }
 
-/// From B's bounds towards A's centre: better than the line of centres when B is large, as floors are.
+/// Returns the direction from B's bounds to A's centre: better than the line between centres if B is large, such as a
+/// floor.
 Vector3d FirstDirection(const SupportSet& a, const SupportSet& b) {
   Vector3d v = a.centre - a.centre.cwiseMax(b.lower).cwiseMin(b.upper);
   if (v.squaredNorm() == 0.0) v = a.centre - b.centre;
@@ -153,7 +154,8 @@ Vector3d FirstDirection(const SupportSet& a, const SupportSet& b) {
 
 enum class GjkOutcome { kFar, kApart, kOverlap };
 
-/// The feature of the hint where it is now. False when there is none, or it holds the origin.
+/// Recomputes the feature of the hint at the present poses. Returns false if there is none, or if it contains the
+/// origin.
 bool Recall(const SupportSet& a, const SupportSet& b, const NearestHint& hint, Simplex& simplex, Nearest& nearest) {
   if (hint.size == 0) return false;
   for (int i = 0; i < hint.size; ++i) {
@@ -214,7 +216,7 @@ GjkOutcome RunGjk(const SupportSet& a, const SupportSet& b, double cutoff, const
     ++simplex.size;
     Nearest nearest;
     if (!FindNearest(simplex, nearest)) return GjkOutcome::kOverlap;
-    if (nearest.squared >= squared) {  // round-off: no further progress
+    if (nearest.squared >= squared) {  // no further progress because of rounding
       --simplex.size;
       return GjkOutcome::kApart;
     }

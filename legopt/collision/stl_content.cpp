@@ -26,8 +26,8 @@ std::string LowerCaseOf(std::string text) {
   return text;
 }
 
-/// Text of "solid ... facet ...", in letters of any case. The header of a binary file may have these words as well, but
-/// a text holds no NUL.
+/// Returns true for text of the form "solid ... facet ...", in upper or lower case. The header of a binary file may
+/// contain these words, but a text contains no NUL.
 bool IsTextStl(const std::string& content) {
   constexpr std::size_t kNameEnds_bytes = 4096;
   const std::string lower = LowerCaseOf(content.substr(0, kNameEnds_bytes));
@@ -68,7 +68,7 @@ std::optional<std::string> MendedStl(const std::string& path) {
   std::memcpy(&count, content.data() + kHeader_bytes, sizeof(count));
   const std::size_t start = kHeader_bytes + sizeof(count), needed = start + std::size_t{count} * kTriangle_bytes;
   if (count == 0 || needed == content.size()) return std::nullopt;
-  // Whole triangles behind the last one are no trailing bytes: the header is wrong.
+  // Complete triangles after the last one are not trailing bytes: the header must be wrong.
   if (needed > content.size() || content.size() - needed >= kTriangle_bytes) RefuseCount(path, count, content.size());
   content.resize(needed);
   return content;

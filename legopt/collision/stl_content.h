@@ -5,10 +5,9 @@
 
 namespace legopt {
 
-/// The content of an STL file in the form that assimp reads, where the file itself is not: text with keywords in
-/// capitals becomes lower case, bytes behind the last triangle of a binary file are left out. Empty where the file is
-/// fine as it is, and for other formats. Throws InputError for a binary file whose number of triangles does not fit its
-/// size.
+/// Converts an STL file that assimp cannot read: text with upper-case keywords becomes lower case, and bytes after the
+/// last triangle of a binary file are removed. Empty if the file needs no change, and for other formats. Throws
+/// InputError for a binary file whose number of triangles does not match its size.
 std::optional<std::string> MendedStl(const std::string& path);
 
 }  // namespace legopt

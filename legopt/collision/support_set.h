@@ -8,42 +8,42 @@
 
 namespace legopt {
 
-/// What GJK and EPA see of a convex shape: a core (points, or a solid cylinder) grown by `radius` in all directions.
+/// Convex shape for GJK and EPA: a core (points, or a solid cylinder) enlarged by `radius` in all directions.
 ///
-/// A view in world coordinates; the arrays belong to someone else. Coordinates are separate arrays, `count` entries
-/// each, a multiple of kLanes (pad by repeating a point). Kinds: hull and box = points, radius 0; sphere = one point;
-/// capsule = two points; cylinder = count 0.
+/// A non-owning view in world coordinates. Coordinates are separate arrays with `count` entries each, a multiple of
+/// kLanes (pad by repeating a point). Kinds: hull and box = points, radius 0; sphere = one point; capsule = two points;
+/// cylinder = count 0.
 struct SupportSet {
-  static constexpr int kLanes = 4;            ///< what counts are padded to: four doubles of a vector
-  static constexpr double kUnbounded = 1e30;  ///< bound of a shape whose bounds nobody has filled in
+  static constexpr int kLanes = 4;            ///< counts are multiples of it: four doubles of a vector
+  static constexpr double kUnbounded = 1e30;  ///< bound of a shape whose bounds are not set
 
-  const double* x = nullptr;                         ///< first coordinates
-  const double* y = nullptr;                         ///< second coordinates
-  const double* z = nullptr;                         ///< third coordinates
-  int count = 0;                                     ///< points, padding included; 0: a cylinder
+  const double* x = nullptr;                         ///< x coordinates
+  const double* y = nullptr;                         ///< y coordinates
+  const double* z = nullptr;                         ///< z coordinates
+  int count = 0;                                     ///< number of points including padding; 0: a cylinder
   double radius = 0.0;                               ///< m
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< a point inside of the core
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< a point inside the core
 
-  /// Bounds of the core grown by the radius; may be loose. Only used to choose where to look first.
+  /// Lower bounds of the shape, radius included; may be loose. Used only to choose the first search direction.
   Eigen::Vector3d lower = Eigen::Vector3d::Constant(-kUnbounded);
-  /// Likewise, upper corner.
+  /// Upper bounds of the shape, radius included; may be loose.
   Eigen::Vector3d upper = Eigen::Vector3d::Constant(kUnbounded);
 
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< cylinder: unit
-  double cylinder_radius = 0.0;                     ///< cylinder: m
-  double half_length = 0.0;                         ///< cylinder: m
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit axis of a cylinder
+  double cylinder_radius = 0.0;                     ///< m; cylinder only
+  double half_length = 0.0;                         ///< m; cylinder only
 
-  /// Point of the core farthest along `direction` (any non-zero length). Of equal points the one with the smallest
-  /// index in the lane order; deterministic.
+  /// Returns the point of the core farthest along `direction` (any non-zero length). On a tie, the one with the
+  /// smallest index in the lane order; deterministic.
   Eigen::Vector3d Farthest(const Eigen::Vector3d& direction) const {
     return count == 0 ? FarthestOnCylinder(direction) : Point(FarthestIndex(direction));
   }
-  /// The same as an index; count > 0.
+  /// Returns the index of the farthest point; count > 0.
   int FarthestIndex(const Eigen::Vector3d& direction) const;
-  /// One of the points, 0 <= i < count.
+  /// Returns point i, 0 <= i < count.
   Eigen::Vector3d Point(int i) const { return {x[i], y[i], z[i]}; }
 
-  /// The same of a cylinder, count = 0.
+  /// Returns the farthest point of a cylinder, count = 0.
   Eigen::Vector3d FarthestOnCylinder(const Eigen::Vector3d& direction) const;
 
  private:
@@ -51,12 +51,12 @@ struct SupportSet {
   using Index = std::int64_t __attribute__((vector_size(8 * kLanes)));
 };
 
-/// Two chains of compare-and-blend over lanes; ties go to the smaller index of the smaller lane.
+/// Runs two chains of compare-and-blend over lanes; ties go to the smaller index of the smaller lane.
 inline int SupportSet::FarthestIndex(const Eigen::Vector3d& d) const {
   const double dx = d.x();
   const double dy = d.y();
   const double dz = d.z();
-  // Of any alignment. Out by reference: returning a lane would tie the build to one vector width.
+  // Loads from any alignment. Output by reference: returning a lane would tie the ABI to one vector width.
   const auto dot = [&](int i, Lane& out) {
     Lane px;
     Lane py;

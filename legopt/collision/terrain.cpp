@@ -11,11 +11,11 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Memory of the squares: about 24 bytes each and 4 bytes for each triangle in one.
+/// Limit for the memory of the bins: about 24 bytes per bin and 4 bytes per triangle in it.
 constexpr double kMostEntries = 8e6;
-constexpr double kWall = 1e-9;  // z of a unit normal, below which no vertical ray meets the triangle
+constexpr double kWall = 1e-9;  // minimum z of a unit normal; vertical rays miss steeper triangles
 
-/// Squares of this edge that cover a length.
+/// Returns the number of bins that cover a length.
 double Squares(double length_m, double bin_m) { return std::max(1.0, std::ceil(length_m / bin_m)); }
 
 }  // namespace
@@ -39,7 +39,7 @@ Terrain::Terrain(TriangleMesh mesh, double bin_m) : mesh_(std::move(mesh)), bin_
   boxes_ = {};
 }
 
-/// Larger squares for a scene so wide that the memory for them would grow with its area.
+/// Enlarges the bins of a wide scene, so that memory does not grow with its area.
 void Terrain::ChooseBins() {
   const auto entries = [this] {
     double count = Squares(bounds_.sizes().x(), bin_m_) * Squares(bounds_.sizes().y(), bin_m_);

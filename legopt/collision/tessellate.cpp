@@ -8,8 +8,9 @@
 namespace legopt {
 namespace {
 
-constexpr int kSegments = 32;  // around a full turn; sagitta 0.5 % of the radius
-constexpr int kRings = 16;     // pole to pole of a sphere; even, so that a capsule can be cut at the equator
+constexpr int kSegments = 32;  // segments of a full turn; sagitta 0.5 % of the radius
+constexpr int kRings = 16;     // rings from pole to pole of a sphere; even, so that a capsule can be split at the
+                               // equator
 
 void CheckSize(const ShapeSpec& shape, const char* kind, std::initializer_list<int> used) {
   for (int axis : used) {
@@ -32,7 +33,8 @@ TriangleMesh Box(const Eigen::Vector3d& size) {
   return mesh;
 }
 
-/// Surface of revolution about z: first and last profile points lie on the axis. Profile runs from low z to high z.
+/// Returns a surface of revolution about z. The profile runs from low z to high z; its first and last points lie on the
+/// axis.
 TriangleMesh Revolve(const std::vector<Eigen::Vector2d>& profile) {
   TriangleMesh mesh;
   const int rings = static_cast<int>(profile.size()) - 2;
@@ -58,7 +60,7 @@ TriangleMesh Revolve(const std::vector<Eigen::Vector2d>& profile) {
   return mesh;
 }
 
-/// Half circles of a sphere cut at the equator and pulled apart by `length`.
+/// Returns the profile of a sphere split at the equator, with its halves `length` apart.
 std::vector<Eigen::Vector2d> CapsuleProfile(double radius, double length) {
   std::vector<Eigen::Vector2d> profile;
   for (int r = 0; r <= kRings; ++r) {

@@ -7,13 +7,13 @@
 
 namespace legopt {
 
-/// Bounding-box tree over the triangles of a fixed mesh. Immutable after construction.
+/// Bounding-volume hierarchy of a fixed mesh's triangles. Immutable after construction.
 class TriangleBvh {
  public:
-  /// Copies the triangles' bounds; `mesh` need not outlive the tree.
+  /// Copies the bounds of the triangles; `mesh` need not outlive the tree.
   explicit TriangleBvh(const TriangleMesh& mesh);
 
-  /// Calls visit(triangle index) for triangles whose bounds overlap the box until it returns true; returns whether it
+  /// Calls visit(triangle index) for triangles whose bounds overlap the box until it returns true. Returns true if it
   /// did.
   template <class Visitor>
   bool AnyOverlapping(const Eigen::AlignedBox3d& box, Visitor visit) const {
@@ -36,7 +36,7 @@ class TriangleBvh {
   }
 
  private:
-  static constexpr int kMaxDepth = 64;  ///< halving splits: enough for any mesh
+  static constexpr int kMaxDepth = 64;  ///< sufficient for any mesh, since splits halve
   static constexpr int kLeafSize = 4;
 
   /// Leaf: triangles order_[first .. first + count). Inner: count 0, children first and first + 1.
@@ -50,7 +50,7 @@ class TriangleBvh {
 
   std::vector<Node> nodes_;
   std::vector<int> order_;
-  std::vector<Eigen::AlignedBox3d> bounds_;  ///< in the sequence of order_
+  std::vector<Eigen::AlignedBox3d> bounds_;  ///< parallel to order_
 };
 
 }  // namespace legopt

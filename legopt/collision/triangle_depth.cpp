@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 
 constexpr double kApart = -1.0;
 
-/// Plane through a triangle, unit normal outwards; the normal is zero for a triangle without area.
+/// Plane of a triangle with outward unit normal; the normal is zero for a triangle without area.
 struct Plane {
   Vector3d normal = Vector3d::Zero();
   Vector3d point = Vector3d::Zero();
@@ -32,7 +32,7 @@ bool OnOneSide(const std::array<double, 3>& h) {
   return (h[0] > 0.0 && h[1] > 0.0 && h[2] > 0.0) || (h[0] < 0.0 && h[1] < 0.0 && h[2] < 0.0);
 }
 
-/// Where a triangle meets the other's plane: coordinates along the line that both planes share, in ascending order.
+/// Returns the interval in which a triangle intersects the other's plane: coordinates along the planes' common line.
 std::array<double, 2> Cut(const TriangleCorners& t, const std::array<double, 3>& h, const Vector3d& line) {
   std::array<double, 2> cut = {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
   const auto include = [&](double s) {
@@ -49,7 +49,7 @@ std::array<double, 2> Cut(const TriangleCorners& t, const std::array<double, 3>&
   return cut;
 }
 
-/// Moeller's interval test.
+/// Returns true if two triangles cross (Moeller's interval test).
 bool Cross(const TriangleCorners& a, const Plane& plane_a, const TriangleCorners& b, const Plane& plane_b) {
   const std::array<double, 3> heights_b = Heights(plane_a, b);
   if (OnOneSide(heights_b)) return false;
@@ -72,7 +72,7 @@ struct Polygon {
   }
 };
 
-/// What is left where n . (p - point) <= 0.
+/// Clips a polygon to n . (p - point) <= 0.
 Polygon Clip(const Polygon& polygon, const Vector3d& n, const Vector3d& point) {
   Polygon rest;
   for (int i = 0; i < polygon.size; ++i) {
@@ -85,8 +85,8 @@ Polygon Clip(const Polygon& polygon, const Vector3d& n, const Vector3d& point) {
   return rest;
 }
 
-/// How far `t`, clipped to the prism over `face`, reaches behind its plane; minus infinity when nothing is left.
-/// `deepest` receives where.
+/// Returns the depth of `t`, clipped to the prism over `face`, behind the plane; minus infinity if nothing remains.
+/// `deepest` receives the deepest point.
 double DepthBehind(const TriangleCorners& face, const Plane& plane, const TriangleCorners& t,
                    Vector3d* deepest = nullptr) {
   Polygon polygon;
@@ -123,7 +123,7 @@ double TriangleDepth(const TriangleCorners& a, const TriangleCorners& b) {
 
 namespace {
 
-/// Calls action(triangle of A, triangle of B in the frame of A) for all whose boxes overlap.
+/// Calls action(triangle of A, triangle of B in the frame of A) for all pairs with overlapping boxes.
 template <class Action>
 void ForEachNearPair(const TriangleMesh& a, const TriangleBvh& bvh_a, const TriangleMesh& b,
                      const Eigen::Isometry3d& X_AB, Action action) {

@@ -8,29 +8,30 @@
 
 namespace legopt {
 
-/// Three corners, counter-clockwise seen from outside, m.
+/// Corners of a triangle, counter-clockwise seen from outside, m.
 using TriangleCorners = std::array<Eigen::Vector3d, 3>;
 
-/// Depth of two crossing triangles by ODE's rule (docs/readings.md#contact-depth), m, >= 0; negative when they do not
-/// cross. In double precision.
+/// Computes the depth of two crossing triangles by ODE's rule (docs/readings.md#contact-depth) in double precision, m,
+/// >= 0; negative if they do not cross.
 ///
-/// Each is clipped to the prism over the other, and how far what is left reaches behind the other's plane is its depth;
-/// that of the pair is the smaller one. Coplanar triangles do not cross.
+/// Each triangle is clipped to the prism over the other; its depth is the largest distance of the remainder behind the
+/// other's plane. The result is the smaller of the two depths. Coplanar triangles do not cross.
 double TriangleDepth(const TriangleCorners& a, const TriangleCorners& b);
 
-/// The largest depth of all pairs of triangles of two meshes, m; negative when no two cross. `X_AB`: pose of mesh B in
-/// the frame of A. All pairs, none merged, and none lost: the exact figure behind ODE's contacts. `bvh_a` is of `a`.
+/// Returns the largest depth of all pairs of triangles of two meshes, m; negative if none cross. `X_AB`: pose of mesh B
+/// in the frame of A. `bvh_a`: tree of `a`. Unlike ODE, it considers all pairs and merges no contacts.
 double MeshDepth(const TriangleMesh& a, const TriangleBvh& bvh_a, const TriangleMesh& b, const Eigen::Isometry3d& X_AB);
 
-/// Where two meshes cross most deeply.
+/// Deepest crossing of two meshes.
 struct MeshCrossing {
-  double depth_m = -1.0;                              ///< as of MeshDepth; negative: no two triangles cross
+  double depth_m = -1.0;                              ///< depth as returned by MeshDepth; negative: no triangles cross
   Eigen::Vector3d point_a = Eigen::Vector3d::Zero();  ///< on the crossing triangle of A, or on its plane
-  Eigen::Vector3d point_b = Eigen::Vector3d::Zero();  ///< likewise of B; `depth_m` away from point_a
+  Eigen::Vector3d point_b = Eigen::Vector3d::Zero();  ///< on the crossing triangle of B, or on its plane; `depth_m`
+                                                      ///< from point_a
 };
 
-/// The depth of MeshDepth with the points that are so far apart: of the triangle that reaches behind the other one its
-/// deepest point, and that point's foot on the other's plane. Points in the frame of A, m.
+/// Returns the depth of MeshDepth with its two points: the deepest point of the triangle behind the other's plane, and
+/// its projection onto that plane. Points in the frame of A, m.
 MeshCrossing DeepestCrossing(const TriangleMesh& a, const TriangleBvh& bvh_a, const TriangleMesh& b,
                              const Eigen::Isometry3d& X_AB);
 

@@ -13,7 +13,7 @@
 namespace legopt {
 namespace {
 
-/// Coordinates and indices stay with ODE's mesh: ODE refers to them.
+/// A mesh with the coordinates and indices that ODE refers to.
 struct Mesh {
   explicit Mesh(TriangleMesh mesh) : triangles(std::move(mesh)), bvh(triangles) {}
 
@@ -28,8 +28,8 @@ struct Mesh {
 
 constexpr int kCoordinatesPerVertex = 3;
 
-// Debian builds ODE without thread-local storage: the colliders of meshes share one cache in the process, whatever
-// dAllocateODEDataForThread allocates. Worlds of several threads take turns.
+// Debian builds ODE without thread-local storage: all mesh colliders of the process share one cache, whatever
+// dAllocateODEDataForThread allocates. So worlds of several threads must take turns.
 std::mutex& ColliderCache() {
   static std::mutex mutex;
   return mutex;
@@ -51,12 +51,12 @@ struct TrimeshWorld::Impl {
   const Mesh& at(int mesh) const { return *meshes[static_cast<size_t>(mesh)]; }
   dGeomID geom(int mesh) const { return at(mesh).geom; }
 
-  /// ODE's tree of a single triangle is a null pointer that its collider dereferences.
+  /// Returns false for a single triangle: ODE's tree for it is a null pointer that its collider dereferences.
   bool IsKnownToOde(int mesh) const { return at(mesh).triangles.triangles.size() > 1; }
 
-  /// Number of contacts, at most kOriginalContacts, which are left in `contacts`. None if ODE cannot answer: it does
-  /// not know a mesh, or it fails an assertion. Its table of contacts holds four per bucket, and removing a contact
-  /// that found its bucket full fails one.
+  /// Collides two meshes and returns the number of contacts, at most kOriginalContacts, which are stored in `contacts`.
+  /// Empty if ODE cannot answer, because a mesh is not known to it or an assertion failed. Its contact table has four
+  /// places per bucket; removing a contact that did not fit fails an assertion.
   std::optional<int> Collide(int mesh_a, int mesh_b) {
     if (!IsKnownToOde(mesh_a) || !IsKnownToOde(mesh_b)) return std::nullopt;
     UseOdeOnThisThread();
@@ -68,7 +68,7 @@ struct TrimeshWorld::Impl {
       return std::nullopt;
     }
   }
-  /// Largest depth of the first contacts; -1 without any.
+  /// Returns the largest depth of the first `count` contacts; -1 if there are none.
   double Deepest(int count) const {
     double depth = -1.0;
     for (int i = 0; i < count; ++i)

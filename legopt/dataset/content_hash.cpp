@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMostBytesOfFile = std::size_t{4} << 30;
-constexpr const char* kPlainCharacters =  // need no quotes in YAML
+constexpr const char* kPlainCharacters =  // characters that need no quotes in YAML
     "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./-";
 
 [[noreturn]] void Fail(const fs::path& path, std::string message, std::string fix) {
@@ -34,7 +34,7 @@ std::string RelativePath(const fs::path& folder, const std::string& mesh_file) {
   return relative.generic_string();
 }
 
-/// `text` without its top-level `files:` block; `position` is where the block was, or npos.
+/// Returns `text` without its top-level `files:` block; `position` is the block's former position, or npos.
 std::string RemoveFilesBlock(const std::string& text, size_t* position) {
   std::string kept;
   *position = std::string::npos;
@@ -49,7 +49,7 @@ std::string RemoveFilesBlock(const std::string& text, size_t* position) {
       inside = true;
       *position = kept.size();
     }
-    // Comments at the margin belong to what follows; they end the block, too.
+    // An unindented comment ends the block: it belongs to the lines after it.
     if (inside && line.starts_with("#")) inside = false;
     if (!inside) kept += line;
     begin = end;

@@ -21,12 +21,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Boxes of shapes in the frame of their owner; every mesh is read once for each scale.
+/// Cache of bounding boxes of shapes in the frame of their owner; each mesh is read once per scale.
 class ShapeBoxes {
  public:
   explicit ShapeBoxes(const ReadGuard& guard) : guard_(guard) {}
 
-  /// `user` names the owner in errors. Throws InputError for a mesh that cannot be read.
+  /// Returns the box of a shape. `user` names the owner in errors. Throws InputError for a mesh that cannot be read.
   Eigen::AlignedBox3d Of(const ShapeSpec& shape, const std::string& user) {
     if (shape.kind != ShapeSpec::Kind::kMesh) return LinkBox({.name = user, .collision = {shape}});
     const auto key = std::tuple(shape.mesh_file, shape.scale.x(), shape.scale.y(), shape.scale.z());
@@ -49,12 +49,12 @@ class ShapeBoxes {
   }
 
   const ReadGuard& guard_;
-  std::map<std::tuple<std::string, double, double, double>, Eigen::AlignedBox3d> meshes_;  ///< by file and scale
+  std::map<std::tuple<std::string, double, double, double>, Eigen::AlignedBox3d> meshes_;  ///< keyed by file and scale
 };
 
-/// The box, unless it reaches further than lengths can be told apart by the judge.
+/// Returns the box; throws InputError if it extends so far that single precision is coarser than the judge's tolerance.
 const Eigen::AlignedBox3d& Near(const Eigen::AlignedBox3d& box, const std::string& user, const fs::path& file) {
-  constexpr double kFurthest_m = 8192.0;  // from here on neighbouring floats are 1 mm apart
+  constexpr double kFurthest_m = 8192.0;  // above this, adjacent floats differ by about 1 mm
   const double furthest_m = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
   if (furthest_m <= kFurthest_m) return box;
   throw InputError({.file = file.string(),
@@ -79,7 +79,7 @@ std::shared_ptr<const Dataset> Dataset::Load(const fs::path& folder, const ReadG
 Dataset::Dataset(fs::path folder, DatasetDescription description, const ReadGuard& guard)
     : folder_(std::move(folder)),
       description_(std::move(description)),
-      // Before the robot is parsed: a damaged file should be reported as damaged, not as bad XML.
+      // Hashes are verified before the robot is parsed: a damaged file should be reported as damaged, not as bad XML.
       robot_((VerifyListedFiles(), RobotModel::FromUrdfFile((folder_ / description_.robot_file).string(), guard))),
       scene_(ReadSceneFile(folder_ / description_.scene_file, guard)) {
   ResolveContentHash();
@@ -133,7 +133,7 @@ void Dataset::ResolveContentHash() {
     const auto listed = description_.files.find(path);
     manifest.push_back({.path = path, .hash = {}});
     if (listed != description_.files.end()) {
-      manifest.back().hash = listed->second;  // verified
+      manifest.back().hash = listed->second;  // hash already verified
       unused.erase(path);
       continue;
     }
@@ -166,7 +166,7 @@ void Dataset::CheckMass() const {
 }
 
 void Dataset::MeasureShapes() {
-  ShapeBoxes boxes(robot_.read_guard());  // which is the scene's, too
+  ShapeBoxes boxes(robot_.read_guard());  // the scene has the same guard
   for (const SceneObject& object : scene_.objects) {
     const std::string user = "scene object '" + object.name + "'";
     scene_bounds_.extend(Near(boxes.Of(object.shape, user), user, folder_ / description_.scene_file));

@@ -17,77 +17,75 @@
 
 namespace legopt {
 
-/// A robot, a scene and the problems posed to it: everything that decides what a solution is worth.
+/// A robot, a scene, benchmark constants and problems: all data that affects how a solution is judged.
 ///
 /// Loaded from a folder with a `dataset.yaml` (format: dataset_file.h) or from a bare LegOpt-style folder
-/// (legopt_folder.h). Immutable after loading; share it as shared_ptr<const Dataset>. All const members may be called
-/// from any thread.
+/// (legopt_folder.h). Immutable after loading and thread-safe; share it as shared_ptr<const Dataset>.
 class Dataset {
  public:
-  /// A link that may stand. `box` is the link-frame AABB of its collision geometry (metres); the four corners at
-  /// box.min().z() are the sole that spans the support polygon.
+  /// A link that may support the robot. The four corners of its box at box.min().z() are the contact patch, which spans
+  /// the support polygon.
   struct Foot {
-    std::string link;         ///< its name
+    std::string link;
     int link_index;           ///< index into RobotModel::links()
-    Eigen::AlignedBox3d box;  ///< link frame, m; not empty
+    Eigen::AlignedBox3d box;  ///< AABB of its collision geometry in the link frame, m; not empty
   };
 
-  /// Reads and checks the whole dataset; every mesh is read once, so that a corrupt one is found here, not by a worker.
-  /// `guard` runs the readers of other people's libraries on its robot and its meshes, now and for later users of
-  /// robot() and scene().
+  /// Reads and checks the whole dataset, including every mesh, so that a corrupt mesh is reported here and not by a
+  /// worker. `guard` runs third-party parsers on the robot and the meshes, now and for later users of robot() and
+  /// scene().
   ///
   /// Throws InputError for a missing or malformed file, a content hash that differs from the manifest, an unknown key,
-  /// link or joint (naming the nearest valid one), a robot without mass, geometry more than 8,192 m from the origin
-  /// (beyond which single precision, as in mesh files, is coarser than the judge's 1 mm), a foot without geometry, a
-  /// stance that is not well formed, and problem ids that occur twice.
+  /// link or joint (with the nearest valid name), a robot without mass, geometry more than 8,192 m from the origin
+  /// (where single precision, as in mesh files, is coarser than the judge's 1 mm), a foot without geometry, an invalid
+  /// stance, and duplicate problem ids.
   static std::shared_ptr<const Dataset> Load(const std::filesystem::path& folder, const ReadGuard& guard = {});
 
-  /// From `dataset.yaml`; the folder's own name for a bare folder. Not part of the content hash.
+  /// Name from `dataset.yaml`; the folder's name for a bare folder. Not part of the content hash.
   const std::string& name() const { return description_.name; }
-  /// Absolute path of the folder it was loaded from.
+  /// Absolute path of the dataset's folder.
   const std::filesystem::path& folder() const { return folder_; }
-  /// BLAKE2b-256 (64 lower-case hex digits) of the canonical manifest: all constants above and, per used file, its
-  /// path in the folder and the hash of its bytes, meshes included. Equal hashes mean equal problems; neither the
-  /// dataset's name nor the place of its folder changes it.
+  /// BLAKE2b-256 (64 lower-case hex digits) of the canonical manifest: the constants and, per used file, its relative
+  /// path and the hash of its bytes, meshes included. Equal hashes mean equal problems; the dataset's name and the
+  /// location of its folder are not included.
   const std::string& content_hash() const { return content_hash_; }
 
   /// Absolute path of the URDF.
   std::filesystem::path robot_file() const { return folder_ / description_.robot_file; }
-  const RobotModel& robot() const { return robot_; }  ///< as read, meshes not loaded; lives as long as the dataset
-  const Scene& scene() const { return scene_; }       ///< as read, meshes not loaded; lives as long as the dataset
-  /// A box that contains the scene, in the world, m.
+  const RobotModel& robot() const { return robot_; }  ///< meshes not loaded; lives as long as the dataset
+  const Scene& scene() const { return scene_; }       ///< meshes not loaded; lives as long as the dataset
+  /// Box that contains the scene, in the world, m.
   const Eigen::AlignedBox3d& scene_bounds() const { return scene_bounds_; }
-  /// A box that contains the robot in its nominal posture, base upright at the origin, m.
+  /// Box that contains the robot in its nominal posture, base upright at the origin, m.
   const Eigen::AlignedBox3d& robot_bounds() const { return robot_bounds_; }
-  /// Obstacles of the scene, hulls of the links, checked link pairs. Built at the first call for each representation
-  /// and selection (seconds for a large mesh), then shared; concurrent first calls build once. Throws InputError for a
-  /// corrupt mesh.
+  /// Returns the collision model: obstacles of the scene, hulls of the links, checked link pairs. Built at the first
+  /// call for each representation and selection (seconds for a large mesh), then shared; concurrent first calls build
+  /// it once. Throws InputError for a corrupt mesh.
   const std::shared_ptr<const CollisionModel>& collision_model(SceneRepresentation scene = SceneRepresentation::kSolid,
                                                                PairSelection pairs = PairSelection::kReference) const;
 
-  /// Problems of a task, its own or those of the task that it shares them with, in file order; empty when the dataset
-  /// has none.
+  /// Returns the problems of a task, or of the task that it shares them with, in file order; empty if there are none.
   const std::vector<ProblemDefinition>& problems(Task task) const { return problems_[DescriptionOf(task).problems]; }
-  /// Throws InputError naming the ids there are.
+  /// Returns a problem by id. Throws InputError with the list of valid ids.
   const ProblemDefinition& problem(Task task, int id) const;
 
-  /// Standard gravity of the cost, > 0. The LegOpt benchmark uses 9.797930195020351.
+  /// Gravitational acceleration for the cost, > 0. The LegOpt benchmark uses 9.797930195020351.
   double gravity_m_s2() const { return description_.gravity_m_s2; }
-  /// Distance of a foot's link frame above its sole target along the surface normal (Atlas 0.082351).
+  /// Height of a foot's link frame above its contact frame along the surface normal (Atlas: 0.082351).
   double sole_offset_m() const { return description_.sole_offset_m; }
-  /// Joint values of the initial guess, n, within the limits.
+  /// Joint values of the initial guess, size n, within the limits.
   const Eigen::VectorXd& nominal_joints() const { return nominal_joints_; }
-  /// Configuration (n + 7) whose touching link pairs are ignored in self-collision; base at the origin.
+  /// Configuration (n + 7) with the base at the origin. Link pairs that touch in it are ignored in self-collision.
   const Eigen::VectorXd& self_collision_reference() const { return self_collision_reference_; }
-  /// z of the lowest corner of all feet's boxes relative to the base origin, with nominal joints and an upright base
-  /// (negative; Atlas -0.873903). Metres.
+  /// z of the lowest corner of all feet's boxes relative to the base origin, with nominal joints and an upright base, m
+  /// (negative; Atlas: -0.873903).
   double nominal_sole_height_m() const { return nominal_sole_height_m_; }
 
-  const std::vector<Foot>& feet() const { return feet_; }  ///< in the order of dataset.yaml; not empty
-  /// Foot by link name; throws InputError when the link is not a foot of this dataset.
+  const std::vector<Foot>& feet() const { return feet_; }  ///< ordered as in dataset.yaml; not empty
+  /// Returns a foot by link name. Throws InputError if the link is not a foot of this dataset.
   const Foot& foot(const std::string& link) const;
-  /// Target of the foot's *link frame* in the world: position + sole_offset_m * n with n = third column of the
-  /// rotation, rotation unchanged (normalised).
+  /// Computes the target of the foot's *link frame* in the world: position + sole_offset_m * n, with n the third column
+  /// of the rotation; the rotation is only normalised.
   Eigen::Isometry3d FootTarget(const Foothold& foothold) const;
 
   Dataset(const Dataset&) = delete;
@@ -113,7 +111,7 @@ class Dataset {
   Scene scene_;
   std::string content_hash_;
   Eigen::AlignedBox3d scene_bounds_, robot_bounds_;
-  std::vector<Eigen::AlignedBox3d> link_boxes_;  ///< by link, in its frame; empty for a link without geometry
+  std::vector<Eigen::AlignedBox3d> link_boxes_;  ///< per link, in its frame; empty for a link without geometry
   Per<Task, std::vector<ProblemDefinition>> problems_;
   Eigen::VectorXd nominal_joints_;
   Eigen::VectorXd self_collision_reference_;

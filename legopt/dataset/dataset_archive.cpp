@@ -30,9 +30,9 @@ constexpr std::size_t kMostTableBytes = std::size_t{8} << 20;
 constexpr std::int64_t kTableMemoryBytes = std::int64_t{256} << 20;
 constexpr std::size_t kMostPathBytes = 1024;
 constexpr int kMostPathDepth = 32;
-constexpr std::size_t kAlwaysUnpackedBytes = std::size_t{64} << 20;  // so much may come of any archive
-constexpr std::size_t kMostExpansion = 100;  // beyond that: bytes of content for each packed byte
-constexpr int kMostWindowLog = 24;           // logarithm of the memory for decompression: 16 MiB
+constexpr std::size_t kAlwaysUnpackedBytes = std::size_t{64} << 20;  // any archive may unpack to this size
+constexpr std::size_t kMostExpansion = 100;  // maximum ratio of unpacked to packed bytes above that size
+constexpr int kMostWindowLog = 24;           // base-2 logarithm of the memory for decompression: 16 MiB
 
 [[noreturn]] void Refuse(const std::string& message, const std::string& value = {}, const std::string& fix = {}) {
   throw InputError({"dataset archive", "", value, message, fix});
@@ -46,7 +46,7 @@ std::string Compressed(const std::string& plain) {
   return packed;
 }
 
-/// An archive's content, decompressed piece by piece, so that it takes no memory in proportion to its size.
+/// Streaming decompression of an archive, so that memory does not grow with its size.
 class ArchiveStream {
  public:
   explicit ArchiveStream(std::string_view packed)
@@ -62,10 +62,10 @@ class ArchiveStream {
     ZSTD_DCtx_setParameter(context_.get(), ZSTD_d_windowLogMax, kMostWindowLog);
   }
 
-  /// Bytes of the content that Next() has not returned.
+  /// Number of bytes that Next() has not returned yet.
   std::size_t bytes_left() const { return bytes_left_; }
 
-  /// The next bytes, between 1 and `most` of them; empty at the end. Valid until the next call.
+  /// Returns the next bytes, between 1 and `most`; empty at the end. Valid until the next call.
   std::string_view Next(std::size_t most) {
     if (rest_.empty() && bytes_left_ > 0) Refill();
     const std::string_view piece = rest_.substr(0, most);
@@ -74,7 +74,7 @@ class ArchiveStream {
     return piece;
   }
 
-  /// Throws unless the archive ends here and was whole.
+  /// Throws unless the archive is complete and ends here.
   void RequireEnd() {
     if (bytes_left_ > 0) Refuse("is longer than its table says");
     while (!complete_) Refill();
@@ -136,8 +136,8 @@ std::vector<PackedFile> ParseTable(std::string_view text) {
   return files;
 }
 
-// What ParseTable returns, or the fault that it throws, as bytes: 'f' and rows "BYTES PATH", each ended by NUL, or 'e'
-// and message, value and fix, each ended by NUL.
+// Serializes the result of ParseTable: 'f' and rows "BYTES PATH", each ended by NUL; or, if it throws, 'e' and message,
+// value and fix, each ended by NUL.
 std::string TableAnswer(std::string_view text) {
   std::string answer = "f";
   try {
@@ -179,7 +179,7 @@ std::vector<PackedFile> ReadTable(const std::string& text, const ReadGuard& guar
   return files;
 }
 
-// The first line.
+// Reads the table, which is the first line.
 std::string TakeTable(ArchiveStream& archive) {
   std::string table;
   while (table.size() <= kMostTableBytes) {
@@ -233,7 +233,7 @@ std::string PackDataset(const fs::path& folder, const ReadGuard& guard) {
   std::string contents;
   for (const std::string& path : paths) {
     const std::string bytes = ReadFileText(absolute / path, kMostUnpackedBytes);
-    if (contents.size() + bytes.size() > kMostUnpackedBytes) break;  // refused below
+    if (contents.size() + bytes.size() > kMostUnpackedBytes) break;  // rejected below
     table["files"].push_back({{"path", path}, {"bytes", bytes.size()}});
     contents += bytes;
   }

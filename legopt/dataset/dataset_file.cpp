@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Relative path in normal form; refuses what leaves the folder.
+/// Returns a relative path in normal form; throws if it leaves the folder.
 std::string CheckPath(const YamlFields& fields, const std::string& key, const std::string& text) {
   const fs::path path = fs::path(text).lexically_normal();
   if (text.empty() || path.is_absolute() || *path.begin() == "..") {
@@ -70,7 +70,7 @@ std::map<std::string, std::string> ReadFiles(const YamlFields& fields) {
   return files;
 }
 
-/// A text of each task, "a or b", as errors list them.
+/// Joins a text of every task as "a or b" for errors.
 template <typename TextOf>
 std::string AnyTask(const TextOf& text_of) {
   std::string text;

@@ -22,10 +22,10 @@ void CopyMesh(const fs::path& source, const ShapeSpec& shape, const fs::path& fo
   CopyOutputFile(shape.mesh_file, folder / fs::path(shape.mesh_file).lexically_relative(source));
 }
 
-/// Shortest text that reads back as the same number.
+/// Formats a number as the shortest text that parses to the same double.
 std::string Number(double value) { return Dump(nlohmann::json(value)); }
 
-/// As it stands where YAML takes it for a text, else in quotes.
+/// Formats a text for YAML, quoted where needed.
 std::string Text(const std::string& text) {
   static constexpr std::array<std::string_view, 9> kWords = {"true", "false", "yes", "no", "on",
                                                              "off",  "null",  "y",   "n"};

@@ -9,17 +9,17 @@
 
 namespace legopt {
 
-/// Text of a problem file (problem_file.h); reading it gives the same bits.
+/// Formats a problem file (problem_file.h). Reading it returns identical numbers.
 std::string FormatProblems(std::span<const ProblemDefinition> problems, Task task, const std::string& robot,
                            const std::string& scenario);
 
-/// Text of a dataset.yaml (dataset_file.h) without the hashes; `comment` is put on top, line by line.
+/// Formats a dataset.yaml (dataset_file.h) without the hashes; `comment` becomes the comment at its top, line by line.
 std::string FormatDatasetFile(const DatasetDescription& description, const std::string& comment);
 
-/// Copies the robot of a dataset, meshes included, keeping the paths. Throws InputError.
+/// Copies the robot of a dataset with its meshes, keeping relative paths. Throws InputError.
 void CopyRobot(const Dataset& source, const DatasetDescription& description, const std::filesystem::path& folder);
 
-/// Copies the scene of a dataset, meshes included, keeping the paths. Throws InputError.
+/// Copies the scene of a dataset with its meshes, keeping relative paths. Throws InputError.
 void CopyScene(const Dataset& source, const DatasetDescription& description, const std::filesystem::path& folder);
 
 }  // namespace legopt

@@ -12,13 +12,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kAtlasSoleOffset_m = 0.082351;  // lowest vertex of r_foot, 0.081351, and the tolerance, 0.001
+constexpr double kAtlasSoleOffset_m = 0.082351;  // lowest vertex of r_foot (0.081351) plus the tolerance (0.001)
 constexpr double kKnee_rad = 50 * std::numbers::pi / 180;
 constexpr double kHipAndAnkle_rad = -25 * std::numbers::pi / 180;
 constexpr double kShoulder_rad = 1.3;
-constexpr double kReferenceBack_rad = 20 * 3.1415 / 180;  // the evaluator's own value of pi
+constexpr double kReferenceBack_rad = 20 * 3.1415 / 180;  // the original evaluator's approximation of pi
 
-/// The only element, as a path inside the folder.
+/// Returns the only element, as a path relative to the folder; throws for none or several.
 std::string TheOnly(const fs::path& folder, std::vector<fs::path> found, const std::string& what) {
   std::sort(found.begin(), found.end());
   if (found.size() == 1) return found.front().lexically_relative(folder).generic_string();

@@ -7,7 +7,7 @@
 namespace legopt {
 namespace {
 
-/// Half extents along the owner's axes of a primitive centred at its pose.
+/// Returns the half extents, along the owner's axes, of a primitive centred at its pose.
 Eigen::Vector3d HalfExtents(const ShapeSpec& shape) {
   const Eigen::Matrix3d R = shape.pose.linear();
   const double radius = shape.size.x();
@@ -20,7 +20,7 @@ Eigen::Vector3d HalfExtents(const ShapeSpec& shape) {
     case ShapeSpec::Kind::kCapsule:
       return along_axis + Eigen::Vector3d::Constant(radius);
     case ShapeSpec::Kind::kCylinder:
-      // A disc with normal a reaches r sqrt(1 - a_i^2) along axis i.
+      // A disc with normal a has half extent r sqrt(1 - a_i^2) along axis i.
       return along_axis + radius * (1 - R.col(2).array().square()).max(0).sqrt().matrix();
     case ShapeSpec::Kind::kMesh:
       break;

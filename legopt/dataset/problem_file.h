@@ -16,20 +16,20 @@ namespace legopt {
 ///     {"robot": "atlas", "scenario": "garage", "task": "posture",
 ///      "problems": [{"id": 0, "definition": ["l_foot,qw qx qy qz px py pz ,r_foot,... ,"]}, ...]}
 ///
-/// `definition` holds one stance string (stance.h) per stance. Keys this program does not know are left alone, so that
-/// solution files are problem files, too.
+/// `definition` holds one stance string (stance.h) per stance. Unknown keys are ignored, so that solution files are
+/// valid problem files.
 struct ProblemFile {
   std::string robot;                        ///< free text, may be empty
   std::string scenario;                     ///< free text, may be empty
-  std::optional<Task> task;                 ///< as stated; nullopt when the key is missing
-  std::vector<ProblemDefinition> problems;  ///< in the order of the file
+  std::optional<Task> task;                 ///< nullopt if the key is missing
+  std::vector<ProblemDefinition> problems;  ///< ordered as in the file
 };
 
-/// Reads the problems. Throws InputError naming file and problem: no `problems` array, missing or repeated `id`,
-/// missing `definition`, a stance that is not well formed.
+/// Reads a problem file. Throws InputError with file and problem: no `problems` array, missing or duplicate `id`,
+/// missing `definition`, invalid stance.
 ProblemFile ReadProblemFile(const std::filesystem::path& path);
 
-/// The same from JSON that is already parsed; a problem may lack its `definition` when `definition_optional`.
+/// Reads a problem file from parsed JSON. If `definition_optional`, a problem may omit its `definition`.
 ProblemFile ParseProblemFile(const nlohmann::json& root, const std::string& file_for_errors, bool definition_optional);
 
 }  // namespace legopt

@@ -30,7 +30,7 @@ std::vector<std::string> KnownKeys(const std::string& shape) {
 
 std::string ReadShapeName(const YAML::Node& node, const std::string& file, const std::string& place) {
   const std::vector<std::string> shapes = {"box", "sphere", "cylinder", "capsule", "mesh"};
-  // Only `shape` is looked at here: the other keys depend on it and are checked afterwards.
+  // Only `shape` is read here; the other keys depend on it and are checked later.
   YAML::Node head(YAML::NodeType::Map);
   if (node.IsMap() && node["shape"]) head["shape"] = node["shape"];
   const YamlFields fields(node.IsMap() ? head : node, file, place, {"shape"});
@@ -60,7 +60,7 @@ void ReadMesh(const YamlFields& fields, const fs::path& folder, ShapeSpec* shape
   if (shape->scale.minCoeff() <= 0) fields.Fail("scale", "", "must be greater than 0", "write a positive factor");
 }
 
-/// A COLLADA mesh whose up axis is not z is turned so that it is. The scale multiplies the turned axes.
+/// Rotates a COLLADA mesh whose up axis is not z, so that z is up. The scale applies to the rotated axes.
 void TurnMeshUp(ShapeSpec* shape) {
   const Eigen::Matrix3d turn = TurnToZUp(shape->mesh_file);
   if (turn.isIdentity()) return;

@@ -15,14 +15,13 @@ namespace legopt {
 ///       - {name: rail, shape: capsule, radius: 0.05, length: 2}         # length without the caps
 ///       - {name: car, shape: mesh, file: meshes/car.stl, scale: 1}      # scale: a number or [x, y, z]
 ///
-/// `position` and `rpy` default to zero; rpy is fixed-axis roll, pitch, yaw (R = Rz Ry Rx), as in URDF. Names are
-/// unique. Mesh files are relative to the scene file and must exist; they are parsed, under `guard`, when the collision
-/// model is built.
-/// Throws InputError: missing file, broken YAML, unknown key or shape (naming the nearest), a size that is not positive
-/// and finite, a name used twice, a mesh file of unknown type.
+/// `position` and `rpy` default to zero; rpy is fixed-axis roll, pitch, yaw (R = Rz Ry Rx), as in URDF. Names must be
+/// unique. Mesh files are relative to the scene file and must exist; they are parsed under `guard` when the collision
+/// model is built. Throws InputError: missing file, invalid YAML, unknown key or shape (with the nearest valid one), a
+/// size that is not positive and finite, a duplicate name, a mesh file of unknown type.
 Scene ReadSceneFile(const std::filesystem::path& path, const ReadGuard& guard = {});
 
-/// True for the suffixes .stl .obj .dae .ply in any case.
+/// Returns true for the suffixes .stl .obj .dae .ply in upper or lower case.
 bool IsMeshFile(const std::filesystem::path& path);
 
 }  // namespace legopt

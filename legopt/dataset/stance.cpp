@@ -20,7 +20,7 @@ std::string_view Trim(std::string_view text) {
   return text.substr(first, text.find_last_not_of(kSpace) - first + 1);
 }
 
-/// Fields between commas; the empty field after a trailing comma is dropped.
+/// Splits a text at commas and drops the empty field after a trailing comma.
 std::vector<std::string_view> SplitFields(std::string_view text) {
   std::vector<std::string_view> fields;
   while (true) {

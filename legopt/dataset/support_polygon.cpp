@@ -10,7 +10,7 @@
 namespace legopt {
 namespace {
 
-/// Corners closer than this are one: an edge of rounding errors has no direction. Metres.
+/// Corners closer than this (metres) are merged, since a very short edge has no reliable direction.
 constexpr double kMergeDistance_m = 1e-9;
 
 double Cross(const Eigen::Vector2d& o, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
@@ -19,7 +19,7 @@ double Cross(const Eigen::Vector2d& o, const Eigen::Vector2d& a, const Eigen::Ve
   return u.x() * v.y() - u.y() * v.x();
 }
 
-/// Extends the chain `hull[begin..]` by `point`, keeping left turns only.
+/// Appends `point` to the chain `hull[begin..]` and removes points that are not left turns.
 void ExtendChain(const Eigen::Vector2d& point, size_t begin, std::vector<Eigen::Vector2d>* hull) {
   while (hull->size() >= begin + 2 && Cross((*hull)[hull->size() - 2], hull->back(), point) <= 0) hull->pop_back();
   hull->push_back(point);

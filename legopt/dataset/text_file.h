@@ -5,22 +5,22 @@
 
 namespace legopt {
 
-/// Writes a text file whole or not at all (WriteOutputFile). Throws InputError.
+/// Writes a text file atomically (WriteOutputFile). Throws InputError.
 void WriteTextFile(const std::filesystem::path& path, const std::string& text);
 
-/// A folder that appears under its name only when it is complete.
+/// An output folder that appears under its name only when it is complete.
 ///
-/// Everything is written into `DIR.partial`, which Finish() renames and Discard() removes. The constructor throws
-/// InputError when `DIR` exists (nothing is ever overwritten), and when `DIR.partial` is there but was begun with
-/// another `identity`; with the same identity its files are kept, so that work can go on where it stopped.
+/// Files are written into `DIR.partial`, which Finish() renames and Discard() removes. The constructor throws
+/// InputError if `DIR` exists (nothing is ever overwritten), or if `DIR.partial` exists with another `identity`. With
+/// the same identity its files are kept, so that interrupted work can be resumed.
 class NewFolder {
  public:
-  /// `folder` is DIR; `identity` is any text that names what is being made.
+  /// `folder`: DIR. `identity`: any text that identifies the content.
   NewFolder(const std::filesystem::path& folder, const std::string& identity);
-  const std::filesystem::path& path() const { return partial_; }  ///< `DIR.partial`, where files go
-  /// Gives the folder its name, in one step. Throws InputError when that fails; the files then stay in `DIR.partial`.
+  const std::filesystem::path& path() const { return partial_; }  ///< `DIR.partial`, the folder for the files
+  /// Renames the folder atomically. Throws InputError if that fails; the files then remain in `DIR.partial`.
   void Finish();
-  /// Removes `DIR.partial` with everything in it; never throws.
+  /// Removes `DIR.partial` and its content; never throws.
   void Discard();
 
  private:

@@ -9,26 +9,26 @@
 
 namespace legopt {
 
-/// Typed access to one YAML map whose keys are known, with errors that name file, key and value. Internal to the room.
+/// Typed access to a YAML map with a fixed set of keys; errors contain file, key and value. Internal to this module.
 ///
-/// Every getter throws InputError when the key is missing (Require...) or has a value of another kind. Getters without
-/// Require return nullopt when the key is missing.
+/// Every getter throws InputError if the value has the wrong type, and the Require getters if the key is missing; the
+/// others then return nullopt.
 class YamlFields {
  public:
-  /// `place` is put before keys in messages, e.g. "objects[3]"; may be empty. Throws when `map` is not a map or has a
-  /// key that is not in `known` (naming the nearest).
+  /// `place` is a prefix for keys in messages, e.g. "objects[3]"; may be empty. Throws if `map` is not a map or has a
+  /// key that is not in `known` (with the nearest valid key).
   YamlFields(const YAML::Node& map, std::string file, std::string place, const std::vector<std::string>& known);
 
-  std::string RequireText(const std::string& key) const;                 ///< not empty
-  double RequireNumber(const std::string& key) const;                    ///< finite
-  YAML::Node Require(const std::string& key) const;                      ///< any node but null
-  std::optional<std::string> Text(const std::string& key) const;         ///< not empty
-  std::optional<double> Number(const std::string& key) const;            ///< finite
-  std::optional<Eigen::Vector3d> Vector3(const std::string& key) const;  ///< three finite numbers
-  /// Undefined node when the key is missing.
+  std::string RequireText(const std::string& key) const;                 ///< returns a non-empty text
+  double RequireNumber(const std::string& key) const;                    ///< returns a finite number
+  YAML::Node Require(const std::string& key) const;                      ///< returns any node but null
+  std::optional<std::string> Text(const std::string& key) const;         ///< returns a non-empty text
+  std::optional<double> Number(const std::string& key) const;            ///< returns a finite number
+  std::optional<Eigen::Vector3d> Vector3(const std::string& key) const;  ///< returns three finite numbers
+  /// Returns an undefined node if the key is missing.
   YAML::Node Get(const std::string& key) const;
 
-  /// Throws InputError for this map's `key`.
+  /// Throws InputError for `key` of this map.
   [[noreturn]] void Fail(const std::string& key, const std::string& value, const std::string& message,
                          const std::string& fix) const;
 
@@ -40,10 +40,10 @@ class YamlFields {
   std::string place_;
 };
 
-/// Text of a scalar, or a short description of anything else, for messages.
+/// Returns the text of a scalar, or a short description of another node, for messages.
 std::string DescribeNode(const YAML::Node& node);
 
-/// Finite number, or nullopt.
+/// Returns a finite number, or nullopt.
 std::optional<double> AsNumber(const YAML::Node& node);
 
 }  // namespace legopt

@@ -1,9 +1,9 @@
-// sin, exp and their like, of SLEEF, under their names in libm: whoever links this, and every shared library that the
-// program loads (ODE, urdfdom, assimp, Ipopt, LAPACK), computes the same bits on every machine of an architecture. libm
-// chooses its code by the processor at run time, and its last bits change with the processor and the release.
+// SLEEF's sin, exp and other elementary functions under their libm names. A program that links this, and every shared
+// library it loads (ODE, urdfdom, assimp, Ipopt, LAPACK), computes the same bits on every machine of an architecture.
+// libm selects its code by the processor at run time, and its last bits change with the processor and the release.
 //
 // SLEEF's "finz" functions give equal bits on all processors with fused multiply-add, its "cinz" functions on those
-// without. At most 1 ulp from the exact value. Unlike libm's they leave errno alone.
+// without. The error is at most 1 ulp. Unlike libm's functions, they do not set errno.
 
 #include <sleef.h>
 

@@ -7,15 +7,15 @@
 namespace legopt {
 
 /// @file
-/// How the judge's findings read: numbers with four digits, lengths in mm below a metre.
+/// Texts of the judge's findings: numbers with four digits, lengths below a metre in mm.
 
-/// A number.
+/// Formats a number.
 std::string NumberText(double value);
-/// A length, given in metres.
+/// Formats a length given in metres.
 std::string LengthText(double value_m);
-/// Which foot, which component, by how much, with the tolerance that it is held to (quaternion component, m).
+/// Describes a foot pose error: foot, component, magnitude and tolerance (quaternion component, m).
 std::string PoseErrorText(const std::string& link, const FootPoseError& error, double tolerance);
-/// By how much the centre of mass is outside of the support polygon.
+/// Describes the distance of the centre of mass from the support polygon.
 std::string ComErrorText(double distance_m, double tolerance_m);
 
 }  // namespace legopt

@@ -11,7 +11,7 @@
 namespace legopt {
 namespace {
 
-// The literal rule knows of the robot's own pairs only the first that collides, in the order of ExactCollision.
+// The original evaluator's rule counts only the first colliding link pair, in the order of ExactCollision.
 std::vector<OverlapFinding> Classified(const std::vector<ExactCollision::Overlap>& overlaps) {
   std::vector<OverlapFinding> findings;
   bool first_pair = true;
@@ -38,7 +38,7 @@ FindingLister::FindingLister(std::shared_ptr<const Dataset> dataset)
       previous_(dataset_->robot()),
       collision_(dataset_->robot(), dataset_->scene(), dataset_->collision_model()) {}
 
-/// Joints clamped to their limits, as for a verdict.
+/// Clamps the joints to their limits, as for a verdict.
 bool FindingLister::SetState(const Eigen::VectorXd& x, Kinematics* kinematics) const {
   const RobotModel& robot = dataset_->robot();
   if (x.size() != robot.configuration_size() || !x.allFinite() || !(x.tail<4>().stableNorm() > 0)) return false;
@@ -106,7 +106,7 @@ WaypointFindings FindingLister::At(const Stance& stance, const Eigen::VectorXd& 
 }
 
 std::vector<OverlapFinding> FindingLister::Between(const Eigen::VectorXd& from, const Eigen::VectorXd& to, double s) {
-  // As in ScoreInterpolation: the ends are clamped, not what lies between them.
+  // As in ScoreInterpolation, only the ends are clamped, not the configurations between them.
   const RobotModel& robot = dataset_->robot();
   const int n = robot.num_dofs();
   if (from.size() != robot.configuration_size() || to.size() != from.size()) return {};

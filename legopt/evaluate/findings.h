@@ -15,63 +15,65 @@
 
 namespace legopt {
 
-/// A foot beside its target.
+/// Pose error of a foot.
 struct FootFinding {
-  std::string link;       ///< its name
-  double violation = 0;   ///< largest component of the error, as of ErrorOfFootPose: quaternion (1), translation (m)
-  int component = 0;      ///< which one: 0..2 quaternion x y z, 3..5 translation x y z, in the target frame
+  std::string link;
+  double violation = 0;   ///< largest component of ErrorOfFootPose: quaternion (1), translation (m)
+  int component = 0;      ///< index of that component: 0..2 quaternion x y z, 3..5 translation x y z, in the target
+                          ///< frame
   bool violated = false;  ///< above kPoseTolerance
 };
 
-/// A joint at its limit or beyond it.
+/// A joint near or beyond its limit.
 struct LimitFinding {
-  int dof = 0;            ///< degree of freedom
-  double value = 0;       ///< of the raw vector, rad (m for prismatic)
-  double limit = 0;       ///< that it is at, rad (m)
-  double excess = 0;      ///< beyond the limit, rad (m); negative: so far inside
-  bool violated = false;  ///< beyond it by more than kLimitTolerance
+  int dof = 0;
+  double value = 0;       ///< raw value, rad (m for prismatic)
+  double limit = 0;       ///< nearest limit, rad (m)
+  double excess = 0;      ///< distance beyond the limit, rad (m); negative: inside
+  bool violated = false;  ///< excess above kLimitTolerance
 };
 
-/// Two things in each other.
+/// A collision or tolerated overlap.
 struct OverlapFinding {
-  ExactCollision::Overlap overlap;  ///< which, how deep and where
-  std::optional<Rule> fails;        ///< the most lenient rule by which it is a collision; none: tolerated
+  ExactCollision::Overlap overlap;  ///< pair, depth and position
+  std::optional<Rule> fails;        ///< most lenient rule that counts it as a collision; none: tolerated
 };
 
-/// All that the judge looks at in one configuration, as figures. See Judge for the rules.
+/// All numbers that the judge checks for one configuration. The rules are those of Judge.
 struct WaypointFindings {
-  std::vector<FootFinding> feet;                             ///< of the stance, in its order
+  std::vector<FootFinding> feet;                             ///< ordered as in the stance
   Eigen::Vector3d com_W = Eigen::Vector3d::Zero();           ///< centre of mass, m
   std::vector<Eigen::Vector2d> polygon_W;                    ///< support polygon, world xy, counter-clockwise, m
-  double com_m = 0;                                          ///< its signed distance: > 0 outside
+  double com_m = 0;                                          ///< signed distance of the centre of mass from the
+                                                             ///< polygon: > 0 outside
   bool com_violated = false;                                 ///< above kComTolerance_m
   std::vector<LimitFinding> limits;                          ///< joints within kNearLimit of a limit or beyond it
-  std::vector<OverlapFinding> overlaps;                      ///< all, tolerated ones, too
-  double step_m = std::numeric_limits<double>::quiet_NaN();  ///< from the waypoint before; NaN: none was given
-  int step_link = -1;                                        ///< that moved so far
+  std::vector<OverlapFinding> overlaps;                      ///< including tolerated ones
+  double step_m = std::numeric_limits<double>::quiet_NaN();  ///< step from the previous waypoint; NaN if there is none
+  int step_link = -1;                                        ///< link of that step
 };
 
-/// How near a limit a joint is listed, rad or m.
+/// Distance from a limit, rad or m, below which a joint is listed.
 inline constexpr double kNearLimit = 1e-3;
 
-/// Lists what the judge finds at single configurations, by the same kinematics, meshes and tolerances, for people who
-/// want to see it. It decides nothing: verdicts are the Judge's, whose figures are the largest of these.
+/// Lists the judge's findings at single configurations for inspection, with the same kinematics, meshes and tolerances.
+/// Verdicts are the Judge's alone; its figures are the maxima of these.
 ///
-/// Holds workspaces: one thread at a time; the dataset is shared. Construction builds the dataset's collision model if
-/// nobody has yet, and throws InputError when a mesh is corrupt.
+/// Contains workspaces: not thread-safe; the dataset is shared. The constructor builds the dataset's collision model if
+/// necessary, and throws InputError for a corrupt mesh.
 class FindingLister {
  public:
-  /// `dataset`: shared with the lister. See above for what this costs and throws.
   explicit FindingLister(std::shared_ptr<const Dataset> dataset);
 
-  /// Of the configuration `x` (n + 7 finite numbers, the quaternion of any norm above 0; else nothing is listed) under
-  /// a stance, whose links must be feet of the dataset (InputError). `before`: the waypoint before it, or null.
+  /// Lists the findings for the configuration `x` under a stance, whose links must be feet of the dataset (else
+  /// InputError). `x`: n + 7 finite numbers with a non-zero quaternion of any norm; otherwise the lists are empty.
+  /// `before`: the previous waypoint, or null.
   WaypointFindings At(const Stance& stance, const Eigen::VectorXd& x, const Eigen::VectorXd* before = nullptr);
 
-  /// Only what is in each other on the way from one waypoint to the next, at `s` in [0, 1] of InterpolateConfiguration.
+  /// Lists only the overlaps at `s` in [0, 1] of InterpolateConfiguration between two waypoints.
   std::vector<OverlapFinding> Between(const Eigen::VectorXd& from, const Eigen::VectorXd& to, double s);
 
-  const Dataset& dataset() const { return *dataset_; }  ///< as given at construction
+  const Dataset& dataset() const { return *dataset_; }
 
  private:
   bool SetState(const Eigen::VectorXd& x, Kinematics* kinematics) const;
@@ -80,7 +82,7 @@ class FindingLister {
 
   std::shared_ptr<const Dataset> dataset_;
   Kinematics kinematics_;
-  Kinematics previous_;  ///< of the waypoint before
+  Kinematics previous_;  ///< state at the previous waypoint
   ExactCollision collision_;
 };
 

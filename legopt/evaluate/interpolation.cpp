@@ -7,7 +7,7 @@
 namespace legopt {
 namespace {
 
-// Beyond it a pose may overflow in kinematics; nothing that a solver returns comes near.
+// Beyond this, poses may overflow in kinematics; solver results are far below it.
 constexpr double kLargestNumber = 1e6;
 
 bool IsUsable(const RobotModel& robot, const Eigen::VectorXd& x) {

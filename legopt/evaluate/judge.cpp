@@ -22,17 +22,17 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Where Evaluation has the verdict of each rule.
+/// Member of Evaluation for each rule's verdict.
 constexpr std::array<std::pair<Rule, Verdict Evaluation::*>, kNumWords<Rule>> kVerdicts = {
     {{Rule::kLiteral, &Evaluation::literal}, {Rule::kStrict, &Evaluation::strict}, {Rule::kSolid, &Evaluation::solid}}};
 
-/// Running maximum of a figure that starts as NaN ("never evaluated"); a NaN value counts as infinite.
+/// Updates a maximum that starts as NaN ("never evaluated"); a NaN value counts as infinite.
 void Include(double value, double* largest) {
   if (std::isnan(value)) value = kInfinity;
   if (std::isnan(*largest) || value > *largest) *largest = value;
 }
 
-/// The detail of a success has nothing else.
+/// Appends the number of ODE failures; for a success this is the only detail.
 void AppendOdeFailures(std::int64_t failures, std::string* detail) {
   if (failures == 0) return;
   *detail += (detail->empty() ? "" : "; ") + std::string("ODE failed an assertion in ") + std::to_string(failures) +
@@ -101,14 +101,14 @@ class Judge::Workspace {
   std::shared_ptr<const Dataset> dataset_;
   const RobotModel& robot_;
   Kinematics kinematics_;
-  Kinematics previous_;  ///< of the waypoint before
+  Kinematics previous_;  ///< state at the previous waypoint
   ExactCollision collision_;
-  PathExaminer examiner_;  ///< of paths in time
+  PathExaminer examiner_;  ///< used by tasks with continuous paths
   double step_limit_m_;
   Eigen::VectorXd clamped_;
   Eigen::VectorXd torques_;
-  std::vector<FootPlacement> placements_;  ///< feet of the present waypoint
-  int first_waypoint_ = 0;                 ///< number of the first waypoint that is judged, in the whole motion
+  std::vector<FootPlacement> placements_;  ///< feet of the current waypoint
+  int first_waypoint_ = 0;                 ///< number, in the whole motion, of the first judged waypoint
 };
 
 void Judge::Workspace::CheckTask(Task task, const ProblemDefinition& problem) {
@@ -120,7 +120,7 @@ void Judge::Workspace::CheckTask(Task task, const ProblemDefinition& problem) {
                     .fix = StancesOfTasks()});
 }
 
-/// The fault is the problem's, wherever that stands; the dataset only knows better names.
+/// Checks the names of feet. Errors refer to the problem, not to the dataset that reports them.
 void Judge::Workspace::CheckFootNames(const ProblemDefinition& problem) const {
   for (size_t s = 0; s < problem.stances.size(); ++s) {
     for (const Foothold& foothold : problem.stances[s].footholds) {
@@ -136,12 +136,12 @@ void Judge::Workspace::CheckFootNames(const ProblemDefinition& problem) const {
   }
 }
 
-/// Records a failure by all rules, unless an earlier one stands.
+/// Records a failure by all rules, unless there is an earlier one.
 void Judge::Workspace::Fail(Verdict verdict, int waypoint, const std::string& detail, Evaluation* evaluation) const {
   FailBy(Rule::kLiteral, verdict, waypoint, detail, evaluation);
 }
 
-/// Records a failure by this rule and those that demand more. Its detail stands unless a later waypoint fails by a more
+/// Records a failure by this rule and all stricter ones. Its detail is kept unless a later waypoint fails by a more
 /// lenient rule.
 void Judge::Workspace::FailBy(Rule rule, Verdict verdict, int waypoint, const std::string& detail,
                               Evaluation* evaluation) const {
@@ -198,7 +198,7 @@ void Judge::Workspace::CheckFeet(const Stance& stance, int waypoint, Evaluation*
 }
 
 void Judge::Workspace::CheckCom(int waypoint, Evaluation* evaluation) {
-  // Coordinates near the largest double overflow in kinematics; such a pose has already failed.
+  // Coordinates near the largest double overflow in kinematics; such a pose has failed before.
   const bool finite =
       kinematics_.com().allFinite() && std::all_of(placements_.begin(), placements_.end(),
                                                    [](const FootPlacement& p) { return p.X_WF.matrix().allFinite(); });
@@ -218,7 +218,7 @@ void Judge::Workspace::CheckLimits(const Eigen::VectorXd& x, int waypoint, Evalu
     const double below = lower - x[dof];
     const double violation = std::max(below, x[dof] - upper);
     Include(std::max(0.0, violation), &evaluation->limit_violation);
-    // The sums are the original's: lower - tolerance <= q <= upper + tolerance.
+    // Same sums as in the original: lower - tolerance <= q <= upper + tolerance.
     if (x[dof] >= lower - kLimitTolerance && x[dof] <= upper + kLimitTolerance) continue;
     const Joint& joint = robot_.joints()[static_cast<size_t>(robot_.dof_joint(dof))];
     const std::string unit = " " + std::string(UnitOf(joint.type));
@@ -297,7 +297,7 @@ void Judge::Workspace::CheckStep(int waypoint, Evaluation* evaluation) {
          evaluation);
 }
 
-/// Per waypoint (docs/readings.md#cost).
+/// Computes the cost per waypoint (docs/readings.md#cost).
 double Judge::Workspace::Cost(Task task, std::span<const Eigen::VectorXd> waypoints) {
   const double sum = DescriptionOf(task).cost == TaskCost::kTorques ? Torques(waypoints) : JointSteps(waypoints);
   return sum / static_cast<double>(waypoints.size());
@@ -322,7 +322,7 @@ double Judge::Workspace::JointSteps(std::span<const Eigen::VectorXd> waypoints) 
   return sum;
 }
 
-/// The same of a path: what it converges to with ever more waypoints.
+/// Computes the cost of a path: the limit of the joint step cost for ever more waypoints.
 double Judge::Workspace::PathCost(const TimedPath& path) const {
   const int n = robot_.num_dofs();
   double sum = 0;
@@ -360,7 +360,7 @@ Evaluation Judge::Workspace::EvaluatePart(Task task, const ProblemDefinition& pr
   return evaluation;
 }
 
-/// Phases A to C.
+/// Runs phases A to C.
 Evaluation Judge::Workspace::Judged(Task task, const ProblemDefinition& problem,
                                     std::span<const Eigen::VectorXd> waypoints) {
   Evaluation evaluation;
@@ -393,7 +393,7 @@ Evaluation Judge::Workspace::Judged(Task task, const ProblemDefinition& problem,
   return evaluation;
 }
 
-/// The waypoints by the phases above; if they pass, what is between them.
+/// Checks the waypoints in phases A to C; if they pass, checks the segments between them.
 Evaluation Judge::Workspace::JudgedPath(Task task, const ProblemDefinition& problem,
                                         std::span<const Eigen::VectorXd> points) {
   Evaluation evaluation;

@@ -12,9 +12,9 @@
 
 namespace legopt {
 
-/// From one waypoint to the next.
+/// Segment between two consecutive waypoints.
 struct PathExaminer::Way {
-  int waypoint = 0;  ///< the first one
+  int waypoint = 0;  ///< index of the first of the two
   bool balanced = false;
   Stance planted;
 };
@@ -85,7 +85,7 @@ Kinematics& PathExaminer::Level(std::size_t level) {
   return levels_[level];
 }
 
-/// In the order of time.
+/// Samples a piece recursively, in the order of time.
 void PathExaminer::Bisect(const Way& way, std::size_t level, double s_from, const Kinematics& at_from, double s_to,
                           const Kinematics& at_to, PathFindings* findings) {
   const bool near =

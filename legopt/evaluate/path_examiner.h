@@ -15,41 +15,42 @@
 
 namespace legopt {
 
-/// Tolerances between the waypoints of a continuous motion (docs/readings.md#continuous-motions): twice what holds at
-/// waypoints, as a path bends away from its points.
-inline constexpr double kPlantedTolerance = 2e-3;    ///< of a planted foot: quaternion vector part (1), translation (m)
-inline constexpr double kPathComTolerance_m = 2e-3;  ///< outside of the support polygon of the planted feet
-inline constexpr double kPathDepthTolerance_m = 1e-3;  ///< contact depth, all contacts and all pairs of the strict rule
+/// Tolerances between the waypoints of a continuous motion (docs/readings.md#continuous-motions): for feet and centre
+/// of mass twice those at waypoints, since interpolated paths deviate between their points.
+inline constexpr double kPlantedTolerance = 2e-3;      ///< planted foot: quaternion vector part (1), translation (m)
+inline constexpr double kPathComTolerance_m = 2e-3;    ///< distance outside the support polygon of the planted feet
+inline constexpr double kPathDepthTolerance_m = 1e-3;  ///< contact depth: all contacts and all pairs of the strict rule
+                                                       ///< (every listed pair)
 
-/// Farthest that a vertex of the robot moves from one sample of a path to the next, m.
+/// Maximum movement of a vertex of the robot between consecutive samples of a path, m.
 inline constexpr double kPathSample_m = 5e-3;
-/// Likewise a joint, or the base in its turn, rad (m for prismatic joints).
+/// Maximum rotation of a joint or the base between consecutive samples, rad (m for prismatic joints).
 inline constexpr double kPathSampleTurn = 0.1;
-/// Farthest that a vertex may move in one piece, m; what moves farther fails and is not sampled.
+/// Maximum movement of a vertex in one piece, m; longer pieces fail and are not sampled.
 inline constexpr double kLongestPiece_m = 10.0;
-/// Likewise a joint or the base in its turn, rad (m for prismatic joints).
+/// Maximum rotation of a joint or the base in one piece, rad (m for prismatic joints).
 inline constexpr double kLargestPieceTurn = 12.0;
 
-/// What happens between the waypoints of a path.
+/// Findings between the waypoints of a path.
 struct PathFindings {
-  Verdict verdict = Verdict::kSuccess;  ///< of the first sample that fails, in the order of a waypoint's checks
-  int waypoint = -1;                    ///< the one before it; -1: nothing fails
-  std::string detail;                   ///< of it, for a human
-  double foot_violation = 0.0;          ///< of planted feet, largest; quaternion vector part (1), translation (m)
-  double com_violation_m = 0.0;         ///< largest distance outside of the polygon of the planted feet; 0 unless asked
-  InterpolationScore score;             ///< depths, and the share of ways from waypoint to waypoint without a failure
+  Verdict verdict = Verdict::kSuccess;  ///< first failing sample's, in the order of checks at a waypoint
+  int waypoint = -1;                    ///< waypoint before the failure; -1: no failure
+  std::string detail;                   ///< description of the failure
+  double foot_violation = 0.0;          ///< maximum error of planted feet: quaternion vector part (1), translation (m)
+  double com_violation_m = 0.0;         ///< maximum distance outside the polygon of the planted feet; 0 unless checked
+  InterpolationScore score;             ///< depths, and the share of segments without a failure
 };
 
-/// Looks at a path so closely that no vertex of the robot moves more than kPathSample_m from one sample to the next,
-/// points included: planted feet (PlantedFeet) on their targets, contact depths by the exact meshes, and by
-/// Between::kBalanced the centre of mass over the planted feet. Joints are clamped to their limits first, as at
-/// waypoints. A workspace on those of the judge: one thread at a time.
+/// Samples a path so densely that no vertex of the robot moves more than kPathSample_m between consecutive samples, end
+/// points included. Checks planted feet (PlantedFeet) against their targets, contact depths with exact meshes and, for
+/// Between::kBalanced, the centre of mass over the planted feet. Joints are clamped to their limits first, as at
+/// waypoints. Uses the judge's workspaces: not thread-safe.
 class PathExaminer {
  public:
-  /// All must outlive it.
+  /// The arguments must outlive this object.
   PathExaminer(const Dataset& dataset, ExactCollision& collision);
 
-  /// `path`: well formed (TakeApart), all numbers finite and of reasonable size, of `problem`.
+  /// Examines a solution of `problem`. `path`: valid (TakeApart), all numbers finite and of reasonable size.
   PathFindings Examine(Task task, const ProblemDefinition& problem, const TimedPath& path);
 
  private:
@@ -65,9 +66,9 @@ class PathExaminer {
 
   const Dataset* dataset_;
   ExactCollision* collision_;
-  std::deque<Kinematics> levels_;  ///< of a bisection; grows
+  std::deque<Kinematics> levels_;  ///< per level of the bisection; grows
   Eigen::VectorXd x_;
-  // Of the piece at hand.
+  // State of the current piece.
   Eigen::VectorXd from_, to_;
   double t_from_ = 0.0, t_to_ = 0.0, turn_ = 0.0;
   bool way_failed_ = false;

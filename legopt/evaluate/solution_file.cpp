@@ -23,7 +23,7 @@ using Json = nlohmann::json;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr const char* kSpace = " \t\r\n,";
 
-/// Where a value stands, for messages.
+/// Location of a value, for messages.
 struct Place {
   std::string file;
   std::string field;
@@ -41,18 +41,18 @@ struct Place {
 
 bool HasDigit(std::string_view text) { return text.find_first_of("0123456789") != std::string_view::npos; }
 
-/// A number that no double holds: "1e400", not "inf". `value` is what ParseNumber made of it.
+/// Returns true for a number beyond the range of double: "1e400", but not "inf". `value`: result of ParseNumber.
 bool Overflows(std::string_view token, std::optional<double> value) {
   return value && std::isinf(*value) && HasDigit(token);
 }
 
-/// What JSON's grammar or parser would refuse the whole file for, though it stands for one number.
+/// Returns true for a word that denotes a number, but that the JSON grammar or parser would reject.
 bool IsBeyondJson(std::string_view word) {
   return word == "NaN" || word == "Infinity" || word == "-Infinity" || word == "nan" || word == "inf" ||
          word == "-inf" || (HasDigit(word) && Overflows(word, ParseNumber(word)));
 }
 
-/// The same text with such words, outside of strings, as strings.
+/// Converts such words outside strings to strings.
 std::string QuoteBeyondJson(std::string_view json) {
   const auto in_word = [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '+' || c == '.';
@@ -86,7 +86,7 @@ Eigen::VectorXd ToVector(const std::vector<double>& values) {
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-/// Reads the waypoints of one solution; what cannot be read is NaN (infinite), and the first such number is noted.
+/// Reads the waypoints of one solution. Unreadable numbers become NaN (infinite), and the first one is recorded.
 class WaypointReader {
  public:
   explicit WaypointReader(Solution* solution) : solution_(*solution) {}
@@ -136,7 +136,7 @@ class WaypointReader {
   }
 
   Solution& solution_;
-  std::vector<double> values_;  ///< of the present waypoint
+  std::vector<double> values_;  ///< numbers of the current waypoint
 };
 
 const Json& Require(const Json& object, const char* key, const Place& place) {
@@ -205,7 +205,7 @@ std::vector<std::string> ParseJoints(const Json& root, const std::string& file) 
   return list->get<std::vector<std::string>>();
 }
 
-/// By the number of stances; of a file without any the first task.
+/// Infers the task from the number of stances; the first task if the file has no stances.
 Task InferTask(const ProblemFile& file) {
   for (const ProblemDefinition& problem : file.problems) {
     const std::optional<Task> task = TaskOfStances(static_cast<int>(problem.stances.size()));

@@ -9,7 +9,7 @@
 namespace legopt {
 namespace {
 
-/// Sums of one method; a time that is not available leaves the time mean, not the row, incomplete.
+/// Sums of one method. An unknown time is excluded from the mean time only.
 struct Sums {
   std::set<int> ids;
   double cost = 0;
@@ -19,7 +19,7 @@ struct Sums {
 
 double Mean(double sum, int count) { return count > 0 ? sum / count : std::numeric_limits<double>::quiet_NaN(); }
 
-/// Index of a method's row, which is made when there is none.
+/// Returns the index of a method's row and creates the row if necessary.
 size_t RowOf(const std::string& method, std::vector<MethodSummary>* rows) {
   const auto found =
       std::find_if(rows->begin(), rows->end(), [&](const MethodSummary& row) { return row.method == method; });

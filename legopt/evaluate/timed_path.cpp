@@ -14,7 +14,7 @@ std::string PointAt(std::size_t i, double time) {
 
 PathFault StampFault(int waypoint, const std::string& detail) { return {Verdict::kWrongSize, waypoint, detail}; }
 
-/// Sizes, and numbers that are numbers; configurations are the judge's to look at.
+/// Checks sizes and numbers of time stamps; the judge checks the configurations.
 std::optional<PathFault> FaultOfNumbers(std::span<const Eigen::VectorXd> points, int configuration_size) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (points[i].size() != configuration_size + 1) {
@@ -30,7 +30,7 @@ std::optional<PathFault> FaultOfNumbers(std::span<const Eigen::VectorXd> points,
   return std::nullopt;
 }
 
-/// Of point i, that of the one before being `before`.
+/// Checks the time stamp of point i; `before` is that of the previous point.
 std::optional<PathFault> FaultOfStamp(std::size_t i, double time, double before, int pieces) {
   const int waypoint = static_cast<int>(std::floor(before));
   if (!(time > before)) {

@@ -65,9 +65,9 @@ void BuildingParts::Car(const std::string& name, const Vector3d& foot, double ya
     }
     Hull(name + "-" + part, std::move(corners), Material::kCar, 0.0).prop = prop;
   };
-  constexpr double kHalf = 0.86;   // half width of the body
-  constexpr double kRoof = 0.72;   // half width of the cabin
-  constexpr double kWheel = 0.31;  // radius
+  constexpr double kHalf = 0.86;   // half width of the body, m
+  constexpr double kRoof = 0.72;   // half width of the cabin, m
+  constexpr double kWheel = 0.31;  // radius of a wheel, m
   add("body", {{-2.05, 0.22}, {2.0, 0.22}, {2.1, 0.45}, {2.05, 0.68}, {1.0, 0.82}, {-2.0, 0.86}, {-2.12, 0.5}}, -kHalf,
       kHalf);
   add("cabin", {{-1.85, 0.84}, {1.0, 0.82}, {0.35, 1.36}, {-1.25, 1.42}}, -kRoof, kRoof);

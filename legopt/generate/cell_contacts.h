@@ -8,34 +8,34 @@
 
 namespace legopt::generate {
 
-/// Contact points between cells in motion, for the simulation.
+/// Contact points between moving cells, for the simulation.
 ///
-/// Pairs come from a sweep along x over bounding boxes; the normal from the exact signed distance, the points are the
-/// vertices of either cell inside of the other and the deepest point. One thread.
+/// Pairs come from a sweep along x over bounding boxes. The normal is that of the exact signed distance; the points are
+/// the vertices of either cell inside the other, and the deepest point. Not thread-safe.
 class CellContacts {
  public:
-  /// `cells` must outlive this; all stand where the intact building has them.
+  /// `cells` must outlive this object; initially all are at their positions in the intact building.
   explicit CellContacts(const std::vector<Cell>& cells);
 
-  /// `motion`: from the intact building, see CellState.
+  /// Sets the pose of a cell. `motion`: displacement from the intact building, see CellState.
   void Place(int cell, const Eigen::Isometry3d& motion);
-  /// Takes a cell out of the game.
+  /// Removes a cell from the contact search.
   void Remove(int cell);
-  /// Of a cell as placed, world axes.
+  /// Returns the bounding box of a cell at its current pose, world axes.
   const Eigen::AlignedBox3d& bounds(int cell) const { return bounds_[static_cast<size_t>(cell)]; }
 
-  /// Pairs (a < b) of present cells whose boxes overlap and of which at least one is in `active`. Ascending.
+  /// Returns the pairs (a < b) of present cells with overlapping boxes, at least one of them in `active`. Ascending.
   std::vector<std::pair<int, int>> Pairs(const std::vector<bool>& active) const;
 
-  /// One contact of two cells a and b, in the world.
+  /// A contact point of two cells a and b, in the world.
   struct Point {
     Eigen::Vector3d position;  ///< between the two surfaces
-    Eigen::Vector3d normal;    ///< from b to a
+    Eigen::Vector3d normal;    ///< direction from b to a
     double depth_m;            ///< >= 0
   };
-  /// Most points of a pair.
+  /// Maximum number of points per pair.
   static constexpr int kMostPoints = 6;
-  /// At most kMostPoints contact points of two cells; empty when they are apart.
+  /// Computes at most kMostPoints contact points of two cells; empty if they do not touch.
   std::vector<Point> Touch(int a, int b) const;
 
  private:

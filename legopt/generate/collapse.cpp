@@ -19,7 +19,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// One ODE world: freed when the object dies.
+/// RAII wrapper of an ODE world.
 class World {
  public:
   World() : world_(dWorldCreate()), contacts_(dJointGroupCreate(0)) {}
@@ -40,8 +40,8 @@ class World {
 struct BondJoint {
   dJointID id = nullptr;
   dJointFeedback feedback{};
-  Vector3d force = Vector3d::Zero();   ///< smoothed
-  Vector3d moment = Vector3d::Zero();  ///< smoothed, about the bond's centre
+  Vector3d force = Vector3d::Zero();   ///< low-pass filtered
+  Vector3d moment = Vector3d::Zero();  ///< low-pass filtered, about the bond's centre
   double strength = 1.0;
   double age_s = 0.0;
   bool broken = false;
@@ -93,7 +93,7 @@ class Simulation {
   void AddContacts();
   void ReadPoses();
   void BreakBonds();
-  bool Overloaded(size_t k);  // bond k
+  bool Overloaded(size_t k);  // k: index of the bond
   const Member& MemberOf(int cell) const {
     return building_.members[static_cast<size_t>(cells_[static_cast<size_t>(cell)].member)];
   }
@@ -107,9 +107,9 @@ class Simulation {
   std::mt19937_64 generator_;
   World world_;
   CellContacts contacts_;
-  std::vector<dBodyID> bodies_;  ///< by owner; null while fixed
-  std::vector<Vector3d> rest_;   ///< by owner: centre of mass in the intact building
-  std::vector<int> owner_;       ///< first cell of the same body
+  std::vector<dBodyID> bodies_;  ///< per owner; null while fixed
+  std::vector<Vector3d> rest_;   ///< centre of mass in the intact building, per owner
+  std::vector<int> owner_;       ///< per cell: first cell of the same body
   std::vector<bool> active_;
   std::vector<bool> gone_;
   std::vector<BondJoint> joints_;
@@ -199,7 +199,7 @@ void Simulation::Activate() {
   }
 }
 
-/// Mass and inertia of a box with the extents of the cells: they are blocks and plates.
+/// Creates the body of an owner. Mass properties are those of a box around the cells, which are blocks and plates.
 void Simulation::MakeBody(int owner) {
   double mass_kg = 0.0;
   Vector3d moment = Vector3d::Zero();
@@ -223,7 +223,7 @@ void Simulation::MakeBody(int owner) {
 
 void Simulation::MakeJoint(size_t bond) {
   BondJoint& joint = joints_[bond];
-  if (joint.id != nullptr) dJointDestroy(joint.id);  // its other cell was part of the world until now
+  if (joint.id != nullptr) dJointDestroy(joint.id);  // its other cell was part of the static world until now
   joint.id = dJointCreateFixed(world_.world(), nullptr);
   dJointAttach(joint.id, BodyOf(bonds_[bond].a), BodyOf(bonds_[bond].b));
   dJointSetFixed(joint.id);
@@ -275,13 +275,15 @@ void Simulation::ReadPoses() {
   }
 }
 
-/// Mean stresses on the bond's area, from the joint's reaction smoothed over a few steps: the quick step's forces are
-/// noisy. A square section is assumed for bending: modulus A^1.5 / 6.
+/// Returns true if a stress exceeds the bond's strength. Mean stresses on the bond's area come from the joint's
+/// reaction, filtered over a few steps because the quick step's forces are noisy. Bending assumes a square section:
+/// modulus A^1.5 / 6.
 bool Simulation::Overloaded(size_t k) {
   const Bond& bond = bonds_[k];
   BondJoint& joint = joints_[k];
   const bool first = BodyOf(bond.a) != nullptr;
-  const dReal* f = joint.feedback.f1;  // ODE puts the world last, so the first body is never the world
+  const dReal* f = joint.feedback.f1;  // ODE stores the static world as second body, so the first body is never the
+                                       // world
   const dReal* t = joint.feedback.t1;
   const dReal* p = dBodyGetPosition(first ? BodyOf(bond.a) : BodyOf(bond.b));
   const int cell = first ? bond.a : bond.b;

@@ -35,7 +35,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kGenerationFile = "generation.json";
 constexpr const char* kSolutionsFile = "solutions-posture.json";
-constexpr int kCertifyingStarts = 200;  // of a stance, before its plan is given up
+constexpr int kCertifyingStarts = 200;  // number of initial guesses per stance before its plan is rejected
 
 /// Posture problem and its proof.
 struct Proven {
@@ -43,12 +43,13 @@ struct Proven {
   PostureProof proof;
 };
 
-/// File of what was tried: for plans of one kind that count for one reason.
+/// Returns the name of the file with the plans that were tried; it depends on the kind of plans and on the criterion
+/// for accepting them.
 std::string PlansFileName(FloorChange change, bool certified) {
   return (certified ? "certified-plans-" : "plans-") + std::string(ToString(change)) + ".json";
 }
 
-/// Numbered in their order.
+/// Makes posture problems, numbered in the order of the stances.
 std::vector<ProblemDefinition> AsProblems(const std::vector<Stance>& stances) {
   std::vector<ProblemDefinition> problems;
   for (const Stance& stance : stances) problems.push_back({static_cast<int>(problems.size()), {stance}});
@@ -106,7 +107,7 @@ class Builder {
   std::shared_ptr<const Dataset> dataset_;
   std::shared_ptr<const ProbeModel> model_;
   Eigen::AlignedBox2d region_;
-  std::string scenario_name_;  // in the problem files; not the dataset's, which changes no result
+  std::string scenario_name_;  // written to problem files; not the dataset's name, which affects no result
   std::vector<ProblemDefinition> motions_;
   std::vector<Proven> postures_;
   DatasetReport report_;
@@ -119,7 +120,7 @@ void Builder::MakeScene() {
   WriteScenario(scenario, folder_, options_.pictures, options_.read_guard);
 }
 
-/// A dataset without problems, so that it can be loaded.
+/// Writes a dataset without problems, so that it can be loaded.
 void Builder::PrepareFolder() {
   const auto source = Dataset::Load(options_.robot_folder, options_.read_guard);
   DatasetDescription description = DescribeDataset(options_.robot_folder);
@@ -191,7 +192,8 @@ void Builder::WriteProblems(Task task, std::span<const ProblemDefinition> proble
   WriteTextFile(folder_ / DescriptionOf(task).problem_file, Format(task, problems));
 }
 
-/// Whether every stance of a plan has a posture. Empty where that is not asked for.
+/// Returns a function that checks that every stance of a plan has a posture; empty if certified plans are not
+/// requested.
 std::function<bool(int, const FootstepPlan&)> Builder::PlanCheck() const {
   if (!options_.certified) return {};
   auto certifiers = std::make_shared<std::vector<std::unique_ptr<certify::StanceCertifier>>>();
@@ -205,7 +207,7 @@ std::function<bool(int, const FootstepPlan&)> Builder::PlanCheck() const {
   };
 }
 
-/// Motion problems: first those that change floors, as in the paper's files.
+/// Plans motion problems: first those that change floors, as in the paper's files.
 void Builder::Plan(const std::vector<Stance>& stances) {
   Show("map of the ground", 0, 1, "maps");
   const auto guide = std::make_shared<const GuideMap>(*model_);
@@ -249,7 +251,7 @@ void Builder::DescribePlans(const std::vector<std::pair<FloorChange, PlannedPair
   WriteTextFile(folder_ / "plans.csv", text);
 }
 
-/// Stances on two feet of all plans, each once, in order.
+/// Returns the different two-foot stances of all plans, in order of first use.
 std::vector<Stance> Builder::DifferentStances() const {
   std::vector<Stance> stances;
   std::map<std::string, int> seen;
@@ -272,7 +274,7 @@ std::vector<StanceFeatures> Builder::Features(const std::vector<Stance>& stances
   return features;
 }
 
-/// By K-means over the features of all plans' stances, with their proofs.
+/// Selects posture problems by K-means over the features of all plans' stances, with their proofs.
 void Builder::SelectPostures() {
   if (options_.postures == 0) return;
   const std::vector<Stance> stances = DifferentStances();
@@ -292,7 +294,7 @@ void Builder::SelectPostures() {
                [&](int proven, int count) { Show("postures", proven, count, "postures"); });
 }
 
-/// The paper's two figures.
+/// Writes the histograms of the paper's two figures.
 void Builder::Describe() {
   constexpr double kDegrees = 180.0 / M_PI;
   std::string csv = "task,id,stance,length_m,height_m,tilt_deg,trunk_distance_m\n";
@@ -351,7 +353,7 @@ void Builder::FinishPostures() const {
     postures.push_back({static_cast<int>(postures.size()), {posture.stance}});
     Solution solution;
     solution.method = PostureProver::method_name();
-    solution.time_s = std::nan("");  // times differ from run to run; this file does not
+    solution.time_s = std::nan("");  // times vary between runs; this file must not
     solution.waypoints = {posture.proof.x};
     solution.success = true;
     solutions.problems.push_back({postures.back(), {std::move(solution)}});
@@ -370,7 +372,7 @@ void Builder::Finish() {
   }
 }
 
-/// Every stance has been found feasible on the way: this is the evidence, for the finished dataset.
+/// Writes the certificate of the finished dataset. Planning has found every stance feasible.
 void Builder::Certify() const {
   const auto dataset = Dataset::Load(folder_, options_.read_guard);
   const certify::StanceCatalogue catalogue(*dataset);
@@ -439,7 +441,7 @@ DatasetReport BuildDataset(const DatasetOptions& options, const fs::path& folder
 
 DatasetReport BuildCandidates(const DatasetOptions& options, const fs::path& folder, const BuildProgress& progress) {
   options.Validate();
-  DatasetOptions used = options;  // what the files say of themselves
+  DatasetOptions used = options;  // the options recorded in the files
   used.same_floor = used.different_floors = used.postures = 0;
   return Builder(used, folder, progress).BuildCandidates();
 }

@@ -6,10 +6,11 @@
 namespace legopt::generate {
 namespace {
 
-/// Heights of the ground round a sample; returns how many of the eight neighbours are level with it.
+/// Computes the variance of the ground height around a sample; returns the number of the eight neighbours that are
+/// level with it.
 int LookRound(const Terrain& terrain, double x, double y, double z, const DifficultyOptions& options,
               double& variance) {
-  constexpr double kWindow_m = 0.6;  // rubble and steps count, other storeys do not
+  constexpr double kWindow_m = 0.6;  // includes rubble and steps, excludes other storeys
   double sum = 0.0;
   double squares = 0.0;
   int found = 0;

@@ -17,7 +17,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kLeft = 0;
 constexpr int kRight = 1;
 
-/// Footholds on the grid, found once and kept.
+/// Cache of contacts on the grid.
 class FootholdTable {
  public:
   FootholdTable(const std::shared_ptr<const ProbeModel>& model, const PlannerOptions& options, double scale)
@@ -38,7 +38,7 @@ class FootholdTable {
     return static_cast<int>(entries_.size()) - 1;
   }
 
-  /// Numbers of the footholds above the grid point that holds (x, y).
+  /// Returns the indices of the contacts above the grid point nearest to (x, y).
   const std::vector<int>& At(int foot, double x, double y, double yaw) {
     const double turn = 2.0 * M_PI / options_.headings;
     const Key key = {
@@ -75,7 +75,7 @@ class FootholdTable {
   double scale_;
   double grid_m_;
   std::vector<Entry> entries_;
-  std::unordered_map<Key, std::vector<int>, KeyHash> known_;  ///< looked up only, never iterated
+  std::unordered_map<Key, std::vector<int>, KeyHash> known_;  ///< never iterated, since its order is unspecified
 };
 
 double Wrapped(double angle) { return std::remainder(angle, 2.0 * M_PI); }
@@ -96,13 +96,13 @@ struct FootstepPlanner::Impl {
   PlannerOptions options;
   double scale;
   FootholdTable table;
-  std::unordered_map<std::uint64_t, double> step_costs;  ///< between two numbered footholds; looked up only
+  std::unordered_map<std::uint64_t, double> step_costs;  ///< between two contacts of the table; never iterated
 };
 
 namespace {
 
-/// One search. States are numbered in the order in which this search meets them, so that ties do not depend on what the
-/// table already knew.
+/// A single search. States are numbered in the order in which this search reaches them, so that ties do not depend on
+/// earlier content of the table.
 class Search {
  public:
   Search(FootstepPlanner::Impl& planner, const Stance& start, const Stance& goal);
@@ -110,12 +110,12 @@ class Search {
 
  private:
   struct State {
-    int foothold = -1;  ///< number in the table; -1: both feet on the goal
+    int foothold = -1;  ///< index in the table; -1: both feet at the goal
     double g = kInfinity;
-    double h = 0.0;      ///< estimate of the steps that are left
-    double least = 0.0;  ///< lower bound of them
+    double h = 0.0;      ///< estimated number of remaining steps
+    double least = 0.0;  ///< lower bound of the number of remaining steps
     int parent = -1;
-    int round = -1;  ///< of the last expansion
+    int round = -1;  ///< round of the last expansion
   };
   using Entry = std::pair<double, int>;
 
@@ -135,13 +135,13 @@ class Search {
 
   FootstepPlanner::Impl& planner_;
   const Stance& start_;
-  std::array<int, 2> goal_{};  ///< numbers in the table
+  std::array<int, 2> goal_{};  ///< indices in the table
   std::vector<float> cautious_;
   std::vector<float> shortest_;
   std::vector<State> states_;
-  std::unordered_map<int, int> state_of_;  ///< by number in the table; looked up only
+  std::unordered_map<int, int> state_of_;  ///< keyed by index in the table; never iterated
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open_;
-  std::set<int> members_;  ///< of open_, which may also hold stale entries
+  std::set<int> members_;  ///< states in open_, which may also contain outdated entries
   std::set<int> inconsistent_;
   double epsilon_ = 1.0;
   int round_ = 0;
@@ -173,7 +173,7 @@ int Search::StateOf(int foothold) {
   return found->second;
 }
 
-/// Of a step between two footholds of the table; infinity when it is not legal.
+/// Returns the cost of a step between two contacts of the table; infinity if the step is not allowed.
 double Search::StepCost(int from, int to) {
   const FootholdTable::Entry& a = planner_.table.entry(from);
   const FootholdTable::Entry& b = planner_.table.entry(to);
@@ -209,7 +209,7 @@ void Search::Relax(int from, int to, double cost) {
 }
 
 void Search::Expand(int id) {
-  const FootholdTable::Entry entry = planner_.table.entry(At(id).foothold);  // a copy: the table grows
+  const FootholdTable::Entry entry = planner_.table.entry(At(id).foothold);  // a copy, since the table may grow
   const int next = 1 - entry.foot;
   const double outwards = next == kLeft ? 1.0 : -1.0;
   const double c = std::cos(entry.yaw);
@@ -233,7 +233,8 @@ void Search::Expand(int id) {
   ExpandToGoal(id, entry);
 }
 
-/// The goal's own foothold, when it lies within the range of the action set; from the goal's other one always.
+/// Adds the step to the goal's contact if it lies within the range of the action set, or if the other foot is already
+/// at its goal.
 void Search::ExpandToGoal(int id, const FootholdTable::Entry& entry) {
   const int next = 1 - entry.foot;
   const double outwards = next == kLeft ? 1.0 : -1.0;
@@ -252,7 +253,7 @@ void Search::ExpandToGoal(int id, const FootholdTable::Entry& entry) {
   if (std::isfinite(cost)) Relax(id, standing ? kDone : StateOf(to), cost);
 }
 
-/// Expands until nothing open can beat the goal; false when the effort is spent before.
+/// Expands states until no open state can improve the goal. Returns false if the effort limit is reached before.
 bool Search::Improve(std::int64_t limit) {
   while (!open_.empty()) {
     const auto [f, id] = open_.top();
@@ -276,7 +277,7 @@ double Search::LeastPossible() {
   return least;
 }
 
-/// Opens all states that may still improve, with the present inflation.
+/// Opens all states that may still be improved, with the current epsilon.
 void Search::Reopen() {
   members_.insert(inconsistent_.begin(), inconsistent_.end());
   inconsistent_.clear();

@@ -22,7 +22,7 @@ Eigen::AlignedBox3d BoundsOf(const std::vector<Vector3d>& points) {
   return box;
 }
 
-/// Volume and centroid by tetrahedra from the first vertex.
+/// Computes volume and centroid by tetrahedra from the first vertex.
 void Measure(Cell& cell) {
   const Vector3d origin = cell.vertices.front();
   Vector3d moment = Vector3d::Zero();
@@ -40,7 +40,7 @@ void Measure(Cell& cell) {
   cell.centroid = origin + moment / cell.volume_m3;
 }
 
-/// The cell of `seed` among `seeds` inside the half spaces and the box; nothing when it is empty.
+/// Computes the Voronoi cell of seed `index` within the half spaces and the box; empty if the cell is empty.
 std::optional<Cell> VoronoiCell(const std::vector<Vector3d>& seeds, size_t index, const Eigen::AlignedBox3d& box,
                                 const std::vector<HalfSpace>& facets, int member) {
   const Vector3d& seed = seeds[index];
@@ -50,7 +50,7 @@ std::optional<Cell> VoronoiCell(const std::vector<Vector3d>& seeds, size_t index
   region.init(low.x(), high.x(), low.y(), high.y(), low.z(), high.z());
   const auto cut = [&](const Vector3d& mirror) { return region.plane(mirror.x(), mirror.y(), mirror.z()); };
   for (const HalfSpace& facet : facets) {
-    if (facet.normal.cwiseAbs().maxCoeff() > 1.0 - 1e-9) continue;  // a side of the box
+    if (facet.normal.cwiseAbs().maxCoeff() > 1.0 - 1e-9) continue;  // coincides with a side of the box
     if (!cut(-2.0 * (facet.normal.dot(seed) + facet.offset) * facet.normal)) return std::nullopt;
   }
   for (size_t other = 0; other < seeds.size(); ++other) {
@@ -81,7 +81,7 @@ bool Inside(const std::vector<HalfSpace>& facets, const Vector3d& p, double dept
                      [&](const HalfSpace& f) { return f.normal.dot(p) + f.offset <= -depth_m; });
 }
 
-/// Jittered grid of seeds inside the member.
+/// Returns a jittered grid of seeds inside the member.
 std::vector<Vector3d> DrawSeeds(const Member& member, const Eigen::AlignedBox3d& box,
                                 const std::vector<HalfSpace>& facets, double cell_m, double jitter,
                                 std::mt19937_64& generator) {
@@ -114,7 +114,7 @@ std::vector<Vector3d> DrawSeeds(const Member& member, const Eigen::AlignedBox3d&
   return seeds;
 }
 
-/// Area and centre of the overlap of two touching faces, by clipping one polygon with the sides of the other.
+/// Adds area and centre of the overlap of two touching faces, by clipping one polygon with the sides of the other.
 void AddContact(const Cell& a, const std::vector<int>& face_a, const Cell& b, const std::vector<int>& face_b,
                 Bond& bond) {
   constexpr double kGap = 3e-3;
@@ -135,7 +135,7 @@ void AddContact(const Cell& a, const std::vector<int>& face_a, const Cell& b, co
   std::vector<Vector3d> polygon;
   for (size_t k = 0; k < face_a.size(); ++k) polygon.push_back(corner(a, face_a, k));
   for (size_t k = 0; k < face_b.size() && !polygon.empty(); ++k) {
-    // Seen from outside of b the face runs counter-clockwise: its inside is left of each side.
+    // Seen from outside b the face is counter-clockwise: its inside is left of each side.
     const Vector3d& origin = corner(b, face_b, k);
     const Vector3d inward = (corner(b, face_b, k + 1) - origin).cross(normal);
     std::vector<Vector3d> clipped;

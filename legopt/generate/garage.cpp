@@ -15,12 +15,12 @@ using Eigen::Vector3d;
 constexpr double kSlab = 0.3;        // thickness of a deck, m
 constexpr double kColumn = 0.5;      // edge of a column, m
 constexpr double kDeckCell = 1.5;    // mean edge of the cells of a deck, m
-constexpr double kColumnCell = 1.0;  // of a column
+constexpr double kColumnCell = 1.0;  // mean edge of the cells of a column, m
 constexpr double kParapet = 0.95;    // height of a parapet, m
-constexpr double kRampWidth = 3.4;   // m
-constexpr double kStairWidth = 1.6;  // m
+constexpr double kRampWidth = 3.4;   // width of a ramp, m
+constexpr double kStairWidth = 1.6;  // width of the stairs, m
 
-/// Decks run from x = 0 to `length`, y = 0 to `width`; ramps lie along the long side y < 0, stairs beyond x < 0.
+/// Decks extend over x = 0..`length`, y = 0..`width`; ramps lie along the long side at y < 0, stairs at x < 0.
 class GarageMaker {
  public:
   explicit GarageMaker(std::uint64_t seed) : generator_(seed), parts_(&building_) {}
@@ -61,7 +61,7 @@ class GarageMaker {
   double Draw(double low, double high) { return low + (high - low) * UniformDraw(generator_); }
   int DrawIndex(int count) { return static_cast<int>(UniformDraw(generator_) * count); }
   void Note(const std::string& name, double value) { building_.parameters.emplace_back(name, value); }
-  double Top(int storey) const { return storey_ * (storey + 1); }  ///< of the deck above `storey`
+  double Top(int storey) const { return storey_ * (storey + 1); }  ///< top of the deck above `storey`
 
   void Ground() {
     constexpr double kMargin = 4.0;
@@ -86,7 +86,7 @@ class GarageMaker {
   }
 
   void Deck(int storey) {
-    // One member per bay: a deck that stays whole in a bay is one solid.
+    // One member per bay: an undamaged bay is one solid.
     for (int i = 0; i < bays_x_; ++i) {
       for (int j = 0; j < bays_y_; ++j) {
         parts_.Box("deck-" + std::to_string(storey) + "-" + std::to_string(i) + "-" + std::to_string(j),
@@ -96,8 +96,8 @@ class GarageMaker {
     }
   }
 
-  /// From the level below up to the deck, along y < 0; the two flights lie side by side and run the same way, with a
-  /// landing beside each deck.
+  /// Adds a ramp from the level below to the deck, along y < 0. The two ramps lie side by side and rise in the same
+  /// direction, with a landing at each deck.
   void Ramp(int storey) {
     constexpr double kRun = 13.0;
     constexpr double kThickness = 0.25;
@@ -107,7 +107,7 @@ class GarageMaker {
     const double head = Top(storey);
     const double start = 3.0;
     const std::string tag = std::to_string(storey);
-    // Flights of equal length keep cells short; the lowest wedge starts at zero thickness on the ground.
+    // Segments of equal length keep cells short; the lowest wedge starts with zero thickness on the ground.
     constexpr int kFlights = 4;
     for (int k = 0; k < kFlights; ++k) {
       const double xa = start + kRun * k / kFlights;
@@ -136,7 +136,7 @@ class GarageMaker {
     Pillar(name + "-pillar-1", xb - 0.3, y0, top - kSlab);
   }
 
-  /// Two slender columns below the outer and inner edge of a ramp or landing, from the ground.
+  /// Adds two slender columns from the ground, below the outer and inner edge of a ramp or landing.
   void Pillar(const std::string& name, double x, double y0, double top) {
     constexpr double kEdge = 0.35;
     constexpr double kInset = 0.35;
@@ -148,7 +148,8 @@ class GarageMaker {
     }
   }
 
-  /// A straight flight of solid steps towards +x that ends beside the deck at x = 0, and a landing for the upper one.
+  /// Adds a straight flight of solid steps towards +x that ends at the deck at x = 0, and a landing for the upper
+  /// flight.
   void Stairs(int storey) {
     const int steps = static_cast<int>(std::lround(storey_ / 0.165));
     const double rise = storey_ / steps;
@@ -164,7 +165,7 @@ class GarageMaker {
       parts_.Box("step-" + std::to_string(storey) + "-" + std::to_string(k), {x, y0, bottom},
                  {x + kTread, y0 + kStairWidth, top}, Material::kConcrete, 0.0);
     }
-    for (int k = 1; k <= 2; ++k) {  // walls that carry the flight
+    for (int k = 1; k <= 2; ++k) {  // walls that support the flight
       const int step = steps * k / 3;
       const double x = -run + step * kTread;
       const double top = foot + step * rise - kStepThickness - 0.001;
@@ -172,7 +173,7 @@ class GarageMaker {
                  {x + 0.2, y0 + kStairWidth, top}, Material::kConcrete, kColumnCell);
     }
     if (storey == 0) return;
-    // The upper flight starts from a walkway beside the stairwell at the level of the first deck.
+    // The upper flight starts from a walkway along the stairwell at the level of the first deck.
     parts_.Box("stair-walkway", {-run - 1.6, y0, foot - kSlab}, {-run, y0 + kStairWidth, foot}, Material::kConcrete,
                1.6);
     parts_.Box("stair-walkway-side", {-run - 1.6, y0 - 1.5, foot - kSlab}, {0.0, y0, foot}, Material::kConcrete,
@@ -189,7 +190,7 @@ class GarageMaker {
     constexpr double kThick = 0.2;
     constexpr double kCell = 1.3;
     const double storey_clear = storey_ - kSlab;
-    // Back wall with window bands on the ground floor, parapets above; open towards the ramps.
+    // Back wall with window bands on the ground floor, parapets above; the side of the ramps is open.
     for (int i = 0; i < bays_x_; ++i) {
       const double x0 = i * pitch_x_ + (i == 0 ? kColumn : 0.5 * kColumn);
       const double x1 = (i + 1) * pitch_x_ - (i + 1 == bays_x_ ? kColumn : 0.5 * kColumn);
@@ -220,7 +221,7 @@ class GarageMaker {
     parts_.Wall("kiosk-b", {3.85, 0.6, 0.0}, {4.0, 3.4, 2.3}, Material::kMasonry, kCell, {{0.7, 2.0, 1.0, 1.8}});
   }
 
-  /// The columns that fail: one in the middle of the ground floor with two of its neighbours, and one upstairs.
+  /// Chooses the failing columns: one in the middle of the ground floor with two of its neighbours, and one upstairs.
   void Choose() {
     const int i = 2 + DrawIndex(2);
     const int j = 1 + DrawIndex(2);
@@ -229,7 +230,7 @@ class GarageMaker {
     Note("failing_column_x", i);
     Note("failing_column_y", j);
     const std::string first = "column-0-" + std::to_string(i) + "-";
-    // A second, smaller failure of one column of the upper storey, and a third one at the back wall.
+    // A second, smaller failure: one column of the upper storey; a third one at the back wall.
     const int upper_i = i == 2 ? 4 : 1;
     const int upper_j = 1 + DrawIndex(2);
     building_.foci.emplace_back(upper_i * pitch_x_, upper_j * pitch_y_, 1.5 * storey_);
@@ -242,7 +243,7 @@ class GarageMaker {
     }
   }
 
-  /// Cars in two rows per level, some bays empty; people between them.
+  /// Adds cars in two rows per level, with some empty bays, and people between them.
   void Props() {
     int car = 0;
     for (int level = 0; level < 3; ++level) {

@@ -6,7 +6,7 @@
 
 namespace legopt::generate {
 
-/// JSON text of everything that decides stances, plans and postures of a dataset: what was asked for, and what followed
+/// Formats all values that determine stances, plans and postures of a dataset as JSON: the options, and values derived
 /// from the robot. Lengths in metres, angles in radians.
 std::string DescribeGeneration(const DatasetOptions& options, const ProbeOptions& probe, const PlannerOptions& planner);
 

@@ -9,7 +9,7 @@ namespace legopt::generate {
 namespace {
 
 constexpr float kUnreached = std::numeric_limits<float>::infinity();
-constexpr float kNarrow = 4.0F;  // price of places that a walker avoids
+constexpr float kNarrow = 4.0F;  // cost factor of cells that are hard to walk on
 
 }  // namespace
 
@@ -33,8 +33,8 @@ int GuideMap::CellOf(double x, double y) const {
   return j * columns_ + i;
 }
 
-/// A cell is blocked when it has surfaces but none of them has room above it, at any height. What is too steep to stand
-/// on, and has room above it, can be stepped over: `rubble`, heights by cell.
+/// Adds the nodes where feet can stand. `blocked`: cells that have surfaces; `rubble`: heights, per cell, of surfaces
+/// that are too steep but have room above them, so that they can be stepped over.
 void GuideMap::AddSolid(const ProbeModel& model, std::vector<bool>& blocked, std::vector<std::vector<float>>& rubble) {
   const Terrain& terrain = model.terrain;
   const double least_nz = std::cos(model.options.slope_rad);
@@ -42,7 +42,7 @@ void GuideMap::AddSolid(const ProbeModel& model, std::vector<bool>& blocked, std
   const double trunk_top_m = model.options.trunk_low_m + model.options.trunk_m.z();
   std::vector<Terrain::Hit> hits;
   for (int cell = 0; cell < columns_ * rows_; ++cell) {
-    std::vector<std::pair<float, float>> heights;  // and prices
+    std::vector<std::pair<float, float>> heights;  // pairs of height and cost factor
     bool any = false;
     for (int sample = 0; sample < 4; ++sample) {
       const int column = cell % columns_, row = cell / columns_, right = sample % 2, up = sample / 2;
@@ -80,7 +80,7 @@ void GuideMap::Index() {
   for (size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
 }
 
-/// Of the solid nodes: a neighbouring cell has no ground to stand on at this height, and something else stands there.
+/// Raises the cost of nodes with a nearby cell that contains surfaces, but no node at a similar height.
 void GuideMap::PriceNarrowPlaces(const std::vector<bool>& blocked) {
   constexpr int kSpan = 2;
   for (Node& node : nodes_) {
@@ -98,8 +98,8 @@ void GuideMap::PriceNarrowPlaces(const std::vector<bool>& blocked) {
   }
 }
 
-/// Of the cells within reach of a solid node, those that have nothing near its height and nothing that blocks: rubble
-/// no higher than a step does not.
+/// Adds nodes to cells within reach of an existing node that have no node near its height and are not obstacles. A cell
+/// is an obstacle if it has surfaces, but no nodes and no rubble within a step's height.
 void GuideMap::BridgeGaps(const std::vector<bool>& blocked, const std::vector<std::vector<float>>& rubble,
                           double reach_m) {
   const int span = static_cast<int>(std::floor(reach_m / cell_m_));

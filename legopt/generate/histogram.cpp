@@ -9,7 +9,7 @@
 namespace legopt::generate {
 namespace {
 
-/// 1, 2 or 5 times a power of ten, at least `least`.
+/// Returns the smallest 1, 2 or 5 times a power of ten that is at least `least`.
 double RoundWidth(double least) {
   const double power = std::pow(10.0, std::floor(std::log10(least)));
   for (const double factor : {1.0, 2.0, 5.0}) {
@@ -18,7 +18,7 @@ double RoundWidth(double least) {
   return 10.0 * power;
 }
 
-/// With blanks before it, `width` characters at least.
+/// Pads a text with blanks on the left to at least `width` characters.
 std::string Padded(const std::string& text, std::size_t width) {
   return text.size() < width ? std::string(width - text.size(), ' ') + text : text;
 }

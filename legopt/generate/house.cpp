@@ -12,12 +12,12 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kOuter = 0.3;   // thickness of outer walls, m
-constexpr double kInner = 0.15;  // of inner walls
-constexpr double kFloor = 0.25;  // of the upper floor
+constexpr double kInner = 0.15;  // thickness of inner walls, m
+constexpr double kFloor = 0.25;  // thickness of the upper floor, m
 constexpr double kWallCell = 1.3;
 constexpr double kFloorCell = 1.35;
 
-/// A rectangle x 0..length, y 0..width with a hall in the middle that holds the stairs, two rooms on either side.
+/// A rectangle x 0..length, y 0..width: a hall with the stairs in the middle, two rooms on either side.
 class HouseMaker {
  public:
   explicit HouseMaker(std::uint64_t seed) : generator_(seed), parts_(&building_) {}
@@ -96,7 +96,7 @@ class HouseMaker {
                 Material::kMasonry, kWallCell, {{2.2, 2.2 + kDoor, 0.0, kDoorHead}});
   }
 
-  /// The upper floor with a stairwell along the western side of the hall.
+  /// Adds the upper floor with a stairwell along the western side of the hall.
   void UpperFloor() {
     const double z0 = Head(0);
     const double z1 = storey_;
@@ -134,7 +134,7 @@ class HouseMaker {
                kWallCell);
   }
 
-  /// Two slopes of planks over gables; the ridge runs along x.
+  /// Adds two slopes of planks over gables; the ridge is parallel to x.
   void Roof() {
     const double eaves = 2.0 * storey_;
     const double ridge = eaves + 0.42 * width_;
@@ -160,7 +160,7 @@ class HouseMaker {
         const double xa = -0.3 + (length_ + 0.6) * k / kStrips;
         const double xb = -0.3 + (length_ + 0.6) * (k + 1) / kStrips;
         std::vector<Vector3d> corners;
-        for (const double t : {-0.4, half}) {  // from the overhang to the ridge
+        for (const double t : {-0.4, half}) {  // overhang and ridge
           const double y = side == 0 ? t : width_ - t;
           const double z = eaves + slope * t;
           for (const double x : {xa, xb}) {
@@ -205,7 +205,7 @@ class HouseMaker {
     parts_.Car("car-0", {length_ + 2.4, 0.45 * width_, 0.0}, M_PI_2 + Draw(-0.1, 0.1));
   }
 
-  /// A corner room collapses: parts of its outer walls fail.
+  /// Chooses the corner room that collapses: parts of its outer walls fail.
   void Choose() {
     const bool east = UniformDraw(generator_) < 0.5;
     const bool north = UniformDraw(generator_) < 0.5;

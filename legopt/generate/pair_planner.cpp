@@ -30,7 +30,7 @@ double MeanHeight(const Stance& stance) {
   return sum / static_cast<double>(stance.footholds.size());
 }
 
-/// The pair of a draw; nothing when a thousand tries meet none of the kind.
+/// Draws a random pair of stances; empty if a thousand tries give none of the requested kind.
 std::optional<PlannedPair> DrawPair(const std::vector<Stance>& stances, FloorChange change, const PairOptions& options,
                                     int number) {
   std::mt19937_64 generator(
@@ -86,7 +86,7 @@ int CountThoseThatCount(std::span<const PlannedPair> pairs) {
   return static_cast<int>(std::count_if(pairs.begin(), pairs.end(), [](const auto& pair) { return pair.counts; }));
 }
 
-/// Takes away what was tried for more plans than are wanted now.
+/// Removes pairs from an earlier call that wanted more plans.
 void CutToWanted(int wanted, std::vector<PlannedPair>* pairs) {
   size_t size = 0;
   for (int count = 0; size < pairs->size() && count < wanted; size += kBatch) {

@@ -15,9 +15,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int kSamples = 2;  // per pixel and axis
+constexpr int kSamples = 2;  // samples per pixel along each axis
 
-/// Depth, triangle and world point per sample. `project` maps the world to (x, y, depth weight).
+/// Depth buffer with the visible triangle of each sample.
 struct Buffer {
   int width, height;
   std::vector<float> depth;  ///< smaller is nearer
@@ -32,9 +32,9 @@ struct Buffer {
   size_t At(int x, int y) const { return static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x); }
 };
 
-/// Eye coordinates: x right, y up, z forward.
+/// View transform. Eye coordinates: x right, y up, z forward.
 struct View {
-  Eigen::Matrix3d axes;  ///< rows
+  Eigen::Matrix3d axes;  ///< eye axes as rows
   Vector3d eye;
   View(const Vector3d& from, const Vector3d& to) : eye(from) {
     const Vector3d forward = (to - from).normalized();
@@ -45,7 +45,7 @@ struct View {
   Vector3d ToWorld(const Vector3d& p) const { return axes.transpose() * p + eye; }
 };
 
-/// Fills a screen triangle; `w` interpolates linearly on the screen and smaller means nearer after `nearness`.
+/// Rasterizes a screen triangle and calls `visit` with x, y and the linearly interpolated z of each sample.
 template <class Shade>
 void Fill(Buffer& buffer, const std::array<Vector3d, 3>& p, Shade visit) {
   const double area = (p[1] - p[0]).x() * (p[2] - p[0]).y() - (p[1] - p[0]).y() * (p[2] - p[0]).x();
@@ -71,7 +71,7 @@ void Fill(Buffer& buffer, const std::array<Vector3d, 3>& p, Shade visit) {
   }
 }
 
-/// The polygon in front of the near plane and below the cut.
+/// Clips a polygon by a half space.
 std::vector<Vector3d> Clip(const std::vector<Vector3d>& polygon, const Vector3d& normal, double offset) {
   std::vector<Vector3d> kept;
   for (size_t i = 0; i < polygon.size(); ++i) {
@@ -147,7 +147,7 @@ class Renderer {
     return {(e.x() - sun_box_.min().x()) * scale, (e.y() - sun_box_.min().y()) * scale, e.z()};
   }
 
-  /// 1 in the sun, less in the shade; four samples soften the border.
+  /// Returns 1 in the sun, less in the shadow; four samples soften the border.
   double Light(const Vector3d& p) const {
     constexpr double kBias = 0.04;
     const Vector3d s = OnSun(p);
@@ -174,7 +174,7 @@ class Renderer {
     const Vector3d eye((x + 0.5 - 0.5 * image_.width) * depth / scale_,
                        (0.5 * image_.height - y - 0.5) * depth / scale_, depth);
     const Vector3d point = view_.ToWorld(eye);
-    const bool inside = normal.dot(view_.eye - point) < 0.0;  // seen from behind: a solid that the cut opened
+    const bool inside = normal.dot(view_.eye - point) < 0.0;  // back face, visible inside a solid that the cut opened
     if (inside) normal = -normal;
     const double direct = std::max(0.0, normal.dot(SunDirection())) * Light(point + 0.02 * normal);
     const double brightness = (0.5 + 0.08 * normal.z() + 0.62 * direct) * (inside ? 0.6 : 1.0);

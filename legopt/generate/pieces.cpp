@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 Piece PieceOf(const Cell& cell, const Eigen::Isometry3d& motion) {
   Piece piece{.vertices = {}, .faces = cell.faces, .member = cell.member};
   for (const Vector3d& vertex : cell.vertices) {
-    // As the mesh file has it: what is checked here is what will be loaded.
+    // Rounded as in the mesh file, so that checks apply to the vertices that will be loaded.
     piece.vertices.emplace_back((motion * vertex).cast<float>().cast<double>());
   }
   return piece;

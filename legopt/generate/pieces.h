@@ -10,18 +10,18 @@
 namespace legopt::generate {
 
 /// One convex solid of a scenario, world frame; coordinates are representable as float.
-struct Piece {  ///< of the hull, m
+struct Piece {  ///< vertices of the convex hull, m
   std::vector<Eigen::Vector3d> vertices;
-  std::vector<std::vector<int>> faces;  ///< as in Cell
-  int member = -1;                      ///< index in Building::members
+  std::vector<std::vector<int>> faces;  ///< see Cell
+  int member = -1;                      ///< index into Building::members
 };
 
-/// The solids of a snapshot: members none of whose cells has moved as a whole, of the others every cell that is left
-/// where the simulation put it. Cells thrown farther than `margin_m` beyond the plan are left out.
+/// Returns the solids of a snapshot: undamaged members as a whole, and of the others every remaining cell at its
+/// simulated pose. Cells more than `margin_m` outside the plan are omitted.
 std::vector<Piece> PiecesOf(const Building& building, const std::vector<Cell>& cells, const Snapshot& snapshot,
                             double margin_m = 6.0);
 
-/// All pieces as one mesh: each is a closed surface with outward winding; faces are cut into fans of triangles.
+/// Merges all pieces into one mesh: each is a closed surface with outward winding; faces are split into triangle fans.
 /// Vertices of different pieces are separate. `piece_of_triangle` may be null.
 TriangleMesh MeshOf(const std::vector<Piece>& pieces, std::vector<int>* piece_of_triangle = nullptr);
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kNone = -1;
 
-/// Per cluster its first member that `prove` accepts, or kNone.
+/// Returns for each cluster the first member that `prove` accepts, or kNone.
 std::vector<int> ProveClusters(const std::vector<std::vector<int>>& clusters, int threads, const ProveMember& prove) {
   std::vector<int> chosen(clusters.size(), kNone);
   ForEachIndex(threads, clusters.size(), [&](int worker, std::size_t c) {
@@ -33,7 +33,7 @@ std::vector<int> SelectProven(std::span<const Eigen::Vector3d> points, int count
     std::vector<Eigen::Vector3d> places;
     for (const int candidate : candidates) places.push_back(points[static_cast<std::size_t>(candidate)]);
     std::vector<std::vector<int>> clusters = ClusterPoints(places, count, seed);
-    if (std::ssize(clusters) < count) break;  // too few places differ
+    if (std::ssize(clusters) < count) break;  // too few different points
     for (std::vector<int>& cluster : clusters) {
       for (int& member : cluster) member = candidates[static_cast<std::size_t>(member)];
     }

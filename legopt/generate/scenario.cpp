@@ -51,7 +51,7 @@ OrderedJson ToJson(const Difficulty& difficulty) {
           {"clearance_m", difficulty.clearance_m}};
 }
 
-/// The mesh as a user of the dataset will see it.
+/// Checks the mesh file as a user of the dataset will load it.
 void CheckWritten(const std::filesystem::path& path, size_t pieces, const ReadGuard& guard) {
   const TriangleMesh mesh = LoadMesh(path.string(), Eigen::Vector3d::Ones(), guard);
   const MeshFaults faults = FindMeshFaults(mesh);
@@ -103,7 +103,7 @@ Scenario MakeScenario(const ScenarioOptions& options, const CollapseProgress& pr
 
 namespace {
 
-/// What the building is made of: one line per member, with the box around it, m.
+/// Lists the members of a building as CSV: one line per member, with its bounding box, m.
 std::string ListMembers(const Building& building) {
   std::string text = "name,material,cell_m,corners,fixed,fails,x_low,y_low,z_low,x_high,y_high,z_high\n";
   for (const Member& member : building.members) {

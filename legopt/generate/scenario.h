@@ -24,51 +24,52 @@ enum class ScenarioLevel {
   kHard           ///< the last
 };
 
-/// "easier", "easy", "intermediate", "hard".
+/// Returns "easier", "easy", "intermediate" or "hard".
 std::string_view ToString(ScenarioLevel level);
-/// Inverse; throws InputError naming the nearest word.
+/// Parses a level. Throws InputError with the nearest name.
 ScenarioLevel ParseScenarioLevel(std::string_view text);
 
-/// Everything that decides a scenario.
+/// All options that affect a scenario.
 struct ScenarioOptions {
-  BuildingKind kind = BuildingKind::kGarage;     ///< which building
-  ScenarioLevel level = ScenarioLevel::kEasier;  ///< how far its collapse has come
-  std::uint64_t seed = 1;                        ///< of all draws
-  FractureOptions fracture;                      ///< how fine it breaks
-  CollapseOptions collapse;                      ///< the simulation
+  BuildingKind kind = BuildingKind::kGarage;
+  ScenarioLevel level = ScenarioLevel::kEasier;  ///< progress of the collapse
+  std::uint64_t seed = 1;                        ///< seed of all random numbers
+  FractureOptions fracture;
+  CollapseOptions collapse;
 };
 
-/// A building after (part of) its collapse.
+/// A building during or after its collapse.
 struct Scenario {
-  ScenarioOptions options;    ///< what it was made from
-  Building building;          ///< before the collapse
-  std::vector<Piece> pieces;  ///< what stands and lies there now
-  double time_s = 0.0;        ///< of the snapshot, since the collapse began
-  int num_cells = 0;          ///< of the building
-  int num_bonds = 0;          ///< joints between them
-  int num_bonds_broken = 0;   ///< of them, at the snapshot
-  Difficulty intact;          ///< of the building before the collapse
-  Difficulty damaged;         ///< the same of the pieces
+  ScenarioOptions options;
+  Building building;          ///< building before the collapse
+  std::vector<Piece> pieces;  ///< solids at the snapshot
+  double time_s = 0.0;        ///< time of the snapshot since the start of the collapse
+  int num_cells = 0;          ///< number of cells of the building
+  int num_bonds = 0;          ///< number of bonds between cells
+  int num_bonds_broken = 0;   ///< number of bonds broken at the snapshot
+  Difficulty intact;          ///< difficulty before the collapse
+  Difficulty damaged;         ///< difficulty of `pieces`
 };
 
-/// Builds, breaks and lets collapse up to the level's snapshot. Same options, same bits (see SimulateCollapse).
+/// Generates, fractures and simulates a building up to the level's snapshot. The same options give the same bits (see
+/// SimulateCollapse).
 Scenario MakeScenario(const ScenarioOptions& options, const CollapseProgress& progress);
 
-/// Kind, level, seed, every parameter, counts and difficulty; no hashes.
+/// Formats kind, level, seed, all parameters, counts and difficulty as JSON, without hashes.
 nlohmann::ordered_json DescribeScenario(const Scenario& scenario);
 
-/// The scenario with the colours of its materials.
+/// Returns the scenario with the colours of its materials.
 Drawing DrawScenario(const Scenario& scenario);
-/// Four views: "outside", "back", "inside" (the upper storeys cut away), "ground" (from eye height).
+/// Returns four views: "outside", "back", "inside" (without the upper storeys), "ground" (from eye height).
 std::vector<std::pair<std::string_view, Camera>> ScenarioCameras(const Building& building);
 
 inline constexpr const char* kSceneMeshName = "scene.ply";         ///< all pieces as one mesh
-inline constexpr const char* kScenarioFileName = "scenario.json";  ///< DescribeScenario, and hashes
+inline constexpr const char* kScenarioFileName = "scenario.json";  ///< DescribeScenario with hashes
 inline constexpr const char* kMembersFileName = "building.csv";    ///< the members of the intact building
 
 /// Writes scene.ply, building.csv (the members), scenario.json (DescribeScenario and the hashes of all other files)
-/// and, when asked for, a PNG per camera into an existing folder. The scene is read back under `guard` and checked:
-/// closed, wound outwards, one solid per piece. Throws InputError when something cannot be written.
+/// and, if requested, a PNG per camera into an existing folder. The scene is read back under `guard` and checked:
+/// closed, outward winding, one solid per piece. Throws InputError if a file cannot be written.
 void WriteScenario(const Scenario& scenario, const std::filesystem::path& folder, bool pictures,
                    const ReadGuard& guard = {});
 

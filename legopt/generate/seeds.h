@@ -5,7 +5,7 @@
 
 namespace legopt::generate {
 
-/// A seed of its own for every purpose: 64 bits of BLAKE2b of "seed/purpose".
+/// Derives an independent seed for a purpose: 64 bits of BLAKE2b of "seed/purpose".
 std::uint64_t DeriveSeed(std::uint64_t seed, const std::string& purpose);
 
 }  // namespace legopt::generate

@@ -37,10 +37,10 @@ void RequireMappableScene(const Dataset& dataset) {
 
 void RequireLeftFootFirst(const Dataset& dataset) {
   if (dataset.feet().size() != 2) return;
-  constexpr double kSide_m = 1e-3;  // feet that stand one behind the other have no order
+  constexpr double kSide_m = 1e-3;  // feet placed one behind the other have no lateral order
   const Dataset::Foot& first = dataset.feet().at(0);
   const Dataset::Foot& second = dataset.feet().at(1);
-  Eigen::VectorXd posture = dataset.self_collision_reference();  // for its base, which is at the origin
+  Eigen::VectorXd posture = dataset.self_collision_reference();  // its base is at the origin
   posture.head(dataset.nominal_joints().size()) = dataset.nominal_joints();
   Kinematics kinematics(dataset.robot());
   kinematics.Update(posture);

@@ -5,19 +5,19 @@
 
 namespace legopt::generate {
 
-/// Meshes that solver and judge would disagree about: with holes, or wound inside out. Throws InputError for the first.
+/// Throws InputError for the first mesh with holes or inverted winding, about which solver and judge would disagree.
 void RequireSoundMeshes(const Dataset& dataset);
 
-/// Of two feet, the first stands to the left in the nominal posture, as plans take it. Throws InputError.
+/// Throws InputError unless, of two feet, the first is on the left in the nominal posture, as planning assumes.
 void RequireLeftFootFirst(const Dataset& dataset);
 
-/// A scene of at most 4 million squares of 20 cm in plan (400 m x 400 m): the map that guides plans (guide_map.h) grows
-/// with its area. Throws InputError.
+/// Throws InputError for a scene of more than 4 million squares of 20 cm in plan (400 m x 400 m): the size of the map
+/// that guides plans (guide_map.h) is proportional to this area.
 void RequireMappableScene(const Dataset& dataset);
 
-/// Refuses, before anything is made, what a generation from this source would refuse: see ProbeOptions::Validate and
-/// RequireLeftFootFirst, and, when its own scene is used, RequireMappableScene, RequireSoundMeshes and a scene without
-/// ground to stand on. Throws InputError that names the user's files and flags.
+/// Checks a source before generation starts: see ProbeOptions::Validate and RequireLeftFootFirst and, if its own scene
+/// is used, RequireMappableScene and RequireSoundMeshes; the scene must also have ground to stand on. Throws InputError
+/// with the user's files and flags.
 void CheckSource(const std::shared_ptr<const Dataset>& source, const ProbeOptions& options, bool uses_scene);
 
 }  // namespace legopt::generate

@@ -20,14 +20,14 @@ std::vector<Vector3d> Scaled(std::span<const Vector3d> points) {
   const auto n = static_cast<double>(points.size());
   for (const Vector3d& p : points) mean += p / n;
   for (const Vector3d& p : points) square += (p - mean).cwiseAbs2() / n;
-  constexpr double kConstant = 1e-9;  // a coordinate without spread does not count
+  constexpr double kConstant = 1e-9;  // a constant coordinate is ignored
   const Vector3d scale = square.cwiseSqrt().unaryExpr([](double s) { return s > kConstant ? 1.0 / s : 0.0; });
   std::vector<Vector3d> scaled;
   for (const Vector3d& p : points) scaled.emplace_back((p - mean).cwiseProduct(scale));
   return scaled;
 }
 
-/// Index of the nearest centre; the first one of equals.
+/// Returns the index of the nearest centre; the first one on a tie.
 size_t Nearest(const std::vector<Vector3d>& centres, const Vector3d& p) {
   size_t best = 0;
   for (size_t c = 1; c < centres.size(); ++c) {
@@ -36,7 +36,8 @@ size_t Nearest(const std::vector<Vector3d>& centres, const Vector3d& p) {
   return best;
 }
 
-/// k-means++: every further centre is drawn by squared distance from those before.
+/// k-means++: every further centre is a random point with probability proportional to the squared distance from the
+/// previous ones.
 std::vector<Vector3d> StartCentres(const std::vector<Vector3d>& points, int k, std::mt19937_64& generator) {
   std::vector<Vector3d> centres = {
       points[static_cast<size_t>(UniformDraw(generator) * static_cast<double>(points.size()))]};
@@ -59,7 +60,7 @@ double Distance2(const std::vector<Vector3d>& points, const std::vector<Vector3d
   return (points[i] - centres[owner[i]]).squaredNorm();
 }
 
-/// Index of the point farthest from the centre that it belongs to.
+/// Returns the index of the point farthest from its own centre.
 size_t Farthest(const std::vector<Vector3d>& points, const std::vector<Vector3d>& centres,
                 const std::vector<size_t>& owner) {
   size_t worst = 0;
@@ -95,7 +96,7 @@ std::vector<std::vector<int>> ClusterPoints(std::span<const Vector3d> points, in
   std::vector<Vector3d> centres = StartCentres(scaled, k, generator);
   std::vector<size_t> owner(scaled.size(), std::numeric_limits<size_t>::max());
   constexpr int kMostRounds = 200;
-  constexpr double kSamePlace2 = 1e-18;  // what rounding leaves between a point and the mean of its copies, squared
+  constexpr double kSamePlace2 = 1e-18;  // squared rounding error between a point and the mean of its copies
   for (int round = 0; round < kMostRounds; ++round) {
     bool changed = false;
     std::vector<Vector3d> sums(centres.size(), Vector3d::Zero());
@@ -108,7 +109,7 @@ std::vector<std::vector<int>> ClusterPoints(std::span<const Vector3d> points, in
       ++counts[nearest];
     }
     for (size_t c = 0; c < centres.size(); ++c) {
-      // A centre that lost all its points begins again where another one is worst.
+      // A centre without points restarts at the point that is farthest from its centre.
       const size_t farthest = counts[c] > 0 ? 0 : Farthest(scaled, centres, owner);
       if (counts[c] == 0 && Distance2(scaled, centres, owner, farthest) > kSamePlace2) {
         centres[c] = scaled[farthest];

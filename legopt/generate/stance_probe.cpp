@@ -121,7 +121,7 @@ double Yaw(const Foothold& foothold) {
 
 Foothold StanceProbe::Place(int foot, const Vector3d& point, const Vector3d& normal, double yaw_rad) const {
   const Vector3d heading(std::cos(yaw_rad), std::sin(yaw_rad), 0.0);
-  // Forward lies in the surface, above or below the heading.
+  // The foot's x axis lies in the surface, in the vertical plane of the heading.
   const Vector3d left = normal.cross(heading).normalized();
   Eigen::Matrix3d rotation;
   rotation << left.cross(normal), left, normal;
@@ -139,10 +139,10 @@ double StanceProbe::PartDistance(int link, const Isometry3d& pose, double margin
   return nearest;
 }
 
-/// Samples of the sole's rectangle, its rim included, at most 4 cm apart.
+/// Samples the rectangle of the contact patch, including its edges, at most 4 cm apart.
 bool StanceProbe::Supported(int foot, const Foothold& foothold) const {
   constexpr double kSpacing_m = 0.04;
-  constexpr double kInset_m = 0.002;  // a sole may end where its slab ends
+  constexpr double kInset_m = 0.002;  // a contact patch may end at the edge of its slab
   const Eigen::AlignedBox3d& box = model_->dataset->feet()[static_cast<size_t>(foot)].box;
   const Eigen::Matrix3d rotation = foothold.rotation.toRotationMatrix();
   const int nx = 1 + static_cast<int>(std::ceil(box.sizes().x() / kSpacing_m));

@@ -18,7 +18,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Triangles flat enough to stand on, with their areas summed up.
+/// Triangles flat enough to stand on, with cumulative areas.
 class AreaTable {
  public:
   AreaTable(const ProbeModel& model, const Eigen::AlignedBox2d& region) : terrain_(model.terrain) {
@@ -40,7 +40,7 @@ class AreaTable {
 
   bool empty() const { return triangles_.empty(); }
 
-  /// A point uniform by area and its triangle.
+  /// Returns a random point, uniform by area, and its triangle.
   std::pair<Vector3d, int> Draw(std::mt19937_64& generator) const {
     const double target = UniformDraw(generator) * sums_.back();
     const auto found = std::min<std::ptrdiff_t>(std::upper_bound(sums_.begin(), sums_.end(), target) - sums_.begin(),
@@ -66,7 +66,7 @@ struct Candidate {
   Stance stance;
 };
 
-/// Draws and tests candidates; one per thread.
+/// Generates and tests candidates; one per thread.
 class Sampler {
  public:
   Sampler(const std::shared_ptr<const ProbeModel>& model, const AreaTable& areas, const StanceSamplerOptions& options)

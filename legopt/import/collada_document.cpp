@@ -44,7 +44,8 @@ struct CloseArchive {
 };
 using Archive = std::unique_ptr<void, CloseArchive>;
 
-/// Bytes of the archive's current file. A header may lie about the size, so that memory follows what is really there.
+/// Reads all bytes of the archive's current file. Does not trust the size in the header, so that memory grows only with
+/// the actual content.
 std::string Unpack(const fs::path& path, void* archive, const std::string& name) {
   constexpr size_t kMaxBytes = size_t{1} << 30;
   constexpr size_t kBlock_bytes = size_t{1} << 16;
@@ -56,22 +57,22 @@ std::string Unpack(const fs::path& path, void* archive, const std::string& name)
     count = unzReadCurrentFile(archive, text.data() + before, static_cast<unsigned>(kBlock_bytes));
     text.resize(before + static_cast<size_t>(std::max(count, 0)));
   }
-  if (unzCloseCurrentFile(archive) != UNZ_OK || count != 0) {  // the checksum is compared on closing
+  if (unzCloseCurrentFile(archive) != UNZ_OK || count != 0) {  // closing compares the checksum
     Refuse(path, name, std::to_string(text.size()) + " bytes", "cannot be unpacked", "pack the archive again");
   }
   return text;
 }
 
-/// The only COLLADA document of a zip archive.
+/// Returns the only COLLADA document of a zip archive.
 std::string ReadArchive(const fs::path& path) {
-  ReadFile(path);  // to say whether it is missing or no archive
+  ReadFile(path);  // reports a missing file, before unzOpen reports a wrong format
   const Archive archive(unzOpen(path.c_str()));
   if (archive == nullptr) Refuse(path, "", "", "is not a zip archive", "give the .dae file itself");
   std::string text;
   int documents = 0;
   for (int state = unzGoToFirstFile(archive.get()); state == UNZ_OK; state = unzGoToNextFile(archive.get())) {
     std::array<char, 1024> name{};
-    unz_file_info info{};  // minizip writes into it unasked
+    unz_file_info info{};  // minizip writes into it unconditionally
     unzGetCurrentFileInfo(archive.get(), &info, name.data(), name.size() - 1, nullptr, 0, nullptr, 0);
     if (LowerSuffix(name.data()) != ".dae") continue;
     if (++documents == 1) text = Unpack(path, archive.get(), name.data());
@@ -91,7 +92,7 @@ void CollectAll(const XMLElement& root, std::string_view name, std::vector<const
   }
 }
 
-/// <name> of the parent, or the <wrapper> inside of it.
+/// Returns the child <name> of the parent, or the <wrapper> inside it.
 const XMLElement* Wrapped(const XMLElement& parent, const char* name, const char* wrapper) {
   const XMLElement* element = parent.FirstChildElement(name);
   if (element == nullptr) return nullptr;
@@ -113,7 +114,7 @@ ColladaDocument::ColladaDocument(const fs::path& path) : path_(path) {
   const XMLElement* asset = root().FirstChildElement("asset");
   if (asset == nullptr) return;
   const XMLElement* up = asset->FirstChildElement("up_axis");
-  // The default of the format is Y_UP, but a robot without the element has been written by hand in our frame.
+  // The format's default is Y_UP, but robots without this element were written by hand with z up.
   if (up != nullptr && up->GetText() != nullptr && std::string_view(up->GetText()).find("Z_UP") == std::string::npos) {
     Fail(*up, up->GetText(), "another axis than z points up", "export the robot again with z up");
   }
@@ -197,7 +198,7 @@ Eigen::Isometry3d ColladaDocument::Transform(const XMLElement& element) const {
     } else if (name == "rotate") {
       const std::vector<double> r = Numbers(*e, 4);
       const Eigen::Vector3d axis(r[0], r[1], r[2]);
-      if (r[3] == 0.0) continue;  // also that of a fixed joint, whose axis has no length
+      if (r[3] == 0.0) continue;  // also for a fixed joint, whose axis is zero
       if (!(axis.norm() > 0.0)) Fail(*e, "", "the axis of rotation has no length", "correct it");
       transform.rotate(Eigen::AngleAxisd(kDegree * r[3], axis.normalized()));
     } else if (name == "matrix") {

@@ -21,7 +21,7 @@ const XMLElement* ChildById(const XMLElement& parent, const char* name, std::str
   return nullptr;
 }
 
-/// <input> of the given meaning, or null.
+/// Returns the <input> with the given semantic, or null.
 const XMLElement* FindInput(const XMLElement& parent, std::string_view semantic) {
   for (const XMLElement* e = parent.FirstChildElement("input"); e != nullptr; e = e->NextSiblingElement("input")) {
     const char* own = e->Attribute("semantic");
@@ -30,7 +30,8 @@ const XMLElement* FindInput(const XMLElement& parent, std::string_view semantic)
   return nullptr;
 }
 
-/// Points of a <mesh>. Its <vertices> is looked for inside of it only: urdf_to_collada gives all the same id.
+/// Reads the points of a <mesh>. Its <vertices> is searched only inside the mesh, since urdf_to_collada gives all of
+/// them the same id.
 std::vector<Eigen::Vector3d> ReadPoints(const ColladaDocument& document, const XMLElement& mesh) {
   const XMLElement* vertices = mesh.FirstChildElement("vertices");
   if (vertices == nullptr) document.Fail(mesh, "", "has no <vertices>", kExportAgain);
@@ -53,7 +54,7 @@ std::vector<Eigen::Vector3d> ReadPoints(const ColladaDocument& document, const X
   return points;
 }
 
-/// Corners per face of <triangles> (empty: three each) or <polylist>.
+/// Returns the number of corners per face of a <polylist>; empty for <triangles>, with three each.
 std::vector<int> ReadCounts(const ColladaDocument& document, const XMLElement& primitive) {
   std::vector<int> counts;
   const XMLElement* list = primitive.FirstChildElement("vcount");
@@ -62,7 +63,7 @@ std::vector<int> ReadCounts(const ColladaDocument& document, const XMLElement& p
   return counts;
 }
 
-/// Adds the faces of one <triangles> or <polylist>, cut into fans.
+/// Adds the faces of one <triangles> or <polylist>, split into triangle fans.
 void AddFaces(const ColladaDocument& document, const XMLElement& primitive, TriangleMesh* mesh) {
   const XMLElement* vertex_input = FindInput(primitive, "VERTEX");
   const XMLElement* list = primitive.FirstChildElement("p");

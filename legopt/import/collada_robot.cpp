@@ -17,12 +17,12 @@ namespace {
 using tinyxml2::XMLElement;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr const char* kUrdfWriter = "URDF Collada Writer";  ///< <authoring_tool> of urdf_to_collada
+constexpr const char* kUrdfWriter = "URDF Collada Writer";  ///< value of <authoring_tool> that urdf_to_collada writes
 
-/// Lower and upper limit as written: degrees or units of length.
+/// Lower and upper limit as in the file: degrees or units of length.
 using Limits = std::pair<double, double>;
 
-/// What the articulated systems say about one joint.
+/// Properties of one joint in the articulated systems.
 struct AxisInfo {
   std::optional<Limits> limits;
   bool active = true;
@@ -32,8 +32,8 @@ struct AxisInfo {
 
 /// A <joint> of the kinematics model.
 struct JointElement {
-  const XMLElement* element = nullptr;  ///< the joint
-  const XMLElement* axis = nullptr;     ///< its <revolute> or <prismatic>
+  const XMLElement* element = nullptr;
+  const XMLElement* axis = nullptr;  ///< its <revolute> or <prismatic>
   std::string name;
   bool revolute = true;
 };
@@ -93,7 +93,8 @@ class ColladaReader {
     return Limits(document_.Number(*limits, "min", -kInfinity), document_.Number(*limits, "max", kInfinity));
   }
 
-  /// Kinematic axis infos name "model/joint/axis"; those of motion name the kinematic ones by their sid.
+  /// Reads the axis infos. Those of kinematics refer to "model/joint/axis", those of motion to the kinematic ones by
+  /// sid.
   void ReadAxisInfos() {
     std::map<std::string, std::string> joint_of_info;
     for (const XMLElement* kinematics : ColladaDocument::FindAll(document_.root(), "kinematics")) {
@@ -203,7 +204,7 @@ class ColladaReader {
         const char* name = body->Attribute("name");
         const XMLElement* technique = body->FirstChildElement("technique_common");
         const auto link = link_names_.find(name != nullptr ? name : "");
-        if (link == link_names_.end() || technique == nullptr) continue;  // a body that is not the robot's
+        if (link == link_names_.end() || technique == nullptr) continue;  // a body of something other than the robot
         ReadMass(*technique, transposed, &robot_.links[static_cast<size_t>(link->second)]);
       }
     }
@@ -232,8 +233,8 @@ class ColladaReader {
   }
 
   ColladaDocument document_;
-  std::map<std::string, JointElement> joints_;  ///< by sid
-  std::map<std::string, AxisInfo> infos_;       ///< by the joint's sid
+  std::map<std::string, JointElement> joints_;  ///< keyed by sid
+  std::map<std::string, AxisInfo> infos_;       ///< keyed by the joint's sid
   std::map<std::string, int> link_names_;
   ColladaRobot robot_;
 };

@@ -11,51 +11,51 @@
 
 namespace legopt {
 
-/// A triangle mesh of a link: vertices in metres in a frame of its own, whose pose in the link frame is `pose`.
+/// A triangle mesh of a link with its pose.
 struct ColladaGeometry {
-  TriangleMesh mesh;                                       ///< vertices in m, in a frame of its own
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< of that frame in the link frame
+  TriangleMesh mesh;                                       ///< vertices in m, in the mesh frame
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< mesh frame in the link frame
 };
 
-/// As in RobotModel, with what a URDF states besides.
+/// A link with the properties of a URDF.
 struct ColladaLink {
-  std::string name;                                        ///< unique in the robot
-  double mass = 0.0;                                       ///< kg; 0 when the file states none
-  Eigen::Vector3d com = Eigen::Vector3d::Zero();           ///< link frame, m
+  std::string name;
+  double mass = 0.0;                                       ///< kg; 0 if the file has none
+  Eigen::Vector3d com = Eigen::Vector3d::Zero();           ///< centre of mass in the link frame, m
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();       ///< about the centre of mass, link axes, kg m^2
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< of the link frame in the base frame, all joints zero
-  std::vector<ColladaGeometry> geometries;                 ///< all of the link's; empty: it touches nothing
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< link frame in the base frame, all joints zero
+  std::vector<ColladaGeometry> geometries;                 ///< all geometry of the link; empty: it cannot collide
 };
 
-/// As in RobotModel (limits in rad or m), with what a URDF states besides.
+/// A joint (limits in rad or m) with the properties of a URDF.
 struct ColladaJoint {
-  Joint joint;            ///< kinematics and limits
+  Joint joint;
   double effort = 0.0;    ///< N m or N
   double velocity = 0.0;  ///< rad/s or m/s
 };
 
-/// A robot in depth-first order; joints[k] leads to links[k + 1].
+/// A robot in depth-first order.
 struct ColladaRobot {
-  std::string name;                      ///< of the kinematics model
-  std::vector<ColladaLink> links;        ///< depth first; links[0] is the base
+  std::string name;                      ///< name of the kinematics model
+  std::vector<ColladaLink> links;        ///< links[0] is the base
   std::vector<ColladaJoint> joints;      ///< joints[k] leads to links[k + 1]
-  std::vector<DatasetFinding> findings;  ///< what was decided while reading
+  std::vector<DatasetFinding> findings;  ///< decisions made while reading
 };
 
-/// Reads a robot from COLLADA 1.5 with kinematics, as `urdf_to_collada` and OpenRAVE write it.
+/// Reads a robot from COLLADA 1.5 with kinematics, as written by `urdf_to_collada` and OpenRAVE.
 ///
 /// * Tree: `library_kinematics_models`, links nested by `attachment_full`, children in the order of the document, which
 ///   is the order of degrees of freedom in LegOpt's solution vectors. Axes are in the joint frame.
 /// * Limits: `limits` of the kinematic `axis_info`, else of the joint; degrees (metres for prismatic joints). A joint
-///   without any is continuous; an inactive or locked one, or one whose limits are equal, is fixed.
-/// * `speed` is the velocity limit. `acceleration` is the effort limit: that is what urdf_to_collada puts there.
-/// * Meshes: all geometry of the link's node in the visual scene, and of nodes below it that are no links. They serve
-///   as collision geometry, as in OpenRAVE.
-/// * Masses: `library_physics_models`. A mass frame is a pose in the base frame with all joints zero, not in the link;
-///   the rotation that urdf_to_collada writes is the transpose of the principal axes.
+///   without limits is continuous. A joint that is inactive or locked, or whose limits are equal, is fixed.
+/// * `speed` is the velocity limit. `acceleration` is the effort limit, which urdf_to_collada writes there.
+/// * Meshes: all geometry of the link's node in the visual scene, and of nodes below it that are not links. They are
+///   used as collision geometry, as in OpenRAVE.
+/// * Masses: `library_physics_models`. A mass frame is a pose in the base frame with all joints zero, not in the link
+///   frame. The rotation that urdf_to_collada writes is the transpose of the principal axes.
 ///
-/// Throws InputError naming file and line: see ColladaDocument; no kinematics model or several, a closed loop, a joint
-/// or mesh that does not exist, an axis without direction, limits in the wrong order, indices out of range.
+/// Throws InputError with file and line: see ColladaDocument; no kinematics model or several, a closed loop, a joint or
+/// mesh that does not exist, a zero axis, limits in the wrong order, indices out of range.
 ColladaRobot ReadColladaRobot(const std::filesystem::path& path);
 
 }  // namespace legopt

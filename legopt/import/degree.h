@@ -4,6 +4,6 @@
 
 namespace legopt {
 
-inline constexpr double kDegree = std::numbers::pi / 180.0;  ///< in radians
+inline constexpr double kDegree = std::numbers::pi / 180.0;  ///< one degree in radians
 
 }  // namespace legopt

@@ -7,24 +7,24 @@
 
 namespace legopt {
 
-/// One thing that was found out about a dataset or about the files that it is made from.
+/// A finding about a dataset or its source files.
 struct DatasetFinding {
-  /// How bad it is.
+  /// Severity of a finding.
   enum class Severity {
-    kInfo,     ///< as it should be, or worth knowing
-    kWarning,  ///< a fault that the dataset can be used with
-    kError,    ///< results on such a dataset would mean nothing
+    kInfo,     ///< valid, or worth knowing
+    kWarning,  ///< a fault, but the dataset is usable
+    kError,    ///< results with this dataset would be meaningless
   };
-  Severity severity = Severity::kInfo;  ///< of this finding
-  std::string check;                    ///< e.g. "quaternion order"
-  std::string file;                     ///< inside the folder in question; may be empty
-  std::string field;                    ///< element, key or problems; may be empty
-  std::string value;                    ///< what was counted or measured; may be empty
-  std::string message;                  ///< what that means
-  std::string fix;                      ///< what the user can do; empty when all is well
+  Severity severity = Severity::kInfo;
+  std::string check;    ///< e.g. "quaternion order"
+  std::string file;     ///< path relative to the folder; may be empty
+  std::string field;    ///< element, key or problems; may be empty
+  std::string value;    ///< count or measurement; may be empty
+  std::string message;  ///< meaning of the value
+  std::string fix;      ///< advice to the user; empty if there is no problem
 };
 
-/// "info", "warning" or "error".
+/// Returns "info", "warning" or "error".
 inline std::string_view ToString(DatasetFinding::Severity severity) {
   switch (severity) {
     case DatasetFinding::Severity::kInfo:
@@ -37,7 +37,7 @@ inline std::string_view ToString(DatasetFinding::Severity severity) {
   return "";
 }
 
-/// Whether results on this dataset would mean nothing.
+/// Returns true if one of the findings is an error.
 inline bool AnyError(std::span<const DatasetFinding> findings) {
   return std::any_of(findings.begin(), findings.end(),
                      [](const DatasetFinding& f) { return f.severity == DatasetFinding::Severity::kError; });

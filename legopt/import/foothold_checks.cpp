@@ -1,4 +1,4 @@
-// Checks of single footholds: where they are, what the sole rests on, what the foot touches.
+// Checks of single contacts: position, support of the contact patch, collisions of the foot.
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +21,7 @@ std::string Millimetres(double length_m) { return FormatFixed(1e3 * length_m, 1)
 
 std::string Degrees(double angle_rad) { return FormatFixed(angle_rad * 180.0 / std::numbers::pi, 1) + " deg"; }
 
-/// Some of all footholds, the problems that use them, and a quantity of each.
+/// A subset of the contacts: the problems that use them, and one quantity of each contact.
 struct Group {
   std::vector<double> values;
   ProblemIds problems;
@@ -37,7 +37,8 @@ struct Group {
   }
 };
 
-/// Gaps that are all the sole offset: it was added once too often when the file was made.
+/// Returns true if a gap equals the contact frame offset, which suggests that the file's author added the offset once
+/// too often.
 bool IsSoleOffset(double gap_m, const Dataset& dataset) {
   return std::abs(gap_m - dataset.sole_offset_m()) < kOnSurface_m;
 }
@@ -61,12 +62,12 @@ DatasetFinding Hovering(Group group, size_t all, const Dataset& dataset) {
   return finding;
 }
 
-/// Share of 45 points of the sole's rectangle that lie on the surface, the foot put down on the ground below it.
+/// Returns the share of 45 points of the contact patch that lie on the surface, with the foot lowered onto the ground.
 double SupportedShare(const Dataset::Foot& foot, const Foothold& foothold, const Ground& ground,
                       const Terrain& terrain) {
   constexpr int kAlong = 9, kAcross = 5;
   constexpr double kTolerance_m = 3e-3;
-  constexpr double kInset_m = 2e-3;  // a sole may end where its slab ends
+  constexpr double kInset_m = 2e-3;  // a contact patch may end at the edge of its slab
   const Eigen::Matrix3d rotation = foothold.rotation.normalized().toRotationMatrix();
   const auto at = [](double low, double high, int k, int n) {
     return low + kInset_m + (high - low - 2.0 * kInset_m) * k / (n - 1);

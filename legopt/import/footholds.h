@@ -15,26 +15,26 @@ namespace legopt {
 /// Problem ids by task.
 using ProblemIds = std::map<Task, std::set<int>>;
 
-/// "posture 3, 33, 38-39; motion 0-4".
+/// Formats problem ids like "posture 3, 33, 38-39; motion 0-4".
 std::string ToString(const ProblemIds& ids);
 
-/// A foothold and everything that uses it.
+/// A target contact and the problems that use it.
 struct UsedFoothold {
-  Foothold foothold;    ///< as in the problems
-  ProblemIds problems;  ///< whose stances have it
+  Foothold foothold;
+  ProblemIds problems;  ///< problems with a stance that contains it
 };
 
-/// Collects the footholds of problems, each different one once, in the order of their first use.
+/// Collects the different target contacts of problems, in the order of their first use.
 class FootholdList {
  public:
-  /// Adds what the problems of one task use.
+  /// Adds the contacts of the problems of one task.
   void Add(Task task, std::span<const ProblemDefinition> problems);
-  /// Each different one once, in the order of first use.
+  /// Different contacts in the order of first use.
   const std::vector<UsedFoothold>& all() const { return footholds_; }
 
  private:
   std::vector<UsedFoothold> footholds_;
-  std::map<std::string, size_t> index_;  ///< by the text of the foothold
+  std::map<std::string, size_t> index_;  ///< keyed by the contact's text
 };
 
 }  // namespace legopt

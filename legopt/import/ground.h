@@ -6,15 +6,16 @@
 
 namespace legopt {
 
-/// A surface near a position, straight above or below it.
+/// The surface above or below a position.
 struct Ground {
-  double gap_m = 0.0;  ///< from the surface to the position along the surface's normal; > 0: the position is above
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();    ///< of the surface
+  double gap_m = 0.0;  ///< distance from the surface along its normal; > 0: the position is above
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();    ///< point of the surface
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, up
-  bool found = false;                                 ///< false: no surface is near, and the rest means nothing
+  bool found = false;                                 ///< false: no surface is near, and the other members are
+                                                      ///< undefined
 };
 
-/// The surface that looks up nearest to the position, at most 0.3 m above or below.
+/// Returns the upward surface nearest to the position, at most 0.3 m above or below.
 Ground FindGround(const Terrain& terrain, const Eigen::Vector3d& position);
 
 }  // namespace legopt

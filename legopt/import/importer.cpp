@@ -42,7 +42,7 @@ class Importer {
         folder_(fs::weakly_canonical(folder)),
         sources_(FindSources(options.source, options.files)) {}
 
-  /// Errors name the user's files, not our copies of them.
+  /// Imports the dataset. Errors refer to the user's files, not to the copies.
   ImportReport Import() {
     try {
       return Make();
@@ -70,7 +70,7 @@ class Importer {
     return std::move(report_);
   }
 
-  /// The source of a file that has been written into the folder; other paths as they are.
+  /// Returns the source of a file in the folder; returns other paths unchanged.
   fs::path OriginOf(const fs::path& file) const {
     const fs::path inside = file.lexically_relative(folder_);
     if (inside.empty() || *inside.begin() == "..") return file;
@@ -117,7 +117,7 @@ class Importer {
         RobotModel::FromUrdfFile((folder_ / kRobotFileName).string(), options_.read_guard));
   }
 
-  /// What the user asks for is within the limits, or refused; Dataset::Load names unknown joints.
+  /// Throws if a requested joint value exceeds the limits. Dataset::Load reports unknown joints.
   void CheckNominalPosture() const {
     for (const auto& [name, value] : options_.nominal_posture) {
       const int found = robot_->FindJoint(name);
@@ -152,7 +152,7 @@ class Importer {
     CollectFeet(footholds);
     for (auto& [task, file] : files) WriteProblemFile(task, footholds, &file);
     if (!files.empty()) return;
-    const TaskDescription& any = kTasks.front();  // a dataset names problems, if none
+    const TaskDescription& any = kTasks.front();  // a dataset must list a problem file
     description_.problem_files[any.task] = any.problem_file;
     WriteTextFile(folder_ / any.problem_file, FormatProblems({}, any.task, robot_->name(), options_.name));
   }
@@ -161,8 +161,8 @@ class Importer {
     return WeighQuaternionOrder(footholds.all(), Terrain(triangles_));
   }
 
-  /// The files of a clone may come from different hands, so each is weighed by itself; where that decides nothing, as
-  /// for feet that only turn by 0 or 180 degrees, all of them together.
+  /// Decides the quaternion order. The files of a folder may have different authors, so each is checked alone. If that
+  /// is inconclusive, for example for feet rotated by 0 or 180 degrees only, all files are checked together.
   bool IsXFirst(Task task, const ProblemFile& file, const FootholdList& all) {
     FootholdList footholds;
     footholds.Add(task, file.problems);
@@ -190,7 +190,8 @@ class Importer {
     WriteTextFile(folder_ / name, FormatProblems(file->problems, task, file->robot, file->scenario));
   }
 
-  /// Links that the problems name, in the order of their first use; of two, the left one first, as generation wants it.
+  /// Collects the links that the problems use, in the order of their first use. If there are two, the left one comes
+  /// first, as the generator requires.
   void CollectFeet(const FootholdList& footholds) {
     for (const UsedFoothold& used : footholds.all()) {
       const std::string& link = used.foothold.link;
@@ -203,7 +204,7 @@ class Importer {
     }
   }
 
-  /// y of a link in the frame of the base, all joints at 0 or the limit next to it; 0 for a link that is not there.
+  /// Returns y of a link in the base frame, with all joints at 0 or the nearest limit; 0 if there is no such link.
   double LateralPosition_m(const std::string& name) const {
     const int link = robot_->FindLink(name);
     if (link < 0) return 0.0;
@@ -256,7 +257,7 @@ class Importer {
                        [&](const std::string& foot) { return robot_->FindLink(foot) >= 0; });
   }
 
-  /// Ends of the tree that have a shape.
+  /// Throws an error that lists the leaf links with geometry.
   [[noreturn]] void RefuseWithoutFeet() const {
     std::string ends;
     for (int link = 0; link < std::ssize(robot_->links()); ++link) {
@@ -271,12 +272,12 @@ class Importer {
                                         : "; ends of the robot: " + ends)});
   }
 
-  /// Lowest point of the feet below their link frames, and the clearance; rounded up to micrometres.
+  /// Returns the depth of the feet's lowest point below their link frames plus the clearance, rounded to micrometres.
   double SoleOffset() {
     double lowest = 0.0;
     for (const std::string& foot : description_.feet) {
       const int link = robot_->FindLink(foot);
-      if (link < 0) continue;  // Dataset::Load names the nearest link
+      if (link < 0) continue;  // Dataset::Load reports the nearest valid link
       const Eigen::AlignedBox3d box = LinkBox(robot_->links()[static_cast<size_t>(link)], options_.read_guard);
       if (!box.isEmpty()) lowest = std::min(lowest, box.min().z());
     }

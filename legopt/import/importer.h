@@ -12,38 +12,38 @@
 
 namespace legopt {
 
-/// What to make a dataset from. Whatever is left out is found or decided, and the report says how.
+/// Options of an import. Missing ones are detected or have defaults, which the report lists.
 struct ImportOptions {
-  std::filesystem::path source;                   ///< folder
-  SourceChoices files;                            ///< which files, where the user names some
-  std::string name;                               ///< of the dataset; letters, digits, '-', '_'
-  std::vector<std::string> feet;                  ///< default: the links that the problems name
-  std::optional<double> sole_offset_m;            ///< default: lowest point of the feet, and 1 mm
+  std::filesystem::path source;                   ///< source folder
+  SourceChoices files;                            ///< files that the user selected explicitly
+  std::string name;                               ///< name of the dataset; letters, digits, '-', '_'
+  std::vector<std::string> feet;                  ///< default: the links that the problems use
+  std::optional<double> sole_offset_m;            ///< default: depth of the feet's lowest point plus 1 mm
   std::map<std::string, double> nominal_posture;  ///< joint -> rad; default: see ImportDataset
-  bool fix_winding = false;                       ///< turn bodies of the scene that are inside out
-  ReadGuard read_guard;                           ///< runs the readers of robot and meshes
+  bool fix_winding = false;                       ///< flip bodies of the scene with inverted winding
+  ReadGuard read_guard;                           ///< runs the parsers of robot and meshes
 
-  /// Throws InputError naming the flag that is out of range.
+  /// Throws InputError with the flag that is out of range.
   void Validate() const;
 };
 
-/// What an import found out and decided.
+/// Result of an import.
 struct ImportReport {
-  std::vector<DatasetFinding> findings;  ///< in the order of the checks
-  std::string content_hash;              ///< empty when the files cannot be a dataset
+  std::vector<DatasetFinding> findings;  ///< ordered by check
+  std::string content_hash;              ///< empty if the files do not form a dataset
 };
 
-/// Makes a dataset from robot, scene and problems in `folder`, which exists and is empty, and checks it
-/// (dataset_check.h). Nothing in the source is changed.
+/// Creates a dataset from robot, scene and problems in `folder`, which must exist and be empty, and checks it
+/// (dataset_check.h). Does not change the source.
 ///
 /// Robot: URDF with its collision meshes (robot_files.h), or COLLADA with kinematics (collada_robot.h). Scene: copied;
-/// with `fix_winding` a mesh is written anew. Problems: copied byte by byte; written anew when their quaternions turn
-/// out to be x y z w. Constants: those of the source's dataset.yaml if there is one; else, for a robot with the joints
-/// of the benchmark's Atlas, those of the benchmark; else joints at 0 and the benchmark's gravity. A folder without
-/// problems gives a dataset without problems, for `legopt generate problems`.
+/// with `fix_winding`, meshes with inverted bodies are rewritten. Problems: copied byte by byte; rewritten if their
+/// quaternions are x y z w. Constants: those of the source's dataset.yaml if there is one; else, for a robot with the
+/// joints of the benchmark's Atlas, those of the benchmark; else joints at 0 and the benchmark's gravity. A folder
+/// without problems gives a dataset without problems, for `legopt generate problems`.
 ///
-/// The dataset is complete, whatever was found; the caller decides what to do with one that has errors.
-/// Throws InputError: see FindSources, the readers, and Dataset::Load; no feet; flags out of range.
+/// The dataset is complete even if the findings contain errors; the caller decides whether to keep it. Throws
+/// InputError: see FindSources, the readers, and Dataset::Load; no feet; flags out of range.
 ImportReport ImportDataset(const ImportOptions& options, const std::filesystem::path& folder);
 
 }  // namespace legopt

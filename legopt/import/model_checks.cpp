@@ -1,4 +1,4 @@
-// Checks of the scene's meshes, of the robot, and of the robot over the stances.
+// Checks of the scene's meshes, of the robot, and of the robot at the stances.
 
 #include <algorithm>
 #include <filesystem>
@@ -25,7 +25,7 @@ std::string InFolder(const Dataset& dataset, const std::string& file) {
   return std::filesystem::path(file).lexically_relative(dataset.folder()).generic_string();
 }
 
-/// What is wrong with one mesh of the scene.
+/// Returns the faults of one mesh of the scene.
 std::vector<DatasetFinding> FaultsOf(const MeshFaults& faults, const std::string& file, const std::string& object) {
   std::vector<DatasetFinding> findings;
   if (faults.inverted_components > 0) {
@@ -53,7 +53,7 @@ std::vector<DatasetFinding> FaultsOf(const MeshFaults& faults, const std::string
   return findings;
 }
 
-/// Links that stand or move the feet: all on the way from the base to a foot, base excluded.
+/// Returns the links of all legs: the chains from the base to the feet without the base.
 std::set<int> LegLinks(const Dataset& dataset) {
   std::set<int> legs;
   for (const Dataset::Foot& foot : dataset.feet()) {
@@ -67,7 +67,7 @@ std::set<int> LegLinks(const Dataset& dataset) {
   return legs;
 }
 
-/// Trunk, arms and head: all links that are not on a leg.
+/// Returns trunk, arms and head: all links that do not belong to a leg.
 std::vector<int> UpperLinks(const Dataset& dataset) {
   const std::set<int> legs = LegLinks(dataset);
   std::vector<int> links;
@@ -77,7 +77,7 @@ std::vector<int> UpperLinks(const Dataset& dataset) {
   return links;
 }
 
-/// "r_hand (5), utorso (1)"
+/// Formats counts like "r_hand (5), utorso (1)".
 std::string CountByLink(const Dataset& dataset, const std::map<int, std::set<int>>& problems) {
   std::string text;
   for (const auto& [link, ids] : problems) {
@@ -87,7 +87,7 @@ std::string CountByLink(const Dataset& dataset, const std::map<int, std::set<int
   return text;
 }
 
-/// Deepest contact of some links with the scene; link -1 when there is none.
+/// Deepest contact of a set of links with the scene; link -1 if there is none.
 struct Deepest {
   int link = -1;
   double depth_m = 0.0;
@@ -170,7 +170,7 @@ std::vector<DatasetFinding> CheckRobot(const Dataset& dataset) {
   return findings;
 }
 
-/// Meshes of one part of the dataset: the size of each, in the frame of its owner, and the up axes that are not z.
+/// Collects the size of each mesh of scene or robot, in the frame of its owner, and the meshes whose up axis is not z.
 class MeshSizes {
  public:
   explicit MeshSizes(const Dataset& dataset) : dataset_(dataset) {}

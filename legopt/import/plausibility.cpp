@@ -49,7 +49,7 @@ class PlausibilityCheck {
     }
   }
 
-  /// The joint that is furthest from its parent link.
+  /// Returns the joint with the largest distance from its parent link.
   std::string Furthest() const {
     const Joint* furthest = nullptr;
     for (const Joint& joint : dataset_.robot().joints()) {
@@ -83,7 +83,7 @@ class PlausibilityCheck {
     }
   }
 
-  /// Links joined by fixed joints move as one body, and one of them may have the mass of all.
+  /// Checks masses per body: of links connected by fixed joints, one may carry the mass of all.
   void CheckMasses() {
     const RobotModel& robot = dataset_.robot();
     std::vector<double> mass(static_cast<size_t>(robot.num_bodies()), 0.0);

@@ -9,34 +9,34 @@
 
 namespace legopt {
 
-/// How well the two ways of reading a pose's first four numbers agree with the ground. A reading agrees when the z axis
-/// of the foothold is within 5 degrees of the normal of the surface at its position, or, where there is no surface
-/// within 0.3 m, within 45 degrees of the vertical.
+/// Evidence for the order of the quaternions in a problem file: the number of contacts that agree with the ground under
+/// each order. A contact agrees if its z axis is within 5 degrees of the surface normal at its position or, without a
+/// surface within 0.3 m, within 45 degrees of the vertical.
 struct QuaternionEvidence {
-  int footholds = 0;      ///< looked at
-  int agree_w_first = 0;  ///< of them, read as w x y z
-  int agree_x_first = 0;  ///< of them, read as x y z w
+  int footholds = 0;      ///< number of contacts checked
+  int agree_w_first = 0;  ///< number that agree if read as w x y z
+  int agree_x_first = 0;  ///< number that agree if read as x y z w
 
-  /// Which reading the ground speaks for; see verdict().
+  /// Conclusion from the evidence.
   enum class Verdict {
     kWFirst,  ///< w x y z
     kXFirst,  ///< x y z w
-    kEither,  ///< both equally
-    kNeither  ///< less than half agree with either
+    kEither,  ///< equal evidence for both
+    kNeither  ///< less than half agree with either order
   };
-  /// The reading with which more footholds agree; kEither when both do equally well (feet that only turn by 0 or 180
-  /// degrees), kNeither when less than half agree with either.
+  /// Order with more agreeing contacts; kEither on a tie (feet rotated by 0 or 180 degrees only), kNeither if less than
+  /// half agree with either.
   Verdict verdict() const;
-  std::string Describe() const;  ///< "w first: 70 of 70 normals agree, x first: 3"
+  std::string Describe() const;  ///< text like "w first: 70 of 70 normals agree, x first: 3"
 };
 
-/// Looks at every foothold under both readings; `footholds` have been read as w x y z.
+/// Compares every contact with the ground under both orders; `footholds` have been read as w x y z.
 QuaternionEvidence WeighQuaternionOrder(std::span<const UsedFoothold> footholds, const Terrain& terrain);
 
-/// What the evidence means for files whose quaternions are taken as `w first`, the format's order.
+/// Returns the finding for files that are read as w x y z, the format's order.
 DatasetFinding JudgeQuaternionOrder(const QuaternionEvidence& evidence);
 
-/// The rotation of a pose whose numbers were x y z w, but have been read as w x y z.
+/// Returns the rotation of a pose whose numbers are x y z w, but were read as w x y z.
 Eigen::Quaterniond ReadAsXFirst(const Eigen::Quaterniond& read_as_w_first);
 
 }  // namespace legopt

@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using tinyxml2::XMLElement;
 
-/// File names that occur once, made from any text.
+/// Generates unique file names from arbitrary text.
 class FileNames {
  public:
   std::string Take(const std::string& stem, const std::string& suffix) {
@@ -46,7 +46,7 @@ void MakeFolder(const fs::path& folder) {
   }
 }
 
-/// Shortest text that reads back as the same number; what rounding left of a zero is a zero.
+/// Formats a number as the shortest text that parses to the same double; rounding errors near zero become zero.
 std::string Number(double value) {
   constexpr double kDust = 1e-12;
   return Dump(nlohmann::json(std::abs(value) < kDust ? 0.0 : value));
@@ -54,7 +54,7 @@ std::string Number(double value) {
 
 std::string Numbers(const Eigen::Vector3d& v) { return Number(v.x()) + " " + Number(v.y()) + " " + Number(v.z()); }
 
-/// Fixed-axis roll, pitch and yaw of R = Rz Ry Rx.
+/// Returns the fixed-axis roll, pitch and yaw of R = Rz Ry Rx.
 Eigen::Vector3d RollPitchYaw(const Eigen::Matrix3d& R) {
   const double cos_pitch = std::hypot(R(0, 0), R(1, 0));
   constexpr double kGimbalLock = 1e-9;
@@ -134,12 +134,12 @@ std::string Print(const tinyxml2::XMLDocument& document) {
   return printer.CStr();
 }
 
-/// Copies meshes under names of their own, each file once.
+/// Copies meshes under unique names, each file once.
 class MeshCopier {
  public:
   explicit MeshCopier(const fs::path& folder) : folder_(folder) {}
 
-  /// Name of the copy, relative to the folder.
+  /// Copies a mesh and returns the copy's path relative to the folder.
   std::string Copy(const fs::path& mesh) {
     const auto [place, fresh] = copies_.try_emplace(mesh.string());
     if (!fresh) return place->second;
@@ -154,7 +154,7 @@ class MeshCopier {
   std::map<std::string, std::string> copies_;
 };
 
-/// Gives the collision meshes of a <link> their new names. RobotModel lists shapes in the order of the elements.
+/// Sets the new file names of a <link>'s collision meshes. RobotModel lists shapes in the order of the elements.
 void RenameMeshes(const Link& link, XMLElement* element, MeshCopier* copier) {
   size_t shape = 0;
   for (XMLElement* e = element->FirstChildElement("collision"); e != nullptr; e = e->NextSiblingElement("collision")) {
@@ -167,7 +167,7 @@ void RenameMeshes(const Link& link, XMLElement* element, MeshCopier* copier) {
   }
 }
 
-/// Removes the <visual> elements; true when there were any.
+/// Removes the <visual> elements; returns true if there were any.
 bool RemoveVisuals(XMLElement* link) {
   bool removed = false;
   for (XMLElement* e = link->FirstChildElement("visual"); e != nullptr; e = link->FirstChildElement("visual")) {
@@ -195,7 +195,7 @@ void WriteColladaRobot(const ColladaRobot& robot, const fs::path& folder) {
 std::vector<DatasetFinding> CopyUrdfRobot(const fs::path& urdf, const fs::path& folder, const ReadGuard& guard) {
   const RobotModel robot = RobotModel::FromUrdfFile(urdf.string(), guard);
   tinyxml2::XMLDocument document;
-  document.LoadFile(urdf.string().c_str());  // has just been read without errors
+  document.LoadFile(urdf.string().c_str());  // cannot fail: the file was read before
   MakeFolder(folder / kRobotMeshFolder);
   MeshCopier copier(folder);
   std::string visual_only;
@@ -207,7 +207,7 @@ std::vector<DatasetFinding> CopyUrdfRobot(const fs::path& urdf, const fs::path& 
     visual_only += (visual_only.empty() ? "" : ", ") + link.name;
   }
   std::error_code ignored;
-  fs::remove(folder / kRobotMeshFolder, ignored);  // only when it is empty
+  fs::remove(folder / kRobotMeshFolder, ignored);  // succeeds only if the folder is empty
   WriteTextFile(folder / kRobotFileName, Print(document));
   if (visual_only.empty()) return {};
   return {{.severity = DatasetFinding::Severity::kWarning,

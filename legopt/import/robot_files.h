@@ -10,19 +10,19 @@
 
 namespace legopt {
 
-/// Names inside of a dataset folder.
+/// Name of the robot's file in a dataset folder.
 inline constexpr const char* kRobotFileName = "robot.urdf";
-/// Folder of the robot's meshes, beside kRobotFileName.
+/// Folder of the robot's meshes in a dataset folder.
 inline constexpr const char* kRobotMeshFolder = "meshes";
 
-/// Writes a robot as `folder`/robot.urdf, its meshes as binary PLY files in `folder`/meshes. Joints stand depth first,
-/// so that they keep their order as degrees of freedom. Throws InputError when a file cannot be written.
+/// Writes a robot as `folder`/robot.urdf and its meshes as binary PLY files in `folder`/meshes. Joints are written in
+/// depth-first order, which preserves the order of degrees of freedom. Throws InputError if a file cannot be written.
 void WriteColladaRobot(const ColladaRobot& robot, const std::filesystem::path& folder);
 
-/// Copies a URDF to `folder`/robot.urdf and its collision meshes into `folder`/meshes, and rewrites their names in it;
-/// `package://` and absolute names become relative. Visual elements go, since nothing here reads them. Returns findings
-/// about what was left out. `guard` as for RobotModel::FromUrdfFile. Throws InputError: whatever that throws, or a file
-/// that cannot be copied.
+/// Copies a URDF to `folder`/robot.urdf and its collision meshes to `folder`/meshes, and updates their names in the
+/// URDF; `package://` and absolute names become relative. Visual elements are removed, since they are not used. Returns
+/// findings about removed parts. `guard`: see RobotModel::FromUrdfFile. Throws InputError like
+/// RobotModel::FromUrdfFile, and for a file that cannot be copied.
 std::vector<DatasetFinding> CopyUrdfRobot(const std::filesystem::path& urdf, const std::filesystem::path& folder,
                                           const ReadGuard& guard);
 

@@ -51,7 +51,7 @@ class SceneCopy {
 
   void CopyObjects(const Scene& source) {
     copied_.file = (fs::path(kSceneFolder) / scene_.filename()).generic_string();
-    std::map<fs::path, fs::path> turned;  // relative to the scene's folder
+    std::map<fs::path, fs::path> turned;  // paths relative to the scene's folder
     for (const SceneObject& object : source.objects) {
       if (object.shape.kind == ShapeSpec::Kind::kMesh) CopyMeshOf(object, &turned);
     }
@@ -84,12 +84,12 @@ class SceneCopy {
     return mesh;
   }
 
-  /// Writes a mesh with all bodies wound outwards, z up; false when they are already.
+  /// Writes a mesh with outward winding of all bodies and z up. Returns false without writing if no body is inverted.
   bool WriteTurned(const fs::path& mesh_file, const fs::path& to) {
     TriangleMesh mesh = LoadMesh(mesh_file.string(), Eigen::Vector3d::Ones(), options_.read_guard);
     const int inverted = FindMeshFaults(mesh).inverted_components;
     if (inverted == 0) return false;
-    const Eigen::Matrix3d turn = TurnToZUp(mesh_file.string());  // PLY has no up axis
+    const Eigen::Matrix3d turn = TurnToZUp(mesh_file.string());  // PLY files have no up axis
     for (Eigen::Vector3d& vertex : mesh.vertices) vertex = turn * vertex;
     fs::create_directories((folder_ / to).parent_path());
     WritePly(folder_ / to, TurnInvertedComponents(mesh));
@@ -104,12 +104,12 @@ class SceneCopy {
     return true;
   }
 
-  /// The text of the scene file with other names of meshes; all else, comments included, stays as it is.
+  /// Returns the text of the scene file with replaced mesh names; the rest, including comments, is unchanged.
   std::string WithMeshes(const std::map<fs::path, fs::path>& meshes) const {
     std::string text = ReadFileText(scene_, YamlLimits{}.bytes);
-    if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);  // a byte order mark, which positions do not count
+    if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);  // positions do not count the byte order mark
     const YAML::Node objects = ParseYaml(text, scene_.string())["objects"];
-    for (std::size_t i = objects.size(); i-- > 0;) {  // from the end, so that positions hold
+    for (std::size_t i = objects.size(); i-- > 0;) {  // backwards, so that earlier positions stay valid
       const YAML::Node file = objects[i]["file"];
       if (!file) continue;
       const auto found = meshes.find(fs::path(file.Scalar()).lexically_normal());

@@ -9,25 +9,25 @@
 
 namespace legopt {
 
-/// A scene as it stands in a dataset folder.
+/// A scene that was copied into a dataset folder.
 struct CopiedScene {
   std::string file;                      ///< relative to the folder
-  std::vector<DatasetFinding> findings;  ///< about what was changed; empty when nothing was
+  std::vector<DatasetFinding> findings;  ///< changes that were made
 };
 
-/// How a scene is copied.
+/// Options of copying a scene.
 struct SceneCopyOptions {
-  std::filesystem::path root;  ///< findings name files relative to it
-  bool fix_winding = false;    ///< turn bodies that are inside out
-  ReadGuard read_guard;        ///< runs the reader of meshes
+  std::filesystem::path root;  ///< findings contain paths relative to it
+  bool fix_winding = false;    ///< flip bodies with inverted winding
+  ReadGuard read_guard;        ///< runs the mesh parser
 };
 
-/// Copies a scene into `folder`: a mesh as scene.SUFFIX, or a scene.yaml and its meshes into a folder of their own, so
-/// that they cannot meet the robot's.
+/// Copies a scene into `folder`: a mesh as scene.SUFFIX, or a scene.yaml and its meshes in a separate folder, so that
+/// their names cannot clash with the robot's.
 ///
-/// With `fix_winding` a mesh with bodies inside out (mesh_faults.h) is written anew with them turned round, as
-/// scene.ply or as NAME-turned.ply, which the copied scene.yaml then names; findings tell. Throws InputError:
-/// whatever ReadSceneFile and LoadMesh throw, a mesh outside of the scene's folder, a file that cannot be copied.
+/// With `fix_winding`, a mesh with inverted bodies (mesh_faults.h) is rewritten with these flipped, as scene.ply, or as
+/// NAME-turned.ply, which the copied scene.yaml then refers to; findings list this. Throws InputError like
+/// ReadSceneFile and LoadMesh, for a mesh outside the scene's folder, and for a file that cannot be copied.
 CopiedScene CopySceneFiles(const std::filesystem::path& scene, const std::filesystem::path& folder,
                            const SceneCopyOptions& options);
 

@@ -21,13 +21,14 @@ namespace fs = std::filesystem;
 
 using Files = std::vector<fs::path>;
 
-/// Says which folder cannot be listed: there may be a robot in it, and another that is not the only one.
+/// Throws an error for a folder that cannot be listed: it might contain another robot, so that the choice would be
+/// ambiguous.
 [[noreturn]] void RefuseUnreadable(const fs::path& path, const std::error_code& error) {
   throw InputError({path.string(), "", "", "cannot be read: " + error.message(),
                     "allow it, or name a folder with nothing but the robot, the scene and the problems"});
 }
 
-/// All regular files below the folder, sorted.
+/// Returns all regular files below the folder, sorted.
 Files ListFiles(const fs::path& folder) {
   Files files;
   std::vector<fs::path> open{folder};
@@ -38,7 +39,7 @@ Files ListFiles(const fs::path& folder) {
     fs::directory_iterator entry(current, error);
     for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
       if (entry->path().filename().string().starts_with('.')) continue;
-      std::error_code unknown;  // of a link that leads nowhere: then it is no file
+      std::error_code unknown;  // error of a dangling link, which is not a file
       const fs::file_status status = entry->status(unknown);
       if (unknown == std::errc::permission_denied) RefuseUnreadable(entry->path(), unknown);
       if (fs::is_directory(status) && !entry->is_symlink(unknown)) open.push_back(entry->path());
@@ -128,7 +129,7 @@ class Finder {
     return TheOnly(meshes, "scene (scene.yaml, or .stl .obj .dae .ply in the folder itself)", "--scene");
   }
 
-  /// The mesh that an OpenRAVE environment in the folder shows.
+  /// Returns the mesh that is rendered by an OpenRAVE environment in the folder.
   std::optional<fs::path> SceneOfEnvironment() const {
     for (const fs::path& file : files_) {
       if (file.parent_path() != folder_ || file.extension() != ".xml") continue;

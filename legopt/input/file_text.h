@@ -6,9 +6,9 @@
 
 namespace legopt {
 
-/// Reads all bytes of a file, pipe or device, at most `most_bytes`. Reading stops there, so that endless files cost no
-/// more memory. Throws InputError for a folder, a file that cannot be opened, and one that is larger; std::system_error
-/// when the process or the machine is out of descriptors or memory.
+/// Reads all bytes of a file, pipe or device, at most `most_bytes`. Reading stops at this limit, so that endless files
+/// do not exhaust memory. Throws InputError for a folder, a file that cannot be opened, and a file above the limit;
+/// std::system_error if file descriptors or memory are exhausted.
 std::string ReadFileText(const std::filesystem::path& path, std::size_t most_bytes);
 
 }  // namespace legopt

@@ -136,14 +136,14 @@ class JsonBuilder : public nlohmann::json_sax<Json> {
   std::string_view text_;
   const std::string& source_;
   const JsonLimits& limits_;
-  const char* reached_;  // behind the last character that the parser has read
+  const char* reached_;  // end of the text that the parser has read
   Json root_;
-  std::vector<Json*> open_;  // the lists and objects that have not ended, outermost first
-  Json* member_ = nullptr;   // member of the innermost object that awaits its value
+  std::vector<Json*> open_;  // unfinished lists and objects, outermost first
+  Json* member_ = nullptr;   // member of the innermost object whose value comes next
   std::size_t values_ = 0;
 };
 
-// The library ends the text at NUL, and would not read what follows.
+// The library treats NUL as the end of the text and would ignore the rest.
 void RequireNoNul(std::string_view text, const std::string& source) {
   const std::size_t at = text.find('\0');
   if (at == std::string_view::npos) return;

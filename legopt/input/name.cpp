@@ -16,7 +16,7 @@ struct CodeRange {
   char32_t first, last;
 };
 
-// Characters that show nothing though their Unicode category says otherwise: joiners, fillers, selectors.
+// Characters that are invisible despite their Unicode category: joiners, fillers, selectors.
 constexpr std::array<CodeRange, 8> kInvisible = {{{0x34F, 0x34F},
                                                   {0x115F, 0x1160},
                                                   {0x17B4, 0x17B5},

@@ -15,20 +15,20 @@ constexpr unsigned kTailBits = 6, kSurrogateBits = 10, kByteBits = 8;
 
 bool IsSurrogate(char32_t code) { return code >= kFirstHighSurrogate && code <= kLastSurrogate; }
 
-/// A Unicode encoding of units of two or four bytes.
+/// A Unicode encoding with units of two or four bytes.
 struct WideEncoding {
   std::string_view name;
   std::string_view mark;
   std::size_t unit_bytes;
   bool little_endian;
 };
-// The mark of UTF-32 begins with that of UTF-16.
+// The byte order mark of UTF-32 begins with that of UTF-16.
 constexpr std::array<WideEncoding, 4> kWideEncodings = {{{"UTF-32", {"\xFF\xFE\0\0", 4}, 4, true},
                                                          {"UTF-32", {"\0\0\xFE\xFF", 4}, 4, false},
                                                          {"UTF-16", "\xFF\xFE", 2, true},
                                                          {"UTF-16", "\xFE\xFF", 2, false}}};
 
-/// Takes one character after the other from a text of a wide encoding.
+/// Decodes a text of a wide encoding, one character at a time.
 class WideReader {
  public:
   WideReader(std::string_view text, const WideEncoding& encoding) : text_(text), encoding_(encoding) {}
@@ -36,7 +36,7 @@ class WideReader {
   bool at_end() const { return at_ == text_.size(); }
   std::size_t at() const { return at_; }
 
-  /// Empty where no valid character stands.
+  /// Returns the next character; empty if it is invalid.
   std::optional<char32_t> Next() {
     const std::optional<char32_t> unit = NextUnit();
     if (!unit || *unit > kLastCode) return std::nullopt;

@@ -19,13 +19,12 @@ namespace {
 
 constexpr const char* kSyntaxFix = "check indentation, brackets and quotes";
 
-/// Checks a document while it is read, before any node is made. Aliases are counted as their expansion, so that a few
-/// lines cannot expand to billions of values.
+/// Checks a document during parsing, before nodes are created. Aliases count as their expansion, so that a few lines
+/// cannot expand to billions of values.
 class DocumentCheck : public YAML::EventHandler {
  public:
   DocumentCheck(const std::string& source, const YamlLimits& limits) : source_(source), limits_(limits) {}
 
-  /// Start of the present document.
   const YAML::Mark& start() const { return start_; }
 
   void OnDocumentStart(const YAML::Mark& mark) override {
@@ -72,9 +71,9 @@ class DocumentCheck : public YAML::EventHandler {
   /// A list or map that has not ended.
   struct Open {
     YAML::anchor_t anchor = 0;
-    std::size_t values_before = 0;  ///< values of the document at its start
-    std::size_t level = 0;          ///< number of lists and maps around it
-    std::size_t depth = 1;          ///< nesting inside of it, itself included
+    std::size_t values_before = 0;  ///< number of values of the document before it
+    std::size_t level = 0;          ///< number of enclosing lists and maps
+    std::size_t depth = 1;          ///< depth of nesting, itself included
     bool is_map = false;
     bool awaits_key = true;      ///< the next node of this map is a key
     std::set<std::string> keys;  ///< the map's keys so far
@@ -150,11 +149,11 @@ class DocumentCheck : public YAML::EventHandler {
   std::optional<int> first_with_content_;  // number of the first document that is not empty
   std::size_t values_ = 0;
   std::vector<Open> open_;
-  std::unordered_map<YAML::anchor_t, Anchored> anchors_;  // those that have ended
+  std::unordered_map<YAML::anchor_t, Anchored> anchors_;  // finished ones only
 };
 
-// yaml-cpp makes an empty document of text in which none can begin, of a comma for example, and does not advance: it
-// would return empty documents for ever.
+// yaml-cpp returns empty documents for ever, without advancing, for text that cannot begin a document (a comma, for
+// example).
 void CheckText(const std::string& text, const std::string& source, const YamlLimits& limits) {
   ClassicInput stream(text);
   YAML::Parser parser(stream);
@@ -166,7 +165,7 @@ void CheckText(const std::string& text, const std::string& source, const YamlLim
   }
 }
 
-// YAML allows no control characters. yaml-cpp ends a text at some of them, and takes others for a backslash.
+// YAML allows no control characters. yaml-cpp ends a text at some of them, and reads others as a backslash.
 void RequireNoControls(const std::string& text, const std::string& source) {
   const auto is_control = [](char c) {
     const auto byte = static_cast<unsigned char>(c);

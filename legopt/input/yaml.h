@@ -7,24 +7,24 @@
 #include <string>
 
 /// @file
-/// The only place that parses YAML. scripts/check-readers refuses calls of the library's own Load functions.
+/// The only place that parses YAML. scripts/check-readers forbids calls of the library's own Load functions.
 
 namespace legopt {
 
-/// Bounds of a YAML text. Text beyond them is refused before it is turned into nodes.
+/// Limits of a YAML text. A text beyond them is rejected before nodes are created.
 struct YamlLimits {
   std::size_t bytes = std::size_t{16} << 20;  ///< length of the text
   std::size_t depth = 64;                     ///< nesting of lists and maps, aliases resolved
   std::size_t values = 1'000'000;             ///< number of values, lists and maps, aliases resolved
 };
 
-/// Limits of files written by hand: suites and pool files.
+/// Limits of hand-written files: suites and pool files.
 inline constexpr YamlLimits kShortYaml{.bytes = std::size_t{1} << 20, .depth = 64, .values = 100'000};
 
-/// Parses the one document of a YAML text: UTF-8, or UTF-16 or UTF-32 with a byte order mark. Throws InputError with
-/// line and fix: text beyond `limits`, text that is not valid in its encoding, control characters, invalid syntax, a
-/// second document, a key that a map has twice, a key that is no scalar, a merge key (`<<`), and an alias inside of the
-/// value that it refers to. `source` is the name of the file, or of the text's origin.
+/// Parses a YAML text with one document: UTF-8, or UTF-16 or UTF-32 with a byte order mark. Throws InputError with line
+/// and fix: text beyond `limits`, text that is invalid in its encoding, control characters, invalid syntax, a second
+/// document, duplicate keys, keys that are not scalars, merge keys (`<<`), and aliases inside the value they refer to.
+/// `source`: file name, or a description of the text's origin.
 YAML::Node ParseYaml(const std::string& text, const std::string& source, const YamlLimits& limits = {});
 
 /// Parses a YAML file. Throws InputError as ParseYaml does, and for a file that cannot be read.

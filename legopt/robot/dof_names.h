@@ -8,13 +8,13 @@
 
 namespace legopt {
 
-/// Names of the joints of all degrees of freedom, in the order of configurations.
+/// Returns the joint names of all degrees of freedom, in the order of configurations.
 std::vector<std::string> DofNames(const RobotModel& robot);
 
-/// "revolute", "continuous", "prismatic", "fixed".
+/// Returns "revolute", "continuous", "prismatic" or "fixed".
 std::string_view ToString(JointType type);
 
-/// Unit of a joint's value: "m" for prismatic joints, else "rad".
+/// Returns the unit of a joint's value: "m" for prismatic joints, else "rad".
 std::string_view UnitOf(JointType type);
 
 }  // namespace legopt

@@ -5,14 +5,14 @@
 namespace legopt {
 namespace {
 
-constexpr double kSmallAngle = 1e-4;  // below, the series' next terms vanish in double precision
+constexpr double kSmallAngle = 1e-4;  // below it, the next terms of the series vanish in double precision
 
 Eigen::Quaterniond BaseRotation(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> x) {
   const int n = robot.num_dofs();
   return Eigen::Quaterniond(x[n + 3], x[n + 4], x[n + 5], x[n + 6]).normalized();
 }
 
-/// Rotation vector of the shorter way from a to b, world axes.
+/// Rotation vector of the shorter rotation from a to b, world axes.
 Eigen::Vector3d Turn(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b) {
   Eigen::Quaterniond turn = b * a.conjugate();
   if (turn.w() < 0.0) turn.coeffs() *= -1.0;
@@ -36,7 +36,7 @@ Eigen::Matrix3d Cross(const Eigen::Vector3d& v) {
   return m;
 }
 
-/// Exp(phi + d) ~ Exp(J d) Exp(phi).
+/// Left Jacobian of SO(3): Exp(phi + d) ~ Exp(J d) Exp(phi).
 Eigen::Matrix3d LeftJacobian(const Eigen::Vector3d& phi) {
   const double angle = phi.norm();
   const double square = angle * angle;

@@ -8,7 +8,7 @@ namespace {
 constexpr double kAxisTolerance = 1e-12;
 constexpr double kNegligibleAngle = 1e-8;
 
-/// Columns of `rotation` turned about its own axis number `axis` by the angle with cosine c and sine s.
+/// Rotates the columns of `rotation` about its own axis number `axis` by the angle with cosine c and sine s.
 void TurnAboutOwnAxis(int axis, double c, double s, Eigen::Matrix3d& rotation) {
   const int j = (axis + 1) % 3;
   const int k = (axis + 2) % 3;
@@ -229,7 +229,7 @@ void Kinematics::GravityTorqueJacobian(double g, Eigen::Ref<Eigen::MatrixXd> jac
     const Eigen::Vector3d v = g * lever_[static_cast<size_t>(j)];
     for (const int i : model_->body_dofs(j + 1)) {  // ancestors of j and j itself
       const auto d = static_cast<size_t>(i);
-      if (body_joints_[d].kind == AxisKind::kPrismatic) continue;  // moves without turning the lever
+      if (body_joints_[d].kind == AxisKind::kPrismatic) continue;  // translation: does not rotate the lever
       const double entry = axis_W_[d].x() * v.y() - axis_W_[d].y() * v.x();
       jacobian(j, i) = entry;
       jacobian(i, j) = entry;

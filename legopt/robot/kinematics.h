@@ -7,65 +7,65 @@
 
 namespace legopt {
 
-/// x' = x moved by the tangent dx (RobotModel): joints and base position added, base rotation R' = Exp(dphi) R. The
-/// quaternion of x' is normalised.
+/// Computes x' from x and the tangent dx (RobotModel): adds joints and base position, base rotation R' = Exp(dphi) R.
+/// The quaternion of x' is normalised.
 void Retract(const RobotModel& model, Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<const Eigen::VectorXd> dx,
              Eigen::Ref<Eigen::VectorXd> x_next);
 
 /// Forward kinematics, centre of mass, gravity torques and their derivatives at one configuration.
 ///
-/// A workspace: allocated once, used by one thread, refers to a model that must outlive it. All quantities hold for the
+/// A workspace: allocated once, not thread-safe, refers to a model that must outlive it. All quantities belong to the
 /// configuration of the last update. Jacobian columns follow the tangent [dq, dp, dphi] of RobotModel.
 class Kinematics {
  public:
-  /// Without a configuration: only model() may be asked before the first Update() or UpdatePoses().
+  /// Until the first Update() or UpdatePoses(), only model() may be called.
   explicit Kinematics(const RobotModel& model);
 
-  const RobotModel& model() const { return *model_; }  ///< as given at construction
+  const RobotModel& model() const { return *model_; }
 
   /// Computes all link poses and centres of mass. `x`: configuration, size n + 7; quaternion of any non-zero norm.
   void Update(Eigen::Ref<const Eigen::VectorXd> x);
 
-  /// Computes link poses, and what point gradients and Jacobians need of them. Centres of mass, torques and their
+  /// Computes link poses and the data that point gradients and Jacobians need. Centres of mass, torques and their
   /// derivatives are undefined until the next Update().
   void UpdatePoses(Eigen::Ref<const Eigen::VectorXd> x);
 
-  /// Pose of a link's frame in the world, X_WL.
+  /// Returns the pose of a link's frame in the world, X_WL.
   const Eigen::Isometry3d& link_pose(int link) const { return link_poses_[static_cast<size_t>(link)]; }
 
-  /// Centre of mass of the whole robot, world, m.
+  /// Centre of mass of the whole robot in the world frame, m.
   const Eigen::Vector3d& com() const { return com_; }
 
-  /// row += scale * d(n . p)/dx, for the point p_W fixed in `link` and a constant direction n_W. `row`: n + 6 doubles.
+  /// Adds scale * d(n . p)/dx to `row` (n + 6 doubles), for the point p_W fixed in `link` and a constant direction n_W.
   void AddPointGradient(int link, const Eigen::Vector3d& p_W, const Eigen::Vector3d& n_W, double scale,
                         double* row) const;
 
-  /// J (3 x n+6) of the point p_W fixed in `link`, world axes.
+  /// Computes the Jacobian (3 x n+6) of the point p_W fixed in `link`, world axes.
   void PointJacobian(int link, const Eigen::Vector3d& p_W, Eigen::Ref<Eigen::MatrixXd> jacobian) const;
 
-  /// J (3 x n+6) of the angular velocity of `link`, world axes.
+  /// Computes the Jacobian (3 x n+6) of the angular velocity of `link`, world axes.
   void AngularJacobian(int link, Eigen::Ref<Eigen::MatrixXd> jacobian) const;
 
-  /// J (3 x n+6) of com().
+  /// Computes the Jacobian (3 x n+6) of com().
   void ComJacobian(Eigen::Ref<Eigen::MatrixXd> jacobian) const;
 
-  /// Torques (forces) that hold the robot still against gravity with the base fixed in space and no contacts
-  /// (docs/readings.md#cost): tau_i = g M_i [a_i x (C_i - o_i)]_z with M_i, C_i mass and COM of what joint i carries.
+  /// Computes the torques (forces) that hold the robot against gravity with a fixed base and without contacts
+  /// (docs/readings.md#cost): tau_i = g M_i [a_i x (C_i - o_i)]_z with M_i, C_i mass and COM of the subtree of joint i.
   /// `g` in m/s^2; `tau`: n entries, N m or N.
   void GravityTorques(double g, Eigen::Ref<Eigen::VectorXd> tau) const;
 
-  /// d tau / dx (n x n+6). The joint block is the Hessian of the potential energy and so symmetric.
+  /// Computes d tau / dx (n x n+6). Its joint block is the Hessian of the potential energy, hence symmetric.
   void GravityTorqueJacobian(double g, Eigen::Ref<Eigen::MatrixXd> jacobian) const;
 
  private:
   enum class AxisKind { kX, kY, kZ, kGeneral, kPrismatic };
 
-  /// What moves body k = index + 1, in the frame of its parent body.
+  /// Joint that moves body k = index + 1, in the frame of the parent body.
   struct BodyJoint {
     Eigen::Matrix3d rotation;
     Eigen::Vector3d translation;
     Eigen::Vector3d axis;
-    bool rotated = false;  ///< rotation is not the identity
+    bool rotated = false;  ///< false if rotation is the identity
     AxisKind kind = AxisKind::kGeneral;
     int parent = 0;
   };
@@ -75,16 +75,16 @@ class Kinematics {
 
   const RobotModel* model_;
   std::vector<BodyJoint> body_joints_;
-  std::vector<double> body_mass_;          ///< of the body alone
+  std::vector<double> body_mass_;          ///< mass of each body without its subtree
   std::vector<Eigen::Vector3d> body_com_;  ///< body frame
   std::vector<double> subtree_mass_;
   std::vector<int> frame_links_;  ///< links whose frame differs from their body's
 
-  std::vector<Eigen::Matrix3d> rotation_;        ///< by body, world
-  std::vector<Eigen::Vector3d> origin_;          ///< by body, world
-  std::vector<Eigen::Vector3d> axis_W_;          ///< by dof
-  std::vector<Eigen::Vector3d> subtree_moment_;  ///< sum of m * com, by body, world
-  std::vector<Eigen::Vector3d> lever_;           ///< by dof: M_i dC_i/dq_i
+  std::vector<Eigen::Matrix3d> rotation_;        ///< per body, world
+  std::vector<Eigen::Vector3d> origin_;          ///< per body, world
+  std::vector<Eigen::Vector3d> axis_W_;          ///< per dof
+  std::vector<Eigen::Vector3d> subtree_moment_;  ///< sum of m * com of the subtree, per body, world
+  std::vector<Eigen::Vector3d> lever_;           ///< M_i dC_i/dq_i, per dof
   std::vector<Eigen::Isometry3d> link_poses_;
   Eigen::Vector3d com_ = Eigen::Vector3d::Zero();
 };

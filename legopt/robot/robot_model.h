@@ -11,7 +11,7 @@ namespace legopt {
 
 /// One collision geometry of a URDF link or of a scene, in the frame of its owner.
 struct ShapeSpec {
-  /// What a shape is.
+  /// Type of the shape.
   enum class Kind {
     kBox,       ///< size: full extents
     kSphere,    ///< size: radius
@@ -20,40 +20,40 @@ struct ShapeSpec {
     kMesh       ///< mesh_file and scale
   };
 
-  Kind kind = Kind::kBox;  ///< which of the members below count
-  /// Metres. Box: full extents x, y, z. Sphere: radius in x. Cylinder and capsule: radius in x, length in z; the axis
-  /// is the shape's z, the shape is centred, a capsule's length excludes its caps. Unused for meshes.
+  Kind kind = Kind::kBox;
+  /// Metres. Box: full extents x, y, z. Sphere: radius in x. Cylinder and capsule: radius in x, length in z; the shape
+  /// is centred, its axis is z, and a capsule's length excludes its caps. Unused for meshes.
   Eigen::Vector3d size = Eigen::Vector3d::Zero();
   std::string mesh_file;                                   ///< absolute path; meshes only
-  Eigen::Vector3d scale = Eigen::Vector3d::Ones();         ///< applied to mesh vertices
+  Eigen::Vector3d scale = Eigen::Vector3d::Ones();         ///< factors for mesh vertices
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< shape frame in the owner's frame
 };
 
-/// One link of the tree.
+/// One link of the kinematic tree.
 struct Link {
-  std::string name;                               ///< unique among links
-  double mass = 0.0;                              ///< kg; 0 when the link has no inertia
+  std::string name;
+  double mass = 0.0;                              ///< kg; 0 if the link has no inertia
   Eigen::Vector3d com = Eigen::Vector3d::Zero();  ///< centre of mass in the link frame, m
   int parent_joint = -1;                          ///< index into joints(); -1 for the base
-  std::vector<ShapeSpec> collision;               ///< empty: the link touches nothing
+  std::vector<ShapeSpec> collision;               ///< empty: the link cannot collide
 };
 
-/// What a joint does, as URDF has it.
+/// Joint types of URDF that are supported.
 enum class JointType {
-  kRevolute,    ///< turns between limits, rad
-  kContinuous,  ///< turns without limits, rad
-  kPrismatic,   ///< slides between limits, m
-  kFixed        ///< joins two links to one body
+  kRevolute,    ///< rotates between limits, rad
+  kContinuous,  ///< rotates without limits, rad
+  kPrismatic,   ///< translates between limits, m
+  kFixed        ///< connects two links rigidly
 };
 
-/// Joint frame rule: X_parent_child(q) = origin * Motion(axis, q), with Motion a rotation (rad) or a translation (m).
+/// Joint with X_parent_child(q) = origin * Motion(axis, q), where Motion is a rotation (rad) or a translation (m).
 struct Joint {
-  std::string name;                    ///< unique among joints
-  JointType type = JointType::kFixed;  ///< of what Motion is
-  int parent_link = -1;                ///< index into links()
-  int child_link = -1;                 ///< index into links(); every link but the base is the child of one joint
+  std::string name;
+  JointType type = JointType::kFixed;
+  int parent_link = -1;  ///< index into links()
+  int child_link = -1;   ///< index into links(); every link but the base is the child of one joint
   Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  ///< joint frame at q = 0 in the parent link's frame
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();           ///< unit, in the joint frame
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();           ///< unit vector in the joint frame
   int dof = -1;                                              ///< -1 for fixed joints
   double lower = 0.0;                                        ///< rad or m; -infinity when unlimited
   double upper = 0.0;                                        ///< rad or m; +infinity when unlimited
@@ -62,65 +62,66 @@ struct Joint {
 /// Kinematic tree of a floating-base robot: links, joints and degrees of freedom in depth-first order, children in the
 /// order in which the URDF file lists their joints (urdfdom itself sorts by name). Link 0 is the base.
 ///
-/// A configuration is the flat vector of LegOpt, size n + 7 for n actuated joints:
+/// A configuration is LegOpt's flat vector of size n + 7 for n actuated joints:
 ///
 ///     x = [q_0 .. q_{n-1}, p_x, p_y, p_z, q_w, q_x, q_y, q_z]
 ///
-/// with p the base frame's origin in the world and the quaternion its orientation (normalised by whoever reads it). Its
-/// tangent has n + 6 entries, dx = [dq, dp, dphi], all base parts along world axes: p' = p + dp, R' = Exp(dphi) R.
+/// with p the base frame's origin in the world and the quaternion its orientation (readers normalise it). Its tangent
+/// has n + 6 entries, dx = [dq, dp, dphi], all base parts along world axes: p' = p + dp, R' = Exp(dphi) R.
 ///
-/// Immutable; safe to share between threads.
+/// Immutable and thread-safe.
 class RobotModel {
  public:
-  /// Reads a URDF. Mesh paths are resolved against the file's folder; `package://NAME/rest` is searched upwards from
-  /// there. `guard` runs urdfdom, and later whatever loads a mesh of the robot. Throws InputError for a file that
-  /// cannot be read, XML faults, missing links, loops, several roots, unsupported joints (floating, planar, mimic), bad
-  /// axes, limits or masses.
+  /// Reads a URDF. Mesh paths are relative to the file's folder; `package://NAME/rest` is searched upwards from there.
+  /// `guard` runs urdfdom and, later, the mesh loaders of this robot. Throws InputError for a file that cannot be read,
+  /// malformed XML, missing links, loops, several roots, unsupported joints (floating, planar, mimic), bad axes, limits
+  /// or masses.
   static RobotModel FromUrdfFile(const std::string& path, const ReadGuard& guard = {});
 
-  /// The same for text; `source` names it in errors, `mesh_folder` is what relative mesh paths refer to.
+  /// Reads a URDF from text, like FromUrdfFile. `source` names it in errors; relative mesh paths refer to
+  /// `mesh_folder`.
   static RobotModel FromUrdfText(const std::string& xml, const std::string& source, const std::string& mesh_folder,
                                  const ReadGuard& guard = {});
 
-  /// Builds the tree from links and joints already in depth-first order (checked; a broken order aborts).
+  /// Builds the tree from links and joints in depth-first order; aborts if the order is wrong.
   RobotModel(std::string name, std::vector<Link> links, std::vector<Joint> joints);
 
-  const std::string& name() const { return name_; }             ///< as the URDF says
+  const std::string& name() const { return name_; }
   const std::vector<Link>& links() const { return links_; }     ///< depth first; the base is links()[0]
   const std::vector<Joint>& joints() const { return joints_; }  ///< joints()[k] leads to links()[k + 1]
-  /// With which the robot was read; its meshes are loaded under it.
+  /// Guard that was used to read the robot; its meshes are loaded with it.
   const ReadGuard& read_guard() const { return read_guard_; }
 
   int num_dofs() const { return static_cast<int>(dof_joints_.size()); }  ///< n, the joints that are not fixed
   int configuration_size() const { return num_dofs() + 7; }              ///< n + 7
   int tangent_size() const { return num_dofs() + 6; }                    ///< n + 6
 
-  /// Joint limits by degree of freedom, rad or m, +-infinity where unlimited.
+  /// Lower joint limits per degree of freedom, rad or m, -infinity if unlimited.
   const Eigen::VectorXd& lower_limits() const { return lower_; }
-  const Eigen::VectorXd& upper_limits() const { return upper_; }  ///< likewise
+  const Eigen::VectorXd& upper_limits() const { return upper_; }  ///< upper joint limits, +infinity if unlimited
 
-  /// Index into joints() of the joint that a degree of freedom belongs to.
+  /// Returns the index into joints() of a degree of freedom.
   int dof_joint(int dof) const { return dof_joints_[static_cast<size_t>(dof)]; }
-  double total_mass() const { return total_mass_; }  ///< of all links, kg
+  double total_mass() const { return total_mass_; }  ///< kg
 
-  /// Index, or -1 when there is no such link (joint).
+  /// Returns the index of a link, or -1 if there is none with that name.
   int FindLink(std::string_view name) const;
-  /// Likewise among joints.
+  /// Returns the index of a joint, or -1 if there is none with that name.
   int FindJoint(std::string_view name) const;
 
-  /// Number of moving joints on the chain between two links.
+  /// Returns the number of moving joints on the chain between two links.
   int MovingJointsBetween(int link_a, int link_b) const;
 
-  /// n + 1. Links joined by fixed joints move as one body. Body 0 contains the base; body k > 0 is moved by degree of
+  /// n + 1. Links connected by fixed joints form one body. Body 0 contains the base; body k > 0 is moved by degree of
   /// freedom k - 1, so that a body's parent has a smaller index.
   int num_bodies() const { return num_dofs() + 1; }
-  /// Index of the body that a link belongs to.
+  /// Returns the index of a link's body.
   int link_body(int link) const { return link_body_[static_cast<size_t>(link)]; }
-  /// Index of the body that this one hangs from; -1 for body 0.
+  /// Returns the index of the parent body; -1 for body 0.
   int body_parent(int body) const { return body_parent_[static_cast<size_t>(body)]; }
-  /// Degrees of freedom that move a body, from the base outwards.
+  /// Returns the degrees of freedom that move a body, from the base outwards.
   const std::vector<int>& body_dofs(int body) const { return body_dofs_[static_cast<size_t>(body)]; }
-  /// Link frame in the frame of its body.
+  /// Returns the link frame in the frame of its body.
   const Eigen::Isometry3d& link_in_body(int link) const { return link_in_body_[static_cast<size_t>(link)]; }
 
  private:

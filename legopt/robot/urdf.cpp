@@ -1,5 +1,5 @@
-// URDF files become RobotModels: the file is checked, urdfdom reads its elements, and the document's own order of
-// joints gives the order of the tree.
+// Conversion of URDF files to RobotModels: the file is checked, urdfdom reads its elements, and the joint order of the
+// document gives the order of the tree.
 
 #include <filesystem>
 

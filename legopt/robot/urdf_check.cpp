@@ -25,7 +25,7 @@ using tinyxml2::XMLElement;
 constexpr std::size_t kMostLinks = 2000;
 constexpr std::size_t kMostBytes = std::size_t{16} << 20;
 
-/// "link 'pelvis'": the elements that have a name of their own begin a place anew.
+/// Returns the location for errors, "link 'pelvis'". Elements with a name start a new location; others extend `outer`.
 std::string PlaceOf(const XMLElement& element, const std::string& outer) {
   const char* name = element.Attribute("name");
   const std::string_view kind = element.Name();
@@ -34,12 +34,12 @@ std::string PlaceOf(const XMLElement& element, const std::string& outer) {
   return titled || outer.empty() ? own : outer + ": " + own;
 }
 
-/// Walks through a document along the rules and writes what is read of it into another one.
+/// Checks a document against the rules and copies the elements and attributes that are read into another document.
 class UrdfWalk {
  public:
   explicit UrdfWalk(const std::string& source) : source_(source) {}
 
-  /// `copy`: the element to write to; null when nothing of this one is read.
+  /// Checks an element. `copy`: the element to write to; null if nothing of this element is read.
   void Element(const XMLElement& element, const UrdfElementRule& rule, const std::string& place, XMLElement* copy) {
     if (!rule.refusal.empty()) Fail(element, place, "", "<" + std::string(rule.name) + "> is refused", rule.refusal);
     Attributes(element, rule, place, copy);
@@ -110,7 +110,8 @@ class UrdfWalk {
     if (rule.holds_one) OneChild(element, rule, place);
   }
 
-  /// An element that no rule names: none of ours, unless it looks very much like one that would then be missing.
+  /// Ignores an element without a rule. Throws for unexpanded xacro, an unknown shape, and a misspelt element that is
+  /// missing.
   void LetBy(const XMLElement& element, const UrdfElementRule& rule, const std::vector<int>& counts,
              const std::string& place) const {
     const std::string_view name = element.Name();
@@ -144,7 +145,7 @@ class UrdfWalk {
   const std::string& source_;
 };
 
-/// What the table cannot say: it depends on the joint's type.
+/// Checks the rules that depend on the joint's type, which the table cannot express.
 void CheckJointType(const UrdfWalk& walk, const XMLElement& joint) {
   const std::string place = PlaceOf(joint, "robot");
   const std::string_view type = joint.Attribute("type");
@@ -249,7 +250,7 @@ class UrdfCheck {
   CheckedUrdf checked_;
   tinyxml2::XMLDocument document_;
   std::set<std::string> names_;
-  std::map<std::string, std::string> parent_joint_;  ///< by child link
+  std::map<std::string, std::string> parent_joint_;  ///< keyed by child link
 };
 
 }  // namespace

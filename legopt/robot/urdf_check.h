@@ -6,39 +6,37 @@
 
 namespace legopt {
 
-/// The place of a joint in the tree.
+/// A joint with the links it connects.
 struct UrdfJointElement {
-  std::string name,  ///< of the joint
-      parent,        ///< link that it hangs from
-      child;         ///< link that it carries
+  std::string name, parent, child;
 };
 
-/// A URDF in which every element and attribute that is read has been looked at.
+/// A URDF whose elements and attributes have all been checked, as far as they are read.
 struct CheckedUrdf {
-  std::string source;  ///< names the file in errors
-  std::string robot;   ///< name
-  /// What is read of the file, written anew: no element or attribute that urdf_rules.h does not name, no material or
-  /// visual element, numbers separated by single spaces. Two readers of XML may see different things in one text; this
-  /// one holds nothing that they could disagree about, so that what is read is what has been checked.
+  std::string source;  ///< file name for errors
+  std::string robot;   ///< name of the robot
+  /// The checked content as a new document: only elements and attributes of urdf_rules.h, no material or visual
+  /// elements, numbers separated by single spaces. Two XML parsers may interpret a text differently; this text contains
+  /// nothing they could disagree about, so that urdfdom reads exactly what was checked.
   std::string text;
-  std::vector<std::string> links;        ///< names, in the order of the file
-  std::vector<std::size_t> shapes;       ///< collision elements of each link
-  std::vector<UrdfJointElement> joints;  ///< in the order of the file
+  std::vector<std::string> links;        ///< names, ordered as in the file
+  std::vector<std::size_t> shapes;       ///< number of collision elements per link
+  std::vector<UrdfJointElement> joints;  ///< ordered as in the file
 };
 
-/// Looks at every element of a URDF that urdfdom reads, so that it has nothing to complain about: urdfdom drops the
-/// rest of a link at its first fault and goes on without it, and prints the faulty text as a format string.
+/// Checks every element of a URDF that urdfdom reads, so that urdfdom finds no faults itself: at the first fault of a
+/// link urdfdom silently drops the rest of the link, and it prints the faulty text as a format string.
 ///
-/// Refused are attributes and elements that are missing, given twice, of the wrong kind, or spelt so closely to one
-/// that is read that it was certainly meant (`<colision>`, xzy); numbers that are not plain, finite and as many as
-/// needed; shapes without positive size; masses below 0; what xacro has not expanded; names given twice; links that do
-/// not exist, are the child of two joints, or make no tree; more than 2,000 links, or 16 MiB of text. Other elements
-/// (sensors, transmissions, simulators' own) are let by: nothing here reads them.
+/// Rejects elements and attributes that are missing, duplicate, of the wrong kind, or obvious misspellings
+/// (`<colision>`, xzy); numbers that are not plain and finite, or of the wrong count; shapes without positive size;
+/// negative masses; unexpanded xacro; duplicate names; links that do not exist, are the child of two joints, or do not
+/// form a tree; more than 2,000 links, or 16 MiB of text. Other elements (sensors, transmissions, simulator extensions)
+/// are ignored.
 ///
-/// Throws InputError naming link or joint, element, attribute, line, value and fix. Thread-safe.
+/// Throws InputError with link or joint, element, attribute, line, value and fix. Thread-safe.
 CheckedUrdf CheckUrdf(const std::string& xml, const std::string& source);
 
-/// The text of a URDF file. Throws InputError when it cannot be read, is empty, or larger than CheckUrdf takes.
+/// Reads a URDF file. Throws InputError if it cannot be read, is empty, or exceeds the size limit of CheckUrdf.
 std::string ReadUrdfFile(const std::string& path);
 
 }  // namespace legopt

@@ -32,10 +32,10 @@ Eigen::Vector3d PrincipalMoments(const XMLElement& inertia) {
 }  // namespace
 
 std::vector<UrdfRemark> ReviewUrdf(const CheckedUrdf& urdf) {
-  constexpr double kRounding = 0.99;  // of tensors that were written with few digits
+  constexpr double kRounding = 0.99;  // margin for tensors written with few digits
   const ClassicNumericLocale point;
   tinyxml2::XMLDocument document;
-  document.Parse(urdf.text.c_str(), urdf.text.size());  // has just been written
+  document.Parse(urdf.text.c_str(), urdf.text.size());  // cannot fail: CheckUrdf wrote this text
   const XMLElement& robot = *document.RootElement();
   std::string without_axis, not_definite, not_a_body;
   for (const auto* e = robot.FirstChildElement("joint"); e != nullptr; e = e->NextSiblingElement("joint")) {

@@ -7,16 +7,16 @@
 
 namespace legopt {
 
-/// Something in a URDF that can be read, but may not be meant. Nothing that RobotModel holds tells of it.
+/// A valid but suspicious part of a URDF, which RobotModel does not record.
 struct UrdfRemark {
   std::string field;    ///< links or joints
   std::string value;    ///< may be empty
-  std::string message;  ///< what is odd
-  std::string fix;      ///< what the user can do
+  std::string message;  ///< the problem
+  std::string fix;      ///< advice to the user
 };
 
-/// Moving joints without `<axis>`, which turn about x, and inertias that no body can have (not positive definite, or
-/// one principal moment larger than the sum of the others by more than 1 %). One remark for each kind.
+/// Finds moving joints without `<axis>`, which rotate about x, and physically impossible inertias (not positive
+/// definite, or one principal moment more than 1 % larger than the sum of the others). One remark per kind.
 std::vector<UrdfRemark> ReviewUrdf(const CheckedUrdf& urdf);
 
 }  // namespace legopt

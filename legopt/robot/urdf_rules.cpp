@@ -29,7 +29,7 @@ UrdfElementRule Inertial() {
                        {.name = "inertia", .least = 1, .attributes = std::move(moments)}}};
 }
 
-/// Sizes matter where a shape may touch something; a shape that is only seen may be as small as it likes.
+/// Rule of a shape. Collision shapes need positive sizes; visual shapes may have any size.
 UrdfElementRule Geometry(bool touches) {
   const Value length = touches ? Value::kPositive : Value::kNumber;
   const auto shape = [](std::string_view name, Attributes attributes) {
@@ -90,7 +90,7 @@ UrdfElementRule Limit() {
                          {.name = "velocity", .value = Value::kNumber, .required = kRequired}}};
 }
 
-/// Elements of a joint that change neither its place nor its range.
+/// Elements of a joint that affect neither its position nor its range.
 Elements JointExtras() {
   return {{.name = "dynamics",
            .attributes = {{.name = "damping", .value = Value::kNumber}, {.name = "friction", .value = Value::kNumber}},

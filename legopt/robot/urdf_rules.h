@@ -5,11 +5,11 @@
 
 namespace legopt {
 
-/// What an attribute of a URDF must hold. Numbers: decimal, finite, in the C locale, separated by white space.
+/// Type of a URDF attribute. Numbers are decimal, finite, in the C locale, separated by white space.
 enum class UrdfValue {
   kText,           ///< anything
   kName,           ///< 1 to 200 bytes without control characters
-  kFile,           ///< the same, up to 4,096 bytes
+  kFile,           ///< 1 to 4,096 bytes without control characters
   kVersion,        ///< 1.0
   kJointType,      ///< revolute, continuous, prismatic or fixed
   kNumber,         ///< one number
@@ -21,31 +21,32 @@ enum class UrdfValue {
   kColor,          ///< four numbers from 0 to 1
 };
 
-/// An attribute and what it must hold.
+/// Rule of one attribute.
 struct UrdfAttributeRule {
-  std::string_view name;               ///< as written in the file
-  UrdfValue value = UrdfValue::kText;  ///< what its text must be
-  bool required = false;               ///< a missing one is a fault
-  bool read = true;                    ///< false: looked at, but nothing depends on it
-  std::string_view refusal = {};       ///< not empty: nobody may give it, and this is what to do instead
+  std::string_view name;
+  UrdfValue value = UrdfValue::kText;
+  bool required = false;
+  bool read = true;               ///< false: checked, but not used
+  std::string_view refusal = {};  ///< not empty: the attribute is forbidden, and this is the advice to the user
 };
 
-/// An element, its attributes and the elements inside of it. What no rule names is no part of a robot and not read.
+/// Rule of an element, with its attributes and children. Elements without a rule are not part of the robot and not
+/// read.
 struct UrdfElementRule {
-  std::string_view name;                           ///< tag, as written in the file
-  int least = 0;                                   ///< times that it must stand there; fewer are a fault
-  int most = 1;                                    ///< kAnyNumber: no limit
-  std::vector<UrdfAttributeRule> attributes = {};  ///< others are let by, unless they look like one of these
-  std::vector<UrdfElementRule> children = {};      ///< likewise
-  bool read = true;                                ///< false: looked at, but nothing depends on it
-  bool holds_one = false;                          ///< exactly one of the children, and nothing else
-  std::string_view refusal = {};  ///< not empty: the element may not be there, and this is what to do instead
+  std::string_view name;                           ///< tag
+  int least = 0;                                   ///< minimum number of occurrences
+  int most = 1;                                    ///< maximum number of occurrences; kAnyNumber: no limit
+  std::vector<UrdfAttributeRule> attributes = {};  ///< others are ignored, except misspellings of these
+  std::vector<UrdfElementRule> children = {};      ///< others are ignored, except misspellings of these
+  bool read = true;                                ///< false: checked, but not used
+  bool holds_one = false;                          ///< exactly one child is required, and no others are allowed
+  std::string_view refusal = {};  ///< not empty: the element is forbidden, and this is the advice to the user
 };
 
-/// UrdfElementRule::most without a limit.
+/// Value of UrdfElementRule::most for no limit.
 inline constexpr int kAnyNumber = 1'000'000'000;
 
-/// The rules of `<robot>`, for everything that urdfdom 3 looks at.
+/// Rules of `<robot>`, for everything that urdfdom 3 reads.
 const UrdfElementRule& UrdfRobotRule();
 
 }  // namespace legopt

@@ -23,7 +23,7 @@ constexpr double kMinAxisNorm = 1e-6;
   throw InputError({urdf.source, field, value, message, fix});
 }
 
-/// Links and joints by their numbers in the file.
+/// Links and joints by their indices in the file.
 struct TreeIndex {
   explicit TreeIndex(const CheckedUrdf& urdf) : joints_of(urdf.links.size()) {
     std::unordered_map<std::string, std::size_t> index;
@@ -34,11 +34,11 @@ struct TreeIndex {
     }
   }
 
-  std::vector<std::vector<std::size_t>> joints_of;  ///< by parent link, in the order of the file
-  std::vector<std::size_t> child;                   ///< by joint: its child link
+  std::vector<std::vector<std::size_t>> joints_of;  ///< per parent link, in the order of the file
+  std::vector<std::size_t> child;                   ///< child link of each joint
 };
 
-/// The only link that is no joint's child.
+/// Returns the only link that is no joint's child.
 std::size_t FindRoot(const CheckedUrdf& urdf, const TreeIndex& tree) {
   std::vector<bool> is_child(urdf.links.size(), false);
   for (const std::size_t link : tree.child) is_child[link] = true;
@@ -156,7 +156,7 @@ void CheckUrdfTree(const CheckedUrdf& urdf) {
     reached[link] = true;
     for (const std::size_t joint : tree.joints_of[link]) open.push_back(tree.child[joint]);
   }
-  // With one root and at most one parent per link, what cannot be reached lies on a loop.
+  // With one root and at most one parent per link, a link that cannot be reached lies on a loop.
   const auto lost = std::find(reached.begin(), reached.end(), false);
   if (lost == reached.end()) return;
   Refuse(urdf, "link '" + urdf.links[static_cast<std::size_t>(lost - reached.begin())] + "'", "",

@@ -8,13 +8,13 @@
 
 namespace legopt {
 
-/// Throws InputError unless the joints make one tree of all links.
+/// Throws InputError unless the joints form a single tree of all links.
 void CheckUrdfTree(const CheckedUrdf& urdf);
 
-/// Puts links and joints into the order of RobotModel and finds the files of their meshes (RobotModel::FromUrdfFile).
+/// Sorts links and joints into the order of RobotModel and resolves mesh paths (RobotModel::FromUrdfFile).
 ///
-/// Throws InputError: meshes that do not exist, joints without direction or with the lower limit
-/// above the upper one, and whatever in `content` is not finite.
+/// Throws InputError for meshes that do not exist, zero joint axes, lower limits above upper ones, and values in
+/// `content` that are not finite.
 RobotModel BuildUrdfTree(const CheckedUrdf& urdf, const UrdfContent& content, const std::string& mesh_folder);
 
 }  // namespace legopt

@@ -12,11 +12,11 @@ namespace {
 
 constexpr std::string_view kSpace = " \t\r\n";
 
-/// How many numbers a value has, and what holds for each of them.
+/// Number of values, and the condition for each.
 struct NumbersRule {
   std::size_t count = 1;
   bool (*holds)(double) = [](double) { return true; };
-  const char* condition = "";  ///< "must ..." of a number for which it does not hold
+  const char* condition = "";  ///< the condition in words, "must ..."
 };
 
 std::optional<NumbersRule> NumbersOf(UrdfValue value) {
@@ -69,7 +69,7 @@ bool IsNumberLetter(char c) {
   return (c >= '0' && c <= '9') || c == '+' || c == '-' || c == '.' || c == 'e' || c == 'E';
 }
 
-/// A decimal number; `value` is set. Neither infinity nor NaN, nor hexadecimal, nor anything after it.
+/// Parses a decimal number into `value`. Rejects infinity, NaN, hexadecimal numbers and trailing characters.
 std::optional<UrdfValueFault> CheckNumber(std::string_view word, double* value) {
   const std::string_view digits = word.starts_with('+') ? word.substr(1) : word;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), *value);
@@ -163,7 +163,7 @@ std::string ShownUrdfText(std::string_view text) {
   constexpr std::size_t kShown = 60;
   const auto continues = [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; };
   std::size_t end = std::min(text.size(), kShown);
-  while (end > 0 && end < text.size() && continues(text[end])) --end;  // no half characters of UTF-8
+  while (end > 0 && end < text.size() && continues(text[end])) --end;  // keep UTF-8 characters whole
   std::string shown(text.substr(0, end));
   std::replace_if(
       shown.begin(), shown.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; }, '?');

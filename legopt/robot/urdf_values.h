@@ -8,22 +8,22 @@
 
 namespace legopt {
 
-/// What is wrong with a text, and what to do about it.
+/// A fault of an attribute's text, with advice.
 struct UrdfValueFault {
-  std::string message;  ///< what the text should be
-  std::string fix;      ///< what the user can do; may be empty
+  std::string message;  ///< the requirement that the text violates
+  std::string fix;      ///< advice to the user; may be empty
 };
 
-/// The text of an attribute as it is to be passed on: numbers with single spaces between them, all else unchanged.
+/// Normalised text of an attribute: numbers separated by single spaces, other text unchanged.
 struct UrdfValueText {
-  std::string text;                                    ///< of no use where there is a fault
-  std::optional<UrdfValueFault> fault = std::nullopt;  ///< set: the text does not hold such a value
+  std::string text;                                    ///< undefined if there is a fault
+  std::optional<UrdfValueFault> fault = std::nullopt;  ///< set if the text is not a valid value
 };
 
-/// Looks at the text of an attribute (urdf_rules.h). Never throws for what it finds.
+/// Checks the text of an attribute (urdf_rules.h). Faults are returned, not thrown.
 UrdfValueText CheckUrdfValue(std::string_view text, UrdfValue value);
 
-/// The text for a message: at most 60 bytes, control characters as '?'.
+/// Returns the text for a message: at most 60 bytes, control characters as '?'.
 std::string ShownUrdfText(std::string_view text);
 
 }  // namespace legopt

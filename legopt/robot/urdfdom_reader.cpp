@@ -17,7 +17,7 @@
 namespace legopt {
 namespace {
 
-/// Collects what urdfdom logs, so that it becomes part of an error instead of going to the terminal.
+/// Captures urdfdom's log, so that it becomes part of an error instead of being printed on the terminal.
 class LogCapture : public console_bridge::OutputHandler {
  public:
   LogCapture() { console_bridge::useOutputHandler(this); }
@@ -35,7 +35,8 @@ class LogCapture : public console_bridge::OutputHandler {
   std::string text_;
 };
 
-/// Held while urdfdom runs, also in another process: its log handler and the handler's lock belong to the process.
+/// Mutex held while urdfdom runs, including while a child process runs it: urdfdom's log handler and the lock of that
+/// handler are global to the process.
 std::mutex& UrdfdomMutex() {
   static std::mutex mutex;
   return mutex;
@@ -149,7 +150,7 @@ UrdfContent ReadUnguarded(const CheckedUrdf& urdf) {
   return content;
 }
 
-// The answer of the isolated process: records without names, for the caller knows those.
+// The answer of the isolated process: records without names, which the caller already has.
 
 constexpr char kContentFollows = 'U';
 constexpr char kFaultFollows = 'F';

@@ -9,15 +9,15 @@
 
 namespace legopt {
 
-/// What urdfdom reads. Names of meshes stand as in the file; neither joints nor links know their place in the tree.
+/// Links and joints as urdfdom reads them: mesh names as in the file, tree indices not set.
 struct UrdfContent {
-  std::vector<Link> links;    ///< in the order of CheckedUrdf::links
-  std::vector<Joint> joints;  ///< in the order of CheckedUrdf::joints; fixed joints without axis and limits
+  std::vector<Link> links;    ///< ordered as CheckedUrdf::links
+  std::vector<Joint> joints;  ///< ordered as CheckedUrdf::joints; fixed joints without axis and limits
 };
 
-/// Reads a checked URDF with urdfdom, under the guard when there is one. Throws InputError when urdfdom logs an error,
-/// throws, or leaves a link, shape or joint out - none of that happens for a text that CheckUrdf made - and when the
-/// guard gives no answer. Thread-safe.
+/// Reads a checked URDF with urdfdom, under the guard if there is one. Throws InputError if urdfdom logs an error,
+/// throws, or omits a link, shape or joint, none of which should happen for the output of CheckUrdf, and if the guard
+/// returns no answer. Thread-safe.
 UrdfContent ReadByUrdfdom(const CheckedUrdf& urdf, const ReadGuard& guard);
 
 }  // namespace legopt

@@ -30,7 +30,7 @@ std::vector<double> Resampled(int problems, const ProblemStatistic& statistic, c
   std::vector<double> values(static_cast<std::size_t>(options.resamples));
   for (double& value : values) {
     for (int& index : drawn) index = static_cast<int>(UniformDraw(generator) * problems);
-    // The same problems in another order would differ by rounding, and then be below or above the value by chance.
+    // Sorted: another order of the same problems would change the rounding, and so the comparison with the value.
     std::sort(drawn.begin(), drawn.end());
     value = ValueOf(statistic, drawn);
   }
@@ -50,7 +50,7 @@ double AccelerationOf(int problems, const ProblemStatistic& statistic) {
   std::iota(others.begin(), others.end(), 1);
   for (std::size_t i = 0; i < left_out.size(); ++i) {
     left_out[i] = ValueOf(statistic, others);
-    if (i < others.size()) others[i] = static_cast<int>(i);  // the next one is left out
+    if (i < others.size()) others[i] = static_cast<int>(i);  // the next problem is left out
   }
   const double mean = std::accumulate(left_out.begin(), left_out.end(), 0.0) / problems;
   double squares = 0.0;
@@ -69,10 +69,10 @@ double DeviationOf(const std::vector<double>& values) {
   const double mean = std::accumulate(values.begin(), values.end(), 0.0) / count;
   double squares = 0.0;
   for (const double value : values) squares += (value - mean) * (value - mean);
-  return std::sqrt(squares / (count - 1.0));  // NaN of one resample, and where a value is infinite
+  return std::sqrt(squares / (count - 1.0));  // NaN for a single resample, and if a value is infinite
 }
 
-// Quantiles of values among which -infinity may be, too.
+// Quantiles of values that may include -infinity.
 Interval EndsOf(std::vector<double> values, const Interval& levels) {
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
   if (*least == *most) return {.lower = *least, .upper = *least};
@@ -81,7 +81,8 @@ Interval EndsOf(std::vector<double> values, const Interval& levels) {
     const std::vector<double> ends = Quantiles(values, shares);
     return {.lower = ends[0], .upper = ends[1]};
   }
-  // Turned round, so that what lies between a number and an infinity is infinite at either end; both: no information.
+  // Negated, so that quantiles between a number and an infinity are infinite at both ends. Both infinities: no
+  // information.
   if (*most == kInfinity) return {.lower = -kInfinity, .upper = kInfinity};
   for (double& value : values) value = -value;
   const std::array<double, 2> shares{1.0 - levels.lower, 1.0 - levels.upper};

@@ -5,29 +5,29 @@
 #include <string>
 #include <vector>
 
-/// Intervals, tests and summaries for comparisons of methods: pure functions, safe to call from any thread. Every one
-/// throws InputError on bad input, which names function, argument and value.
+/// Intervals, tests and summaries for comparisons of methods. All functions are pure and thread-safe. On bad input they
+/// throw InputError with function, argument and value.
 namespace legopt::statistics {
 
-/// A failure, or never.
+/// Value of a failed run.
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// Nothing to take a mean of.
+/// Mean of no values.
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Throws the InputError "FUNCTION: ARGUMENT: MESSAGE (got 'VALUE')".
 [[noreturn]] void Refuse(const char* function, const char* argument, const std::string& message, double value);
 
-/// What numbers an argument may hold; NaN never.
+/// Range of an argument; NaN is never allowed.
 struct NumberRule {
-  double lowest = -std::numeric_limits<double>::infinity();  ///< itself allowed, unless infinite
-  bool above_lowest = false;                                 ///< `lowest` itself is not allowed
-  bool infinity = false;                                     ///< +infinity is allowed: a failure, or never
+  double lowest = -std::numeric_limits<double>::infinity();  ///< allowed itself, unless infinite
+  bool above_lowest = false;                                 ///< excludes `lowest` itself
+  bool infinity = false;                                     ///< allows +infinity, a failure
 };
 
-/// Throws InputError at the first number that breaks the rule, with its index in the name of the argument.
+/// Throws InputError for the first number that violates the rule; its index is part of the argument's name.
 void RequireNumbers(const char* function, const char* argument, std::span<const double> values, NumberRule rule = {});
 
-/// Throws InputError unless every row is as long as the first, and for numbers as RequireNumbers.
+/// Throws InputError unless all rows have the same length and their numbers follow the rule.
 void RequireTable(const char* function, std::span<const std::vector<double>> rows, NumberRule rule = {});
 
 /// Throws InputError unless the confidence level lies in (0, 1).

@@ -12,12 +12,12 @@ namespace {
 
 double NormalDensity(double z) { return std::exp(-0.5 * z * z) / std::sqrt(2.0 * std::numbers::pi); }
 
-// The z with upper tail q, 0 < q <= 1/2.
+// Returns z with upper tail q, 0 < q <= 1/2.
 double UpperTailQuantile(double q) {
   const double t = std::sqrt(-2.0 * std::log(q));
   double z = t - (2.515517 + t * (0.802853 + t * 0.010328)) /
-                     (1.0 + t * (1.432788 + t * (0.189269 + t * 0.001308)));  // 26.2.23, wrong by 5e-4 at most
-  constexpr int kSteps = 3;  // the error's order is tripled by each: 5e-4, 1e-11, exact
+                     (1.0 + t * (1.432788 + t * (0.189269 + t * 0.001308)));  // 26.2.23, error at most 5e-4
+  constexpr int kSteps = 3;  // each step triples the order of the error: 5e-4, 1e-11, exact
   for (int step = 0; step < kSteps; ++step) {
     const double newton = (NormalUpperTail(z) - q) / NormalDensity(z);
     z += newton / (1.0 - 0.5 * z * newton);
@@ -25,8 +25,8 @@ double UpperTailQuantile(double q) {
   return z;
 }
 
-// log of the gamma function for x > 0: Stirling's series from 12 on, below it by the recurrence. The C library's own
-// writes a global variable.
+// Computes the logarithm of the gamma function for x > 0: Stirling's series for x >= 12, the recurrence below. lgamma
+// of the C library writes a global variable.
 double LogGamma(double x) {
   constexpr double kFromHere = 12.0;
   double product = 1.0;
@@ -37,7 +37,7 @@ double LogGamma(double x) {
   return (x - 0.5) * std::log(x) - x + 0.5 * std::log(2.0 * std::numbers::pi) + series - std::log(product);
 }
 
-// 1 / (1 + d_1 / (1 + d_2 / (1 + ...))) of DLMF 8.17.22 by the modified method of Lentz.
+// Computes 1 / (1 + d_1 / (1 + d_2 / (1 + ...))) of DLMF 8.17.22 by the modified method of Lentz.
 double BetaFraction(double a, double b, double x) {
   constexpr double kTiny = 1e-300;
   constexpr double kEnough = 1e-16;
@@ -60,7 +60,7 @@ double BetaFraction(double a, double b, double x) {
   return 1.0 / value;
 }
 
-// I_x(a, b) for 0 < x < 1.
+// Computes I_x(a, b) for 0 < x < 1.
 double IncompleteBeta(double a, double b, double x) {
   const double log_front =
       a * std::log(x) + b * std::log1p(-x) + LogGamma(a + b) - LogGamma(a) - LogGamma(b);  // x^a (1-x)^b / B(a, b)
@@ -86,7 +86,7 @@ double FairCoinPoint(int k, int n) {
   RequireCount("FairCoinPoint", "n", n);
   if (k < 0 || k > n) Refuse("FairCoinPoint", "k", "must lie in [0, n]", k);
   k = std::min(k, n - k);
-  // n over k, halved whenever it grows beyond 1, as often as there are throws.
+  // Computes n over k, halved whenever it exceeds 1, n times in total.
   double point = 1.0;
   int halvings = 0;
   for (int i = 1; i <= k; ++i) {

@@ -1,33 +1,33 @@
 #pragma once
 
-/// The few distributions that the tests and intervals of this room need, to 12 digits or better. Pure functions, safe
-/// to call from any thread. They take exp, log and erfc from the C library, so that another one may differ in the last
-/// bit.
+/// Distributions for the tests and intervals of this module, to 12 digits or better. Pure and thread-safe. They use
+/// exp, log and erfc of the C library; with another library the last bit may differ.
 namespace legopt::statistics {
 
-/// P(Z <= z) of the standard normal distribution; z may be infinite. NaN: NaN.
+/// Returns P(Z <= z) of the standard normal distribution; z may be infinite. NaN: NaN.
 double NormalCdf(double z);
 
-/// P(Z > z), exact also far out, where 1 - NormalCdf(z) is rounded away.
+/// Returns P(Z > z), also accurate far out, where 1 - NormalCdf(z) loses all digits.
 double NormalUpperTail(double z);
 
-/// The z with NormalCdf(z) = p, for p in [0, 1]; infinite at its ends. Abramowitz and Stegun 26.2.23, then Halley's
-/// steps on the tail. Throws InputError outside [0, 1] and for NaN.
+/// Returns z with NormalCdf(z) = p, for p in [0, 1]; infinite at both ends. Abramowitz and Stegun 26.2.23, then Halley
+/// steps on the tail. Throws InputError for p outside [0, 1] and NaN.
 double NormalQuantile(double p);
 
-/// P(X = k) for X ~ Bin(n, 1/2), 0 <= k <= n. Products only, so the same bits everywhere. Throws InputError for others.
+/// Returns P(X = k) for X ~ Bin(n, 1/2), 0 <= k <= n. Uses products only, so that the bits are the same everywhere.
+/// Throws InputError for other k and n.
 double FairCoinPoint(int k, int n);
 
-/// P(X <= k) for X ~ Bin(n, 1/2), 0 <= k <= n. Throws InputError for others.
+/// Returns P(X <= k) for X ~ Bin(n, 1/2), 0 <= k <= n. Throws InputError for other k and n.
 double FairCoinCdf(int k, int n);
 
-/// P(X > x) for X ~ chi-square of `degrees` >= 1; the finite sums for whole degrees (Abramowitz and Stegun 26.4.4,
-/// 26.4.5). x >= 0, may be infinite. Throws InputError for others.
+/// Returns P(X > x) for X ~ chi-square with `degrees` >= 1 degrees of freedom, by the finite sums of Abramowitz and
+/// Stegun 26.4.4 and 26.4.5. x >= 0, may be infinite. Throws InputError for other values.
 double ChiSquareUpperTail(double x, int degrees);
 
-/// P(X > f) for X ~ F of (numerator, denominator) degrees, each >= 1: the incomplete beta function
+/// Returns P(X > f) for X ~ F with (numerator, denominator) degrees of freedom, each >= 1: the incomplete beta function
 /// I_x(denominator/2, numerator/2) at x = denominator / (denominator + numerator f), by its continued fraction (DLMF
-/// 8.17.22). f >= 0, may be infinite. Throws InputError for others.
+/// 8.17.22). f >= 0, may be infinite. Throws InputError for other values.
 double FUpperTail(double f, int numerator, int denominator);
 
 }  // namespace legopt::statistics

@@ -2,10 +2,10 @@
 
 namespace legopt::statistics {
 
-/// Both ends belong to it; either may be infinite. Unit: that of what it bounds.
+/// Closed interval; either end may be infinite.
 struct Interval {
-  double lower = 0.0;  ///< not above `upper`
-  double upper = 0.0;  ///< not below `lower`
+  double lower = 0.0;
+  double upper = 0.0;
 };
 
 }  // namespace legopt::statistics

@@ -92,7 +92,7 @@ FriedmanTest Friedman(std::span<const std::vector<double>> rows) {
     for (std::size_t j = 0; j < row.size(); ++j) test.mean_ranks[j] += ranks.ranks[j];
     ties += ranks.tie_sum;
   }
-  // From sums of ranks, which are multiples of a half: no rounding that the order of the problems decides.
+  // Computed from sums of ranks, which are multiples of 1/2: rounding does not depend on the order of the problems.
   double spread = 0.0;  // n^2 (sum R_j^2 - k (k + 1)^2 / 4)
   for (double& rank : test.mean_ranks) {
     const double above = rank - 0.5 * n * (k + 1.0);
@@ -101,7 +101,7 @@ FriedmanTest Friedman(std::span<const std::vector<double>> rows) {
   }
   test.degrees = std::max(static_cast<int>(rows[0].size()) - 1, 0);
   if (test.degrees == 0) return test;
-  const double correction = n * k * (k * k - 1.0) - ties;  // whole numbers: exactly 0 when all are tied
+  const double correction = n * k * (k * k - 1.0) - ties;  // integer arithmetic: exactly 0 if all are tied
   test.tie_correction = correction / (n * k * (k * k - 1.0));
   test.defined = correction > 0.0;
   if (!test.defined) return test;

@@ -13,7 +13,7 @@
 namespace legopt::statistics {
 namespace {
 
-// Points of the sum of those doubled ranks whose sign is positive, when all signs are thrown: [s] = P(2 V = s).
+// Distribution of the sum of the doubled ranks with positive sign, over all signs: [s] = P(2 V = s).
 std::vector<double> SumDistribution(const std::vector<int>& doubled_ranks) {
   const int total = std::accumulate(doubled_ranks.begin(), doubled_ranks.end(), 0);
   std::vector<double> points(static_cast<std::size_t>(total) + 1, 0.0);
@@ -30,7 +30,7 @@ std::vector<double> SumDistribution(const std::vector<int>& doubled_ranks) {
   return points;
 }
 
-// P(2 V <= doubled_sum).
+// Returns P(2 V <= doubled_sum).
 double LowerTail(const std::vector<double>& points, double doubled_sum) {
   const auto end = std::min(points.size(), static_cast<std::size_t>(doubled_sum) + 1);
   return std::min(1.0, std::accumulate(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(end), 0.0));
@@ -54,7 +54,7 @@ void FillNormal(const std::vector<double>& ranks, SignedRankTest& test) {
   test.less_p = NormalCdf(z);
 }
 
-// The largest C with P(V < C) <= tail for n ranks without ties, and what the interval misses then, on both sides.
+// The largest C with P(V < C) <= tail for n ranks without ties, and the probability outside the interval, both sides.
 struct WalshOrder {
   long long order = 0;
   double missed = 0.0;
@@ -82,7 +82,7 @@ WalshOrder NormalWalshOrder(int n, double tail) {
   const double bound = std::floor(mean + 0.5 + deviation * NormalQuantile(tail));
   if (bound < 1.0) return {};
   return {.order = static_cast<long long>(bound),
-          .missed = 2.0 * NormalCdf((bound - 0.5 - mean) / deviation)};  // P(V < C), with the correction for continuity
+          .missed = 2.0 * NormalCdf((bound - 0.5 - mean) / deviation)};  // P(V < C), with continuity correction
 }
 
 }  // namespace
@@ -106,7 +106,7 @@ SignedRankTest SignedRank(std::span<const double> differences, const SignedRankO
   test.pairs = static_cast<int>(differences.size()) - test.zeros;
   if (test.pairs == 0) return test;
   const std::vector<double> all_ranks = MidRanks(magnitudes).ranks;
-  std::vector<double> ranks;  // of pairs with a difference
+  std::vector<double> ranks;  // ranks of the non-zero differences
   for (std::size_t i = 0; i < signs.size(); ++i) {
     if (signs[i] == 0.0) continue;
     ranks.push_back(all_ranks[i]);
@@ -135,7 +135,7 @@ Location HodgesLehmann(std::span<const double> differences, double level) {
   averages.reserve(differences.size() * (differences.size() + 1) / 2);
   for (std::size_t i = 0; i < differences.size(); ++i) {
     for (std::size_t j = i; j < differences.size(); ++j) {
-      averages.push_back(0.5 * differences[i] + 0.5 * differences[j]);  // no overflow
+      averages.push_back(0.5 * differences[i] + 0.5 * differences[j]);  // avoids overflow
     }
   }
   const auto select = [&averages](std::size_t index) {

@@ -55,7 +55,7 @@ PairCounts CountPairs(std::span<const ProblemScore> first, std::span<const Probl
       ++counts.missing;
       continue;
     }
-    // Shares over a common denominator, so that 1/3 equals 2/6.
+    // Compares shares over a common denominator, so that 1/3 equals 2/6.
     const auto a = static_cast<long long>(first[i].solved) * second[i].finished();
     const auto b = static_cast<long long>(second[i].solved) * first[i].finished();
     if (a != b) {

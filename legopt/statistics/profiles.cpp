@@ -11,7 +11,7 @@
 namespace legopt::statistics {
 namespace {
 
-// Of values with their weights, in units of the total weight; infinite values weigh, but make no step.
+// Step curve of (value, weight) pairs as shares of the total weight; infinite values have weight, but no step.
 StepCurve WeightedCurve(std::vector<std::pair<double, double>> values, double total) {
   std::sort(values.begin(), values.end());
   StepCurve curve;
@@ -20,12 +20,12 @@ StepCurve WeightedCurve(std::vector<std::pair<double, double>> values, double to
     arrived += values[i].second;
     if (i + 1 < values.size() && values[i + 1].first == values[i].first) continue;
     curve.at.push_back(values[i].first);
-    curve.share.push_back(std::min(arrived / total, 1.0));  // thirds of problems may add up to more by rounding
+    curve.share.push_back(std::min(arrived / total, 1.0));  // sums of thirds may exceed 1 by rounding
   }
   return curve;
 }
 
-// Where either curve steps.
+// All x at which either curve steps.
 std::vector<double> StepsOf(const StepCurve& first, const StepCurve& second) {
   std::vector<double> places;
   std::merge(first.at.begin(), first.at.end(), second.at.begin(), second.at.end(), std::back_inserter(places));

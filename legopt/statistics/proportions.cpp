@@ -37,7 +37,7 @@ Interval WilsonInterval(double successes, int problems, double level) {
   const double shrink = 1.0 + z * z / n;
   const double middle = (p + z * z / (2.0 * n)) / shrink;
   const double half_width = z / shrink * std::sqrt(p * (1.0 - p) / n + z * z / (4.0 * n * n));
-  // At 0 and n one end is the share itself, which rounding would miss.
+  // At 0 and n one end is the share itself; avoids rounding errors.
   return {.lower = successes == 0.0 ? 0.0 : std::max(middle - half_width, 0.0),
           .upper = successes == n ? 1.0 : std::min(middle + half_width, 1.0)};
 }
