@@ -11,8 +11,8 @@ namespace legopt {
 
 /// g^T x + 1/2 x^T H x of a subproblem over its free variables, divided by a scale: H's blocks along the diagonal and
 /// beside it, each of them whole or, where it has nothing else, the 4 x 4 tiles along its own diagonal
-/// (dense_kernels.h). Rows and columns of fixed variables are zero but for ones on the diagonal; what they add to g is
-/// in it.
+/// (dense_kernels.h). Rows and columns of fixed variables are zero but for ones on the diagonal; what they add to g
+/// is in it.
 ///
 /// Vectors have a segment of `stride` entries for each block. One thread; allocates only while it grows.
 class CostBlocks {

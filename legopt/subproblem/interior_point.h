@@ -21,9 +21,9 @@ namespace legopt {
 ///     H x + g + A^T y - zl + zu = 0            A x + b + wl - wu = 0
 ///     zl (x - l) = zu (u - x) = wl (y - ly) = wu (uy - y) = sigma -> 0
 ///
-/// Both equations hold from the start for suitable z and w, whatever x and y, so every iterate is feasible and the sum
-/// of the products is the exact duality gap. A Newton step is one block-tridiagonal Cholesky factorisation of H + Theta
-/// + A^T D A: linear cost in the number of waypoints. The objective is divided by the largest weight, which keeps
+/// Both equations hold from the start for suitable z and w, whatever x and y, so every iterate is feasible and the
+/// sum of the products is the exact duality gap. A Newton step is one block-tridiagonal Cholesky factorisation of H +
+/// Theta + A^T D A: linear cost in the number of waypoints. The objective is divided by the largest weight, which keeps
 /// penalties of 1e12 solvable.
 ///
 /// While the gap is wide, steps are computed in single precision: the iterations are as many, and take two thirds of

@@ -8,8 +8,8 @@
 
 namespace legopt {
 
-/// M = H + Theta + A^T D A, the matrix of the interior-point method's Newton steps, and its products with A: all of it
-/// in a precision, `Real`, double or float, while what goes in and comes out is in doubles.
+/// M = H + Theta + A^T D A, the matrix of the interior-point method's Newton steps, and its products with A: all of
+/// it in a precision, `Real`, double or float, while what goes in and comes out is in doubles.
 ///
 /// One thread; no allocation once the buffers have grown.
 template <typename Real>
