@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kWidening = 0.2;       // relative growth of the noise with each start of a single waypoint
 constexpr int kPatience = 5;            // factor of waypoint_starts for the violated waypoints of a window
-constexpr double kSteadyPenalty = 1e5;  // at a typical violation, this outweighs any possible decrease of the cost
+constexpr double kSteadyPenalty = 1e5;  // outweighs any decrease of the cost, at a typical violation
 constexpr std::array kSpentShares = {0.5,
                                      1.0};  // shares of the margins relaxed in turn; the rest helps to pass the judge
 
@@ -136,7 +136,7 @@ void BestSolver::Rescue(Program& program, const SolverContext& context, Eigen::V
     trial_ = start_;
     Try(SqpOf(program), program, context, x, best);
   }
-  // A caller that plans a segment between fixed end points can also split it or choose other end points.
+  // A caller that plans a path between fixed end points can also use more pieces and move the end points.
   const int rescues = program.num_waypoints() == 1 || is_window_ ? options_.rescues : options_.rescues / 2;
   for (int k = 0; k < rescues && goes_on(); ++k) {
     const bool solved = StartRescue(program, context, k, x, best);

@@ -24,7 +24,7 @@ enum class TermKind {
 
 /// Description of a term for optimisers: its place in the chain of waypoints, without reference to robots.
 struct TermShape {
-  std::string name;  ///< for messages, e.g. "foot l_foot"
+  std::string name;  ///< used in messages, e.g. "foot l_foot"
   TermKind kind = TermKind::kCost;
   int waypoint = 0;       ///< first waypoint it touches
   int num_waypoints = 1;  ///< 1, or 2: the waypoint and its successor

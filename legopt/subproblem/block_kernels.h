@@ -28,7 +28,7 @@ template <typename Real>
 struct PackedSquares {
   static constexpr int kMostRuns = 4;        ///< maximum number of runs
   static constexpr int kScratch = 8;         ///< scratch entries per row
-  std::span<const WeightedRows<Real>> runs;  ///< at most kMostRuns; rows have 4 columns.size() entries
+  std::span<const WeightedRows<Real>> runs;  ///< up to kMostRuns; rows have 4 columns.size() entries
   std::span<const int> columns;  ///< first column of each stored group of four; increasing multiples of four
   Real* scratch;                 ///< kScratch entries per row, used by this call only
 };

@@ -270,7 +270,7 @@ bool InteriorPointSolver::Factor(NewtonMatrix<Real>& matrix, double pivot_floor)
   for (size_t i = 0; i < num_x_; ++i) x_.step[i] = -x_.free[i] * slope_[i];
   matrix.SetWeights(weight_);
   matrix.BeginSolve(x_.step, row_scratch_);
-  for (int t = 0; t < num_blocks_; ++t) {  // in one pass, while the block and its rows are in the cache
+  for (int t = 0; t < num_blocks_; ++t) {  // all steps while the block and its rows are in the cache
     if (!matrix.Eliminate(t, theta_, pivot_floor)) return false;
     matrix.SolveForward(t);
   }

@@ -22,7 +22,7 @@ class RoundedNumbers {
       numbers_ = copy_.data();
     }
   }
-  const Real* data() const { return numbers_; }  ///< as many as in the last Set()
+  const Real* data() const { return numbers_; }  ///< all numbers of the last Set()
 
  private:
   AlignedNumbers<Real> copy_;
