@@ -35,7 +35,7 @@ struct StanceEvidence {
 struct Certificate {
   std::string dataset;                                 ///< name of the dataset, for messages
   std::string dataset_hash;                            ///< hash of the dataset's content
-  std::vector<std::optional<StanceEvidence>> stances;  ///< by number in StanceCatalogue; none: not examined yet
+  std::vector<std::optional<StanceEvidence>> stances;  ///< indexed by number in StanceCatalogue; none: not examined yet
 
   /// Returns whether all stances have been examined.
   bool IsComplete() const;

@@ -25,7 +25,7 @@ struct CertifyOptions {
 /// Callbacks of a certification. Empty functions are not called. Exceptions end the certification and are passed to the
 /// caller.
 struct CertifyHooks {
-  /// Returns true to end soon, with the present results. Called by all threads.
+  /// Returns true to end soon, with the current results. Called by all threads.
   std::function<bool()> stop;
   /// Called with (stage, finished stances, all stances); one call at a time.
   std::function<void(const char*, std::size_t, std::size_t)> progress;

@@ -53,7 +53,7 @@ LegReach::LegReach(const RobotModel& robot, int link) : last_(Isometry3d::Identi
 }
 
 void LegReach::ReadChain(const RobotModel& robot, int link) {
-  Isometry3d behind = Isometry3d::Identity();  // pose of the link in the present frame
+  Isometry3d behind = Isometry3d::Identity();  // pose of the link in the current frame
   for (int at = link; robot.links()[static_cast<std::size_t>(at)].parent_joint >= 0;) {
     const Joint& joint =
         robot.joints()[static_cast<std::size_t>(robot.links()[static_cast<std::size_t>(at)].parent_joint)];

@@ -8,9 +8,10 @@
 
 namespace legopt::certify {
 
-/// Numbers that the pose of a foot in the base determines: the distance of the ankle from the hip (m), the hip in the
-/// foot's frame and the ankle in the base's frame along 13 directions (m), the entries of the rotation (1). Hip and
-/// ankle are the positions of the leg's first and last joint. The hip is fixed in the base, the ankle in the foot.
+/// Numbers that the pose of a foot in the base determines: the distance of the ankle from the hip (m), the vectors from
+/// ankle to hip in the foot's frame and from hip to ankle in the base's frame along 13 directions (m), and the
+/// entries of the rotation (1). Hip and ankle are the positions of the leg's first and last joint. The hip is fixed in
+/// the base, the ankle in the foot.
 struct ReachFeatures {
   static constexpr int kDirections = 13;                            ///< axes, face diagonals and corners of a cube
   static constexpr int kFirstOfHip = 1;                             ///< after the distance

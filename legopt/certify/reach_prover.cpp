@@ -64,8 +64,7 @@ double ReachProver::Standing::Excess(const Isometry3d& X_WB, const Slack& slack)
 /// Cell of base poses: position, yaw, pitch, roll.
 struct ReachProver::Cell {
   std::array<double, 6> centre{}, half{};
-  double excess =
-      0.0;  ///< excess of the centre; at <= 0 the proof fails, so cells with the smallest excess are processed first
+  double excess = 0.0;  ///< excess of the centre; smallest first, as a centre at <= 0 ends the proof
 
   bool operator<(const Cell& other) const { return excess > other.excess; }
 

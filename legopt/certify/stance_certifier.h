@@ -37,7 +37,7 @@ struct Obstruction {
 };
 
 /// Searches for a posture at one stance: SQP of LegOpt-best on the constraints of a single waypoint, without
-/// costs, from many starts. The judge decides about the result, whatever the solver's status.
+/// costs, from many starts. The judge accepts or rejects the result, whatever the solver's status.
 ///
 /// Start 0 is the good initial guess. In all others, the base is scattered over the feet, in units of the base's
 /// nominal height above the contact patches: 0.2 to all sides, 0.5 to 1 high, yaw 40, roll 15, pitch -10 to 40 degrees.

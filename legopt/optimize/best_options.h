@@ -33,8 +33,8 @@ struct BestOptions {
   int rescues = 8;
   double rescue_noise = 0.15;  ///< half width of the uniform noise on bounded variables; rad, m; > 0
   /// Maximum number of starts when a waypoint is solved alone, without costs. >= 0; 0: waypoints are never solved
-  /// alone. With several waypoints, the first internal restart solves the violated waypoints alone and the second one
-  /// all waypoints. With a single waypoint, internal restarts from the fifth on begin at such a solution.
+  /// alone. With several waypoints, the first of the `rescues` solves the violated waypoints alone, the second one all
+  /// waypoints. With a single waypoint, the fifth and later ones begin at such a solution.
   int waypoint_starts = 20;
   int refinements = 0;  ///< starts around the feasible solution, to lower its cost; single waypoints only, >= 0
   double refinement_noise = 0.5;  ///< half width of the noise of refinements; rad, m; > 0

@@ -10,13 +10,10 @@
 namespace legopt {
 namespace {
 
-constexpr double kWidening = 0.2;       // relative growth of the noise with each start of a single waypoint
-constexpr int kPatience = 5;            // factor of waypoint_starts for the violated waypoints of a window
-constexpr double kSteadyPenalty = 1e5;  // outweighs any decrease of the cost, at a typical violation
-constexpr std::array kSpentShares = {0.5,
-                                     1.0};  // shares of the margins relaxed in turn; the rest helps to pass the judge
-
-/// Returns the part of x that belongs to `waypoint`.
+constexpr double kWidening = 0.2;                // relative growth of the noise with each start of a single waypoint
+constexpr int kPatience = 5;                     // factor of waypoint_starts for the violated waypoints of a window
+constexpr double kSteadyPenalty = 1e5;           // outweighs any decrease of the cost, at a typical violation
+constexpr std::array kSpentShares = {0.5, 1.0};  // shares of the margins to relax; the rest helps to pass the judge
 auto Part(const Program& program, Eigen::VectorXd& x, int waypoint) {
   const Eigen::Index size = program.point_size();
   return x.segment(waypoint * size, size);

@@ -14,12 +14,11 @@ class WaypointView;
 
 /// LegOpt-best: SQP with a wide trust box and internal restarts.
 ///
-/// * First descent: for a window (several waypoints, the last one free), a few steps are made with the terms that can
-/// be
-///   disabled (collisions, Term::SetAside) turned off. The SQP then starts near a motion that satisfies all other
-///   terms, whatever the initial guess.
+/// * First descent: for a window (several waypoints, the last one free), a few steps are made with collision terms
+///   disabled (Term::SetAside). The SQP then starts near a motion that satisfies all other terms, whatever the initial
+///   guess.
 /// * Internal restarts, while the result is infeasible; the point of smallest violation is kept. For several waypoints,
-///   the first restart uses the initial guess without the first descent. The next two use waypoints that were solved
+///   the first one uses the initial guess without the first descent. The next two use waypoints that were solved
 ///   alone (waypoint_view.h): first the violated ones, then all. The others add uniform noise to the bounded variables
 ///   (joints) of the initial guess. For a single waypoint, four noisy restarts are followed by restarts from points
 ///   that satisfy its constraints without costs, found by a search of growing radius. If all waypoints were solved
@@ -90,7 +89,7 @@ class BestSolver : public Solver {
                       const Eigen::VectorXd& x, SolverResult& best);
   /// Solves one waypoint of trial_ alone, with at most `starts` starts. Returns whether it is solved.
   bool SolveWaypoint(Program& program, const SolverContext& context, int waypoint, int starts, SolverResult& best);
-  /// Sets point_ to start `k` of a waypoint that is solved alone: its present value, those of its neighbours, then
+  /// Sets point_ to start `k` of a waypoint that is solved alone: its current value, those of its neighbours, then
   /// noise of growing width around its initial guess.
   void PlaceWaypoint(const Program& program, const WaypointView& view, int waypoint, int k, std::mt19937_64& generator);
   /// Solves from trial_ and keeps the result in x if it is better.

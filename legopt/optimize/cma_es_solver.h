@@ -16,9 +16,9 @@ namespace legopt {
 ///
 ///     F + mu V + (2 r / n) sum_i (d_i / s_i)^2,
 ///
-/// where d_i is its distance to the bounds, s_i the standard deviation of variable i, and r the quartile range of F +
-/// mu V in the generation (after Hansen, Niederberger, Guzzella, Koumoutsakos, IEEE TEC 13(1), 2009, with r of a single
-/// generation). The mean may leave the bounds, and x is its projection: around a mean at the bounds, half of the
+/// where d_i is its distance to the bounds, s_i the standard deviation of variable i, and r the quartile range of
+/// F + mu V in the generation (after Hansen, Niederberger, Guzzella, Koumoutsakos, IEEE TEC 13(1), 2009, with r of a
+/// single generation). The mean may leave the bounds, and x is its projection: around a mean at the bounds, half of the
 /// samples would move inwards, in every variable. Covariance and step length are kept when mu changes, because mu
 /// changes the weight of the constraints but not their directions.
 class CmaEsSolver : public PenaltySolver {

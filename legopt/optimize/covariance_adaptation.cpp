@@ -47,7 +47,7 @@ void CovarianceAdaptation::SetConstants(Eigen::Index dimension) {
   c_mu_ = std::min(1.0 - c_1_, 2.0 * (0.25 + mu_eff_ + 1.0 / mu_eff_ - 2.0) / ((n + 2.0) * (n + 2.0) + mu_eff_));
   expected_norm_ = std::sqrt(n) * (1.0 - 1.0 / (4.0 * n) + 1.0 / (21.0 * n * n));
 
-  // Three limits for the sum of the negative weights: to keep the scale of C, for their variance, to keep C definite.
+  // Limits of the sum of the negative weights: it keeps the scale of C, fits their variance, and keeps C definite.
   const double negative_sum =
       std::min({1.0 + c_1_ / c_mu_, 1.0 + 2.0 * negative_mu_eff / (mu_eff_ + 2.0), (1.0 - c_1_ - c_mu_) / (n * c_mu_)});
   positive /= positive.sum();

@@ -15,9 +15,9 @@ namespace legopt {
 /// samples, cumulative step-size adaptation, rank-one and rank-mu updates of C, the latter with negative weights
 /// (active).
 ///
-/// The mean m is not stored: samples are steps from it, so the class also works on manifolds. C is decomposed as B D^2
-/// B^T every 1 / (2 n (c_1 + c_mu)) generations, a fifth as often as in the tutorial, because in windows of motions the
-/// decomposition would take longer than the terms.
+/// The mean m is not stored: samples are steps from it, so the class also works on manifolds. C is decomposed as
+/// B D^2 B^T every 1 / (2 n (c_1 + c_mu)) generations, a fifth as often as in the tutorial, because in windows of
+/// motions the decomposition would take longer than the terms.
 ///
 ///     distribution.Reset(n, 0.1);
 ///     loop: Draw(generator); Evaluate m + sample(k) for each k; Update(indices, best sample first); m += mean_step()

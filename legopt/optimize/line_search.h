@@ -17,8 +17,8 @@ struct LineSearchOptions {
   double sufficient_decrease = 1e-4;  ///< c1 of Wolfe's conditions (paper), (0, 1)
   double curvature = 0.9;             ///< c2 (paper), (c1, 1)
   double max_step = 1.0;              ///< largest change of any variable in one step; rad and m, > 0
-  double short_step = 1e-3;           ///< max_step if no Wolfe point is found, >= 0 (docs/readings.md#line-search)
-  int max_trials = 20;                ///< maximum number of evaluations per search, >= 1
+  double short_step = 1e-3;  ///< largest change if no Wolfe point is found, >= 0 (docs/readings.md#line-search)
+  int max_trials = 20;       ///< maximum number of evaluations per search, >= 1
 
   /// Visits the fields under their keys in `options:` (option_fields.h).
   static void Visit(auto& options, auto& fields) {
@@ -48,10 +48,10 @@ struct LineSearchResult {
   bool wolfe = false;  ///< both conditions hold; else the lowest point found with sufficient decrease
 };
 
-/// Finds a step length that satisfies Wolfe's strong conditions,
-///     phi(a) <= phi(0) + c1 a phi'(0),   |phi'(a)| <= c2 |phi'(0)|,
-/// by bracketing and zooming (Nocedal and Wright, algorithms 3.5 and 3.6). Non-finite values count as too high. A
-/// step of max_alpha with sufficient decrease is accepted whatever its slope.
+/// Finds a step length by bracketing and zooming (Nocedal and Wright, algorithms 3.5 and 3.6) that satisfies Wolfe's
+/// strong conditions:
+///     phi(a) <= phi(0) + c1 a phi'(0),   |phi'(a)| <= c2 |phi'(0)|.
+/// Non-finite values count as too high. A step of max_alpha with sufficient decrease is accepted whatever its slope.
 LineSearchResult SearchWolfe(LineFunction& phi, const LineStart& start, const LineSearchOptions& options);
 
 }  // namespace legopt

@@ -13,7 +13,7 @@ namespace legopt {
 /// hold. For each mu, it runs epochs until the exact objective no longer improves. Derived classes define an epoch.
 ///
 /// The whole solve ends at the first mu whose epochs end with the constraints satisfied. The epochs of a mu end after
-/// `max_epochs_without_improvement` of them (paper), sooner if the constraints are satisfied, or after `max_epochs`.
+/// `max_epochs_without_improvement` (paper), sooner if the constraints are satisfied, or after `max_epochs` in all.
 /// The latter counts as finished, but the solve is then reported as kIterationLimit. Each mu ends at the point of the
 /// lowest objective that its epochs visited. See docs/readings.md#when-a-solve-ends.
 class PenaltySolver : public Solver {

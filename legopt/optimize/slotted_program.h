@@ -56,11 +56,9 @@ class SlottedProgram {
   /// Retract(x0, dx) of the last Evaluate. All members below refer to this point; derivatives are valid if Evaluate
   /// returned true.
   const Eigen::VectorXd& x() const { return x_; }
-  const ObjectiveValue& value() const { return value_; }  ///< exact value of all rows
-  const ConvexSubproblem& cost() const {
-    return *cost_;
-  }                                          ///< F, its gradient and Gauss-Newton matrix, expanded about dx
-  bool coupled() const { return coupled_; }  ///< the matrix may have off-diagonal blocks
+  const ObjectiveValue& value() const { return value_; }   ///< exact value of all rows
+  const ConvexSubproblem& cost() const { return *cost_; }  ///< F with gradient and Gauss-Newton matrix, about dx
+  bool coupled() const { return coupled_; }                ///< the matrix may have off-diagonal blocks
   const std::vector<double>& row_values() const { return row_values_; }  ///< h_i, g_i or p_i, by row
   /// Derivatives, dense within a row's variables: Row::size numbers from index Row::begin on.
   const std::vector<double>& jacobian() const { return jacobian_; }

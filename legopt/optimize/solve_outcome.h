@@ -55,8 +55,8 @@ struct UnsolvedWindow {
 
 /// Result of solving one problem, and its effort including restarts.
 struct SolveOutcome : Effort {
-  SolveStatus status =
-      SolveStatus::kNotRun;  ///< with windows: of the first one not converged, or the one that ended the solve
+  /// With windows: status of the first one that did not converge, or of the one that ended the solve.
+  SolveStatus status = SolveStatus::kNotRun;
   std::vector<Eigen::VectorXd> waypoints;  ///< best point found, n + 7 numbers each; with windows: the solved part
   double cost = 0.0;                       ///< optimiser's own cost of the returned point
   double max_violation = 0.0;              ///< largest single constraint violation of the returned point
@@ -67,7 +67,7 @@ struct SolveOutcome : Effort {
   bool budget_spent = false;               ///< the method's own time budget ended the solve: kTimeLimit
   std::int64_t wall_us = 0;                ///< wall time of the solving thread, including restarts, excluding loading
   std::int64_t cpu_us = 0;                 ///< CPU time of the solving thread
-  /// Involuntary switches of the solving thread; above 0, it had to share its processor.
+  /// Involuntary switches of the solving thread; if > 0, it had to share its processor.
   std::int64_t involuntary_context_switches = 0;
   std::vector<IterationRecord> history;  ///< trial steps of all attempts, in order
   std::string message;                   ///< reason of a failure for humans, or empty

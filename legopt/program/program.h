@@ -68,7 +68,7 @@ class LinearModel {
 constexpr int PaddedSize(int size) { return (size + 3) / 4 * 4; }
 
 /// One term F_i of the objective: vector valued, touching one waypoint or two consecutive ones. It is evaluated at the
-/// present point of its Program. Non-finite results are allowed (the optimiser rejects the point).
+/// current point of its Program. Non-finite results are allowed (the optimiser rejects the point).
 class Term {
  public:
   /// `shape` does not change afterwards.
@@ -147,8 +147,8 @@ class Program {
                        Eigen::Ref<Eigen::VectorXd> x_next) const = 0;
 
   /// Converts `row`, a derivative by the tangent of one waypoint at Retract(x, dx), to the derivative by that
-  /// waypoint's block `dx` (tangent_size entries each; in place; independent of x). Default: no change, for Retract = x
-  /// + dx.
+  /// waypoint's block `dx` (tangent_size entries each; in place; independent of x). Default: no change, for
+  /// Retract = x + dx.
   virtual void PullBack(const double* dx, double* row) const;
 
   /// Returns the number of evaluations of all terms since the program was created.

@@ -43,7 +43,7 @@ struct JobHooks {
 struct JobResult {
   Task task{};
   SolveOutcome solve;     ///< outcome reported by the solver
-  Evaluation evaluation;  ///< verdict of the judge, which decides about success
+  Evaluation evaluation;  ///< verdict of the judge, which defines success
 };
 
 /// Runs jobs on one dataset, one after the other: solves, then judges.

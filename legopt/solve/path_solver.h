@@ -45,7 +45,7 @@ struct StretchSolution {
 /// number of pieces. The method's own solver solves the program of the inner points (MakePathProgram) from the straight
 /// segment. If the result is infeasible, planted feet or the centre of mass still drift too far, or something collides
 /// between the points, the solve is repeated from there with twice as many pieces, up to kMostPieces. Several
-/// segments: the same, from their present points; the waypoints between them move, and so do the ends that may.
+/// segments: the same, from their current points; the waypoints between them move, and so do the ends that may.
 ///
 /// A workspace; one thread.
 class PathSolver {
@@ -83,12 +83,11 @@ class PathSolver {
   PathClearance clearance_;
   Kinematics kinematics_;
   Eigen::VectorXd x_;
-  // Data of the present path, one entry per segment.
+  // Data of the current path, one entry per segment.
   std::vector<Stance> planted_;
-  std::vector<std::vector<Eigen::Vector2d>>
-      polygons_;                      ///< support polygons of the planted feet; empty if there are none
-  std::int64_t evaluations_ = 0;      ///< evaluations of finished programs
-  const Program* program_ = nullptr;  ///< program that is being solved
+  std::vector<std::vector<Eigen::Vector2d>> polygons_;  ///< support polygons of the planted feet; may be empty
+  std::int64_t evaluations_ = 0;                        ///< evaluations of finished programs
+  const Program* program_ = nullptr;                    ///< program that is being solved
 };
 
 }  // namespace legopt

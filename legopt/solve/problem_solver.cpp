@@ -105,7 +105,7 @@ class ProblemSolver::Run {
   std::unique_ptr<Solver> solver_;
   SolveTimer timer_;
   SolveOutcome outcome_;
-  const Program* program_ = nullptr;                ///< program of the present window
+  const Program* program_ = nullptr;                ///< program of the current window
   double window_costs_ = 0.0;                       ///< sum of the programs' own costs
   std::optional<PathSolver> paths_;                 ///< used by continuous tasks once the waypoints are known
   std::vector<std::vector<Eigen::VectorXd>> ways_;  ///< points between the waypoints of a continuous task
@@ -149,7 +149,7 @@ MultiStartSettings ProblemSolver::Run::Attempts(std::string identity, int window
   return attempts;
 }
 
-/// Returns the present path from one waypoint to another.
+/// Returns the current path from one waypoint to another.
 Stretch ProblemSolver::Run::StretchFrom(const ProblemDefinition& problem, int first, int last) const {
   Stretch stretch;
   for (int w = first; w <= last; ++w) {

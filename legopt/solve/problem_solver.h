@@ -17,8 +17,7 @@ namespace legopt {
 struct SolveSettings {
   std::uint64_t experiment_seed = 1;  ///< part of the seed of all random numbers
   int repetition = 0;                 ///< >= 0; part of the seed of all random numbers
-  std::int64_t effort_limit =
-      0;  ///< maximum number of term evaluations, checked between iterations: kEffortLimit; 0: no limit
+  std::int64_t effort_limit = 0;      ///< maximum number of term evaluations: kEffortLimit; 0: no limit
   /// Safety limit, > 0, checked between iterations: kTimeLimit, which does not count as a result of the method.
   double wall_limit_s = std::numeric_limits<double>::infinity();
   std::function<bool()> cancelled;  ///< polled between iterations; may be empty

@@ -16,8 +16,7 @@ constexpr double kMinPivot = 1e-14;          // relative to the diagonal before 
 constexpr double kPivotFloorGrowth = 100.0;  // factor after a direction that was not finite
 constexpr double kMaxPivotFloor = 1e-6;
 constexpr double kStalledStep = 1e-8;
-constexpr double kSingleShare =
-    2e-4;  // share of the first gap down to which single precision finds equally good directions
+constexpr double kSingleShare = 2e-4;      // share of the first gap down to which single precision is good enough
 constexpr double kSinglePivot = 5e-6;      // kMinPivot times the ratio of the two rounding errors
 constexpr double kShortSingleStep = 0.01;  // a shorter step may be due to rounding errors
 constexpr double kStartInset = 0.05;       // share of a box's width kept free at the initial point

@@ -11,8 +11,8 @@ namespace legopt {
 
 /// Primal-dual interior-point method for ConvexSubproblem (Mehrotra's predictor-corrector).
 ///
-/// The penalties are written as a saddle point, w|a| = max { y a : -w <= y <= w } and w max(0, a) = max { y a : 0 <= y
-/// <= w }, so that both x and y lie in boxes:
+/// The penalties are written as a saddle point, w|a| = max { y a : -w <= y <= w } and
+/// w max(0, a) = max { y a : 0 <= y <= w }, so that both x and y lie in boxes:
 ///
 ///     min_{l <= x <= u} max_{ly <= y <= uy}  g^T x + 1/2 x^T H x + y^T (A x + b)
 ///
@@ -22,9 +22,9 @@ namespace legopt {
 ///     zl (x - l) = zu (u - x) = wl (y - ly) = wu (uy - y) = sigma -> 0
 ///
 /// For any x and y, suitable z and w satisfy both equations from the start. Every iterate is therefore feasible, and
-/// the sum of the products is the exact duality gap. A Newton step is one block-tridiagonal Cholesky factorisation of H
-/// + Theta + A^T D A, so its cost is linear in the number of waypoints. The objective is divided by the largest weight,
-/// which keeps penalties of 1e12 solvable.
+/// the sum of the products is the exact duality gap. A Newton step is one block-tridiagonal Cholesky factorisation of
+/// H + Theta + A^T D A, so its cost is linear in the number of waypoints. The objective is divided by the largest
+/// weight, which keeps penalties of 1e12 solvable.
 ///
 /// While the gap is wide, steps are computed in single precision: the number of iterations is the same, and they take
 /// two thirds of the time. The rounding errors of both equations are added to z and w before the gap is reported.

@@ -69,9 +69,9 @@ class SweptCollisionTerm : public Term {
     Contact contact;  ///< contact at that sample
     double s = 0;     ///< position on the path, in (0, 1)
   };
-  /// Returns the rows at the states' present configurations, ascending by s, then in the query's order.
+  /// Returns the rows at the states' current configurations, ascending by s, then in the query's order.
   std::span<const Row> rows();
-  /// Returns the number of sub-steps of a link at the states' present configurations; 1: not checked.
+  /// Returns the number of sub-steps of a link at the states' current configurations; 1: not checked.
   int num_steps(int link);
 
  private:

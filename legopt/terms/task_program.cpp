@@ -52,7 +52,7 @@ void AddTransitions(const Ingredients& of, WaypointProgram& program) {
 }
 
 /// Adds balance over the planted feet to a waypoint, if they are fewer than its own: they carry the robot on the
-/// segment that ends there.
+/// adjacent segment.
 void AddBalanceOnWay(const Dataset& dataset, WaypointProgram& program, int waypoint, const Stance& own,
                      const Stance& planted) {
   if (planted.footholds.empty()) return;
