@@ -18,7 +18,7 @@ using OrderedJson = nlohmann::ordered_json;
 constexpr const char* kFormat = "legopt-certificate/1";
 constexpr const char* kFix = "make it anew with 'legopt certify', or take it from where it came again";
 
-/// Names of others need not be UTF-8.
+/// Returns the JSON text on one line. Third-party names need not be UTF-8.
 std::string OneLine(const OrderedJson& json) { return Dump(json); }
 
 OrderedJson ObstructionJson(const Obstruction& obstruction) {
@@ -59,7 +59,7 @@ OrderedJson ProblemJson(int id, const std::vector<int>& stances, const Certifica
   return json;
 }
 
-/// Reads one file; every fault names it.
+/// Reads one file; every error names it.
 class CertificateReader {
  public:
   explicit CertificateReader(const std::filesystem::path& path) : path_(path), root_(ReadJsonFile(path)) {

@@ -16,61 +16,62 @@
 
 namespace legopt::certify {
 
-/// Name of the file beside a dataset.yaml.
+/// Name of the certificate next to dataset.yaml.
 inline constexpr const char* kCertificateFileName = "certificate.json";
 
-/// What is known of one stance.
+/// Evidence about one stance.
 struct StanceEvidence {
-  Feasibility feasibility = Feasibility::kOpen;  ///< decides which of the others count
-  Eigen::VectorXd posture;                       ///< certified: n + 7, accepted by the judge
-  int start = 0;                                 ///< certified: which one led to it
-  bool by_neighbour = false;                     ///< certified: it was a neighbour's posture, else one of its own
-  std::string proof;                             ///< infeasible: why, in a sentence
-  int starts = 0;                                ///< open: so many have led to nothing
-  Obstruction obstruction;                       ///< open: what stands in the way
+  Feasibility feasibility = Feasibility::kOpen;  ///< determines which other members are used
+  Eigen::VectorXd posture;                       ///< certified: n + 7 numbers, accepted by the judge
+  int start = 0;                                 ///< certified: number of the start that led to it
+  bool by_neighbour = false;  ///< certified: the start was a neighbour's posture, otherwise one of the stance's own
+  std::string proof;          ///< infeasible: reason, in a sentence
+  int starts = 0;             ///< open: number of starts without result
+  Obstruction obstruction;    ///< open: constraints that prevent a posture
 };
 
-/// What is known of the problems of one dataset. A motion is feasible if and only if every stance has a posture, for no
-/// constraint couples waypoints. A value.
+/// Evidence about the problems of one dataset. A motion is feasible if and only if every stance has a posture, because
+/// no constraint couples waypoints. A value.
 struct Certificate {
-  std::string dataset;                                 ///< its name, for people
-  std::string dataset_hash;                            ///< of its content: what it is about
-  std::vector<std::optional<StanceEvidence>> stances;  ///< by number of StanceCatalogue; none: not looked at yet
+  std::string dataset;                                 ///< name of the dataset, for messages
+  std::string dataset_hash;                            ///< hash of the dataset's content
+  std::vector<std::optional<StanceEvidence>> stances;  ///< indexed by number in StanceCatalogue; none: not examined yet
 
-  /// Whether all stances have been looked at.
+  /// Returns whether all stances have been examined.
   bool IsComplete() const;
-  /// Of a problem with these stances: infeasible if one is, certified if all are; what nobody has looked at is open.
+  /// Returns the feasibility of a problem with these stances: infeasible if one of them is, certified if all are, else
+  /// open.
   Feasibility Of(const std::vector<int>& of_problem) const;
 };
 
-/// What a certificate says of problems, without its evidence.
+/// Feasibility of problems according to a certificate, without the evidence.
 struct ProblemFeasibility {
-  std::string file;                                ///< where it was read
-  std::string dataset;                             ///< name
-  std::string dataset_hash;                        ///< of the content
-  Per<Task, std::map<int, Feasibility>> problems;  ///< by id
+  std::string file;  ///< path of the certificate
+  std::string dataset;
+  std::string dataset_hash;                        ///< hash of the dataset's content
+  Per<Task, std::map<int, Feasibility>> problems;  ///< feasibility by problem id
 };
 
-/// A certificate of another dataset, or of another state of it. what() names both and the fix.
+/// Thrown for a certificate of another dataset, or of another version of it. what() names both and the fix.
 class CertificateMismatch : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Throws CertificateMismatch unless the hashes are equal; `file` is the certificate, `dataset` the name of what it
-/// should fit.
+/// Throws CertificateMismatch unless the hashes are equal. `file` is the certificate, `dataset` the name of the dataset
+/// that it should fit.
 void RequireCertificateOf(const std::string& certificate_hash, const std::string& dataset_hash,
                           const std::filesystem::path& file, const std::string& dataset);
 
-/// Text of the file (docs/datasets.md#certificates).
+/// Returns the text of the file (docs/datasets.md#certificates).
 std::string FormatCertificate(const Certificate& certificate, const StanceCatalogue& catalogue, const Dataset& dataset);
 
-/// Reads the evidence of a file. Throws CertificateMismatch when it is about another dataset, InputError when it cannot
-/// be read or is damaged. Nothing in it is believed that can be checked: see CertifyDataset.
+/// Reads the evidence of a file. Throws CertificateMismatch if it is about another dataset, InputError if it cannot be
+/// read or is damaged. The evidence is not trusted as far as it can be checked: see CertifyDataset.
 Certificate ReadCertificate(const std::filesystem::path& path, const StanceCatalogue& catalogue,
                             const Dataset& dataset);
 
-/// Reads what a file says of problems. Throws InputError.
+/// Reads the feasibility of problems from a file. Throws InputError.
 ProblemFeasibility ReadProblemFeasibility(const std::filesystem::path& path);
 
 }  // namespace legopt::certify

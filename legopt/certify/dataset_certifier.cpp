@@ -12,7 +12,7 @@
 namespace legopt::certify {
 namespace {
 
-/// One certification.
+/// State of one certification.
 class Certification {
  public:
   Certification(const std::shared_ptr<const Dataset>& dataset, const StanceCatalogue& catalogue,
@@ -46,7 +46,7 @@ class Certification {
   bool Stopped() const { return hooks_.stop && hooks_.stop(); }
   const Stance& StanceOf(int number) const { return catalogue_.stances()[static_cast<std::size_t>(number)]; }
 
-  /// work(certifier, stance, evidence to fill in) for each stance, on all threads.
+  /// Calls work(certifier, stance, evidence to fill in) for each stance, on all threads.
   template <class Work>
   void ForStances(const char* stage, const std::vector<int>& stances, const Work& work) {
     std::size_t done = 0;
@@ -84,7 +84,7 @@ class Certification {
     FindFirstPostures();
   }
 
-  /// The first starts' alone, which no other thread's luck decides.
+  /// Collects the postures of the first starts only, which do not depend on the timing of other threads.
   void FindFirstPostures() {
     first_postures_.resize(certificate_.stances.size());
     for (std::size_t s = 0; s < first_postures_.size(); ++s) {
@@ -142,11 +142,11 @@ class Certification {
   const StanceCatalogue& catalogue_;
   const CertifyOptions& options_;
   const CertifyHooks& hooks_;
-  std::vector<std::unique_ptr<StanceCertifier>> certifiers_;  // one a thread
+  std::vector<std::unique_ptr<StanceCertifier>> certifiers_;  // one per thread
   std::mutex mutex_;
-  std::optional<ReachProver> prover_;  // once there are hard ones
+  std::optional<ReachProver> prover_;  // created if hard stances remain
   Certificate certificate_;
-  std::vector<Eigen::VectorXd> first_postures_;  // by stance; empty: none
+  std::vector<Eigen::VectorXd> first_postures_;  // one per stance; empty: none
 };
 
 }  // namespace

@@ -13,41 +13,42 @@
 
 namespace legopt::certify {
 
-/// How hard to look.
+/// Effort of a certification.
 struct CertifyOptions {
-  int starts = 10000;  ///< of a stance, from its own starts, before it is open; >= 1
-  int threads = 1;     ///< >= 1; decides nothing
+  int starts = 10000;  ///< number of a stance's own starts before it counts as open, >= 1
+  int threads = 1;     ///< >= 1; does not affect the result
 
-  /// A stance has so many starts of its own before its neighbours' postures are tried.
+  /// Number of a stance's own starts before its neighbours' postures are tried.
   static constexpr int kFirstStarts = 50;
 };
 
-/// What a certification asks of, and tells to, its surroundings; empty functions are not called. What they throw ends
-/// it and goes on to the caller.
+/// Callbacks of a certification. Empty functions are not called. Exceptions end the certification and are passed to the
+/// caller.
 struct CertifyHooks {
-  /// True: end soon, with what there is. Asked by all threads.
+  /// Returns true to end soon, with the current results. Called by all threads.
   std::function<bool()> stop;
-  /// (stage, stances done, of all); one call at a time.
+  /// Called with (stage, finished stances, all stances); one call at a time.
   std::function<void(const char*, std::size_t, std::size_t)> progress;
-  /// More is known than at the call before; one call at a time, no thread changes it meanwhile.
+  /// Called when the certificate contains more than at the last call; one call at a time, and no thread changes it
+  /// meanwhile.
   std::function<void(const Certificate&)> learnt;
 };
 
-/// Looks for a posture, or a reason why there is none, at every stance of a dataset.
+/// Searches for a posture, or a proof that there is none, at every stance of a dataset.
 ///
-/// First every stance from its first own starts. Then those that are left, from the postures which that has found for
-/// their neighbours; a proof that there is none (reach_prover.h); all other starts of their own. What remains is open,
-/// with what stands in the way.
+/// First, every stance is tried from its first own starts. The remaining stances are tried from the postures found for
+/// their neighbours, then by a proof that there is none (reach_prover.h), then from all their other starts. The rest is
+/// open, with the constraints that prevent a posture.
 ///
-/// `known` is what an earlier call has learnt, or nothing. None of it is believed that can be checked: postures that
-/// the judge refuses, and proofs, are looked for again; what is open with fewer starts, too. So a certification that
-/// was stopped goes on, and the result is the same as if it had not been, whatever the number of threads.
+/// `known` is the result of an earlier call, or null. It is not trusted as far as it can be checked: postures that the
+/// judge rejects, proofs, and stances that are open after fewer starts are searched again. A certification that was
+/// stopped can therefore be continued, and the result is the same as without the stop, for any number of threads.
 ///
-/// Returns an incomplete certificate when it was stopped. Throws InputError when a mesh is corrupt.
+/// Returns an incomplete certificate if it was stopped. Throws InputError if a mesh is corrupt.
 Certificate CertifyDataset(const std::shared_ptr<const Dataset>& dataset, const StanceCatalogue& catalogue,
                            const CertifyOptions& options, const Certificate* known, const CertifyHooks& hooks);
 
-/// How many problems of a task are what.
+/// Returns the number of problems of a task by feasibility.
 Per<Feasibility, int> CountProblems(const Certificate& certificate, const StanceCatalogue& catalogue, Task task);
 
 }  // namespace legopt::certify

@@ -31,7 +31,7 @@ bool IsOfHip(int feature) { return feature >= ReachFeatures::kFirstOfHip && feat
 
 }  // namespace
 
-/// Of joint values; the largest of what is left is looked at first.
+/// A box of joint values. The one with the largest bound is processed first.
 struct LegReach::Box {
   Joints centre{}, half{};
   double bound = 0.0;
@@ -53,7 +53,7 @@ LegReach::LegReach(const RobotModel& robot, int link) : last_(Isometry3d::Identi
 }
 
 void LegReach::ReadChain(const RobotModel& robot, int link) {
-  Isometry3d behind = Isometry3d::Identity();  // the link in the frame at hand
+  Isometry3d behind = Isometry3d::Identity();  // pose of the link in the current frame
   for (int at = link; robot.links()[static_cast<std::size_t>(at)].parent_joint >= 0;) {
     const Joint& joint =
         robot.joints()[static_cast<std::size_t>(robot.links()[static_cast<std::size_t>(at)].parent_joint)];
@@ -71,7 +71,7 @@ void LegReach::ReadChain(const RobotModel& robot, int link) {
       entry.slides = joint.type == JointType::kPrismatic;
       entry.lower = joint.lower;
       entry.upper = joint.upper;
-      if (!entry.slides && !(joint.upper - joint.lower < 2.0 * M_PI)) {  // all there is of a circle
+      if (!entry.slides && !(joint.upper - joint.lower < 2.0 * M_PI)) {  // a full circle
         entry.lower = -M_PI;
         entry.upper = M_PI;
       }
@@ -112,10 +112,10 @@ ReachFeatures::Values LegReach::Features(const Isometry3d& X_BF) const {
   return values;
 }
 
-/// How much a feature changes with each joint, at most. A turn about a joint moves hip against ankle by no more than
-/// their distances from it; it changes their own distance by no more than either.
+/// Returns the largest change of a feature per unit of each joint. Rotation about a joint moves hip and ankle, relative
+/// to each other, by at most their distances from it. It changes the distance between them by at most the smaller one.
 LegReach::Joints LegReach::Levers(int feature) const {
-  const auto length = [this](std::size_t j) {  // from the joint before
+  const auto length = [this](std::size_t j) {  // distance from the previous joint
     const double slide = joints_[j].slides ? std::max(std::abs(joints_[j].lower), std::abs(joints_[j].upper)) : 0.0;
     return (j > 0 ? joints_[j].origin.translation().norm() : 0.0) + slide;
   };
@@ -142,7 +142,7 @@ double LegReach::UpperBound(int feature, double sign) const {
   constexpr double kClose = 1e-3;
   constexpr double kRounding = 1e-9;
   const Joints levers = Levers(feature);
-  double best = -kInfinity;  // value that is reached
+  double best = -kInfinity;  // largest value reached so far
   const auto bound = [&](Box& box) {
     const double value = sign * Features(Pose(box.centre))[static_cast<std::size_t>(feature)];
     best = std::max(best, value);

@@ -15,24 +15,24 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-// What the judge lets a foot be off: three components each of a quaternion and of a translation.
+// The judge's tolerances of a foot pose: three components each of a quaternion and of a translation.
 constexpr double kFootShift_m = 1.8 * kPoseTolerance;
 constexpr double kFootTurn_rad = 3.6 * kPoseTolerance;
 
-/// By how much something may move.
+/// Bounds of the motion of the base.
 struct Slack {
-  double shift_m = 0.0;   ///< of the base's origin
-  double turn_rad = 0.0;  ///< of the base
+  double shift_m = 0.0;   ///< displacement of the base's origin
+  double turn_rad = 0.0;  ///< rotation of the base
 };
 
 }  // namespace
 
-/// A foot that stands.
+/// A planted foot.
 struct ReachProver::Standing {
   const LegReach* leg;
-  Isometry3d X_WF;  ///< its target
+  Isometry3d X_WF;  ///< target of the foot
 
-  /// How far the worst feature is out of bounds beyond what the slack explains; <= 0: none is.
+  /// Returns how far the worst feature is out of bounds, beyond the effect of the slack; <= 0: no feature is.
   double Excess(const Isometry3d& X_WB, const Slack& slack) const;
 };
 
@@ -61,10 +61,10 @@ double ReachProver::Standing::Excess(const Isometry3d& X_WB, const Slack& slack)
   return excess;
 }
 
-/// Poses of the base: position, yaw, pitch, roll.
+/// Cell of base poses: position, yaw, pitch, roll.
 struct ReachProver::Cell {
   std::array<double, 6> centre{}, half{};
-  double excess = 0.0;  ///< of the centre itself: where none is left a proof would fail, so the smallest goes first
+  double excess = 0.0;  ///< excess of the centre; smallest first, as a centre at <= 0 ends the proof
 
   bool operator<(const Cell& other) const { return excess > other.excess; }
 
@@ -76,7 +76,7 @@ struct ReachProver::Cell {
                         .toRotationMatrix();
     return pose;
   }
-  /// Turns by the three angles add up at most.
+  /// Returns the extent of the cell; rotations by the three angles add up at most.
   Slack Extent() const { return {Vector3d(half[0], half[1], half[2]).norm(), half[3] + half[4] + half[5]}; }
 
   std::size_t Widest(double lever_m) const {

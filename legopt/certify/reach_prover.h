@@ -13,26 +13,26 @@
 
 namespace legopt::certify {
 
-/// Proves that a stance has no posture where the legs alone decide: no pose of the base has all feet that stand within
-/// their legs' reach (LegReach), the judge's tolerances of their poses included. What trunk, arms, balance and scene
-/// have to say is not asked.
+/// Proves that a stance has no posture because of the legs alone: no pose of the base has all planted feet within their
+/// legs' reach (LegReach), including the judge's tolerances of their poses. Trunk, arms, balance and scene are not
+/// considered.
 ///
-/// Branch and bound over position, yaw, pitch and roll of the base: a cell is discarded when one feature of one leg is
-/// out of bounds at its centre by more than it can change within the cell. All cells discarded is a proof. A centre
-/// that no leg objects to ends the search without one.
+/// Branch and bound over position, yaw, pitch and roll of the base. A cell is discarded if one feature of one leg is
+/// out of bounds at its centre by more than it can change within the cell. If all cells are discarded, that is a proof.
+/// If a centre is within all bounds, the search ends without a proof.
 ///
-/// Sound, and incomplete. Immutable; any thread; the dataset must outlive it.
+/// Sound, but incomplete. Immutable; any thread; the dataset must outlive it.
 class ReachProver {
  public:
-  /// Cells looked at, at most.
+  /// Maximum number of cells.
   static constexpr int kMostCells = 200'000;
 
-  /// Measures what the legs can reach: about a second.
+  /// Computes the reach of the legs: about a second.
   explicit ReachProver(const Dataset& dataset);
 
-  /// The proof as a sentence; nothing: not proven. Throws InputError for a link that is no foot.
+  /// Returns the proof as a sentence, or nothing if there is none. Throws InputError for a link that is not a foot.
   std::optional<std::string> Refute(const Stance& stance, int most_cells = kMostCells) const;
-  /// Whether no leg objects to this pose of the base: what all bases of postures of the stance fulfil.
+  /// Returns whether this pose of the base is within the bounds of all legs, as it is for every posture of the stance.
   bool Allows(const Stance& stance, const Eigen::Isometry3d& X_WB) const;
 
  private:
@@ -42,7 +42,7 @@ class ReachProver {
   std::vector<Standing> StandingLegs(const Stance& stance) const;
 
   const Dataset* dataset_;
-  std::map<std::string, LegReach> legs_;  ///< by foot
+  std::map<std::string, LegReach> legs_;  ///< one entry per foot
 };
 
 }  // namespace legopt::certify

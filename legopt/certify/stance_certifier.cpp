@@ -27,8 +27,8 @@ using Eigen::VectorXd;
 constexpr Task kTaskOfOneStance = Task::kPosture;
 constexpr double kPerDegree = M_PI / 180.0;
 
-/// A posture that cannot be found needs no large penalties to be told, and without costs there is nothing to gain once
-/// the constraints hold.
+/// Options of the search: infeasible postures are recognised without large penalties, and without costs nothing
+/// improves once the constraints hold.
 SqpOptions FeasibilitySqp() {
   SqpOptions options = BestOptions::WideSqp();
   constexpr int kPenalties = 4;
@@ -37,7 +37,8 @@ SqpOptions FeasibilitySqp() {
   return options;
 }
 
-/// The judge lets links 1 mm into each other, and so, less the solver's tolerance, do the odd starts.
+/// Options for a start: those with odd numbers use the relaxed margin, because the judge tolerates 1 mm of depth
+/// between links.
 ContactOptions ContactsOfStart(int number) {
   ContactOptions contacts;
   if (number % 2 == 1) contacts.margin_m = contacts.spent_margin_m;
@@ -71,7 +72,7 @@ void ScatterBase(double height_m, std::mt19937_64& generator, Eigen::Ref<VectorX
   base.tail<4>() << turned.w(), turned.x(), turned.y(), turned.z();
 }
 
-/// Between where they are and anywhere: all by the same share.
+/// Moves all joints by the same random share towards random values within their limits.
 void ScatterJoints(const RobotModel& robot, std::mt19937_64& generator, Eigen::Ref<VectorXd> joints) {
   const double share = UniformDraw(generator);
   for (Eigen::Index i = 0; i < joints.size(); ++i) {
@@ -81,7 +82,7 @@ void ScatterJoints(const RobotModel& robot, std::mt19937_64& generator, Eigen::R
   }
 }
 
-/// There is only one.
+/// Removes the waypoint's number, because there is only one waypoint.
 std::string WithoutWaypoint(std::string detail) {
   constexpr std::string_view kWaypoint = "waypoint 0: ";
   if (detail.starts_with(kWaypoint)) detail.erase(0, kWaypoint.size());
@@ -89,7 +90,7 @@ std::string WithoutWaypoint(std::string detail) {
 }
 
 VectorXd Rounded(const VectorXd& x) {
-  // By a division, which gives the double that so many decimals are read as.
+  // The division gives the same double as reading this many decimals.
   constexpr double kSteps = 1e6;
   static_assert(kSteps * StanceCertifier::kResolution == 1.0);
   return x.unaryExpr([](double value) { return std::round(value * kSteps) / kSteps + 0.0; });  // no -0

@@ -10,7 +10,7 @@
 namespace legopt::certify {
 namespace {
 
-/// A term as it is.
+/// A term without changes.
 class KeptTerm : public Term {
  public:
   explicit KeptTerm(Term& term) : Term(term.shape()), term_(&term) {}
@@ -25,7 +25,7 @@ class KeptTerm : public Term {
   Term* term_;
 };
 
-/// Collision with the scene or between links, and not both: rows of the other are satisfied, whatever the step.
+/// Collision either with the scene or between links: rows of the other kind are always satisfied.
 class HalfCollisionTerm : public Term {
  public:
   HalfCollisionTerm(Term& term, WaypointState& state, bool keeps_scene)

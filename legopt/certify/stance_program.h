@@ -13,16 +13,16 @@
 
 namespace legopt::certify {
 
-/// A set of groups of constraints; a value.
+/// A set of constraint groups; a value.
 class ConstraintGroups {
  public:
-  /// Of these; none by default.
+  /// Set of `groups`; empty by default.
   constexpr ConstraintGroups(std::initializer_list<ConstraintGroup> groups = {}) {
     for (const ConstraintGroup group : groups) Add(group);
   }
-  /// One more.
+  /// Adds a group.
   constexpr void Add(ConstraintGroup group) { bits_ |= Bit(group); }
-  /// Whether the group is one of them.
+  /// Returns whether the group is in the set.
   constexpr bool Has(ConstraintGroup group) const { return (bits_ & Bit(group)) != 0; }
   constexpr bool operator==(const ConstraintGroups&) const = default;
 
@@ -33,20 +33,20 @@ class ConstraintGroups {
   std::uint8_t bits_ = 0;
 };
 
-/// The constraints of one stance and nothing else, some groups of them left out: one waypoint without costs. Joint
-/// limits and the feet's poses always count.
+/// The constraints of one stance only, as a program of one waypoint without costs; some groups may be left out. Joint
+/// limits and foot poses are always included.
 ///
 /// A workspace; dataset and query (of the dataset's collision model) must outlive it. One thread.
 class StanceProgram : public Program {
  public:
-  /// `contacts`: as of WaypointProgram; nothing is continuous here.
+  /// `contacts` is the same as for WaypointProgram; continuous collision does not apply.
   StanceProgram(const Dataset& dataset, CollisionQuery& query, const Stance& stance, const ContactOptions& contacts,
                 ConstraintGroups left_out = {});
 
   int num_waypoints() const override { return 1; }
   int tangent_size() const override { return whole_.tangent_size(); }
   int point_size() const override { return whole_.point_size(); }
-  /// Those that are not left out.
+  /// Returns the terms that are not left out.
   const std::vector<std::unique_ptr<Term>>& terms() const override { return terms_; }
   void Forget() override { whole_.Forget(); }
   void SetPoint(Eigen::Ref<const Eigen::VectorXd> x) override { whole_.SetPoint(x); }
@@ -63,7 +63,7 @@ class StanceProgram : public Program {
 
  private:
   WaypointProgram whole_;
-  std::vector<std::unique_ptr<Term>> terms_;  ///< they refer to those of whole_
+  std::vector<std::unique_ptr<Term>> terms_;  ///< they refer to terms of whole_
 };
 
 }  // namespace legopt::certify

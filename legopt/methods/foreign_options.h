@@ -9,12 +9,12 @@
 
 namespace legopt {
 
-/// Options of a solver that is not of the library, whatever their type: any struct with a Visit (option_fields.h) that
-/// can be copied. A value like the structs themselves.
+/// Options of a solver outside the library, of any copyable type with a Visit (option_fields.h). A value, like the
+/// options structs themselves.
 class ForeignOptions {
  public:
   template <class Options>
-  /// Holds a copy of options of any type that has a Visit.
+  /// Stores a copy of options of any type that has a Visit.
   explicit ForeignOptions(Options options)
       : options_(std::move(options)),
         edit_([](std::any& any, OptionFields& fields) { Options::Visit(*std::any_cast<Options>(&any), fields); }),
@@ -22,22 +22,22 @@ class ForeignOptions {
           Options::Visit(*std::any_cast<Options>(&any), fields);
         }) {}
 
-  /// Null when they are of another type.
+  /// Returns the options, or null if they are of another type.
   template <class Options>
   Options* Get() {
     return std::any_cast<Options>(&options_);
   }
-  /// The same, for reading.
+  /// Returns the options read-only, or null if they are of another type.
   template <class Options>
   const Options* Get() const {
     return std::any_cast<Options>(&options_);
   }
 
-  std::type_index type() const { return options_.type(); }  ///< of the options held
+  std::type_index type() const { return options_.type(); }  ///< type of the stored options
 
-  /// Visits the fields of the options held, for a reader that may change them.
+  /// Visits the fields of the stored options; the visitor may change them.
   static void Visit(ForeignOptions& options, OptionFields& fields) { options.edit_(options.options_, fields); }
-  /// The same for checkers and writers.
+  /// Visits the fields of the stored options read-only, for checkers and writers.
   static void Visit(const ForeignOptions& options, ConstOptionFields& fields) {
     options.view_(options.options_, fields);
   }

@@ -16,7 +16,7 @@ using nlohmann::json;
 
 constexpr char kOptions[] = "options";
 
-// The keys beside `options`.
+// Visits the keys outside of `options`.
 void VisitHead(auto& method, auto& fields) {
   fields.Integer("multi_starts", method.multi_starts, 0, Method::kMostMultiStarts);
   fields.Integer("sample_size", method.sample_size_percent, 1, 100);
@@ -50,7 +50,7 @@ void RefuseSolver(const std::string& word, const SolverRegistry& registry, Optio
   faults.Add("solver", word, "is not known", SuggestName(word, registry.words()));
 }
 
-// Null, with a fault, when there is none.
+// Returns null and adds a diagnostic if there is no such solver.
 const SolverEntry* ReadSolver(OptionReader& reader, const SolverRegistry& registry, OptionFaults& faults) {
   std::string word;
   const bool given = reader.Text("solver", word);

@@ -23,7 +23,7 @@ std::string IntegerRange(int low, int high) {
   return "must be a whole number from " + Dump(json(low)) + " to " + Dump(json(high));
 }
 
-// Text without its quotes: the error has some.
+// Text is shown without quotes, because the error message adds them.
 std::string Shown(const json& value) { return value.is_string() ? value.get<std::string>() : Dump(value); }
 
 std::string Shown(double value) {

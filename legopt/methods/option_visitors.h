@@ -9,19 +9,19 @@
 
 namespace legopt {
 
-/// The faults of one description, in the order in which they are met.
+/// Diagnostics of one description, in order of occurrence.
 class OptionFaults {
  public:
-  /// `source` names the file in errors.
+  /// `source` is the file name in messages.
   explicit OptionFaults(std::string source) : source_(std::move(source)) {}
 
-  /// One more fault: of `field`, whose `value` is shown, with what is wrong and what mends it (may be empty).
+  /// Adds a diagnostic for `field` with its `value`, a `message` and a `fix` (may be empty).
   void Add(const std::string& field, const std::string& value, const std::string& message, const std::string& fix);
-  bool Has(const std::string& field) const;                           ///< whether `field` has a fault already
-  const std::string& source() const { return source_; }               ///< the file in errors
-  const std::vector<InputError::Fault>& all() const { return all_; }  ///< in the order in which they were met
+  bool Has(const std::string& field) const;                           ///< whether `field` already has a diagnostic
+  const std::string& source() const { return source_; }               ///< file name in messages
+  const std::vector<InputError::Fault>& all() const { return all_; }  ///< diagnostics in order of occurrence
 
-  /// Throws an InputError of all faults, if there are any.
+  /// Throws an InputError with all diagnostics, if there are any.
   void ThrowIfAny() const;
 
  private:
@@ -29,38 +29,38 @@ class OptionFaults {
   std::vector<InputError::Fault> all_;
 };
 
-/// Reads the keys of one JSON object into variables with ranges; knows its keys, so that it can refuse others. Where a
-/// key is missing or faulty, the variable stays as it is. Conditions between fields are left to OptionChecker. Fields
-/// are named after `where`, if given. Object and faults must outlive the reader.
+/// Reads the keys of one JSON object into variables with ranges, and remembers them in order to reject all other keys.
+/// If a key is missing or invalid, its variable does not change. OptionChecker checks conditions between fields. Field
+/// names in diagnostics begin with `where`, if given. Object and diagnostics must outlive the reader.
 class OptionReader : public OptionFields {
  public:
-  /// False, with a fault, when the value of a key is no object.
+  /// Returns whether a value is an object, and adds a diagnostic if not.
   static bool IsMap(const nlohmann::json& value, const std::string& field, OptionFaults& faults);
 
-  /// Reads from `object`, which must be one (IsMap).
+  /// Reads from `object`, which must be a JSON object (IsMap).
   OptionReader(const nlohmann::json& object, std::string where, OptionFaults& faults);
 
-  /// Reads a number; a fault when it is none, not finite or out of range.
+  /// Reads a number. Adds a diagnostic if it is not a number, not finite or out of range.
   void Number(const char* key, double& value, double low, double high) override;
-  /// Reads a whole number; a fault when it is none or out of range.
+  /// Reads an integer. Adds a diagnostic if it is not an integer or out of range.
   void Integer(const char* key, int& value, int low, int high) override;
-  /// Reads true or false; a fault for anything else, 0 and 1 included.
+  /// Reads true or false. Adds a diagnostic for anything else, including 0 and 1.
   void Boolean(const char* key, bool& value) override;
-  /// Reads a hash; a fault for what cannot be one.
+  /// Reads a digest. Adds a diagnostic if the value is not a digest.
   void Digest(const char* key, std::string& value) override;
   void Require(bool, const char*, const char*, const std::string&, const std::string&, const std::string&) override {}
-  /// A fault when there is such a key.
+  /// Adds a diagnostic if the removed key is present.
   void Former(const char* key, const char* fix) override;
-  /// False when there is none.
+  /// Reads a non-empty text. Returns false if the key is missing or invalid.
   bool Text(const char* key, std::string& value);
-  /// The value of `key`, or null.
+  /// Returns the value of `key`, or null.
   const nlohmann::json* Find(const char* key);
 
-  /// After all keys are read: a fault for each that nobody asked for.
+  /// Adds a diagnostic for each key that has not been read. Must be called after all keys have been read.
   void RefuseOthers() const;
 
  protected:
-  /// Reads a word; a fault that names the nearest when there is no such word.
+  /// Reads a name of an enumeration. Adds a diagnostic with the nearest name if it is unknown.
   void Word(const char* key, std::size_t& index, std::span<const std::string_view> words) override;
 
  private:
@@ -72,24 +72,24 @@ class OptionReader : public OptionFields {
   std::vector<std::string> keys_, former_keys_;
 };
 
-/// Finds values out of range and conditions that do not hold.
+/// Reports values out of range and violated conditions.
 class OptionChecker : public ConstOptionFields {
  public:
-  /// Fields are named after `where`, if given. `faults` must outlive the checker.
+  /// Field names in diagnostics begin with `where`, if given. `faults` must outlive the checker.
   OptionChecker(std::string where, OptionFaults& faults) : where_(std::move(where)), faults_(faults) {}
 
-  /// A fault for a value that is out of range or no number.
+  /// Adds a diagnostic if the value is out of range or NaN.
   void Number(const char* key, const double& value, double low, double high) override;
-  /// A fault for a value that is out of range.
+  /// Adds a diagnostic if the value is out of range.
   void Integer(const char* key, const int& value, int low, int high) override;
-  void Boolean(const char*, const bool&) override {}  ///< either value is legal
-  /// A fault for what cannot be a hash.
+  void Boolean(const char*, const bool&) override {}  ///< both values are valid
+  /// Adds a diagnostic if the value is not a digest.
   void Digest(const char* key, const std::string& value) override;
   void Require(bool condition, const char* key, const char* other, const std::string& value, const std::string& message,
                const std::string& fix) override;
 
  protected:
-  /// A fault for what is no value of the enumeration.
+  /// Adds a diagnostic if the index is not a value of the enumeration.
   void Word(const char* key, const std::size_t& index, std::span<const std::string_view> words) override;
 
  private:
@@ -97,25 +97,25 @@ class OptionChecker : public ConstOptionFields {
   OptionFaults& faults_;
 };
 
-/// Writes every field, all of them faultless, into a JSON object.
+/// Writes every field into a JSON object. All values must be valid.
 class OptionWriter : public ConstOptionFields {
  public:
-  /// Writes into `object`, which must outlive the writer; keys that it has are replaced.
+  /// Writes into `object`, which must outlive the writer; replaces existing keys.
   explicit OptionWriter(nlohmann::json& object) : object_(object) {}
 
-  /// Writes the number; JSON keeps its bits by the shortest text that reads back.
+  /// Writes the number; JSON uses the shortest text that reads back to the same bits.
   void Number(const char* key, const double& value, double, double) override { object_[key] = value; }
-  /// Writes the whole number.
+  /// Writes the integer.
   void Integer(const char* key, const int& value, int, int) override { object_[key] = value; }
   /// Writes true or false.
   void Boolean(const char* key, const bool& value) override { object_[key] = value; }
-  /// Writes the digits.
+  /// Writes the digest.
   void Digest(const char* key, const std::string& value) override { object_[key] = value; }
   void Require(bool, const char*, const char*, const std::string&, const std::string&, const std::string&) override {}
 
  protected:
   bool leaves_usual_out() const override { return true; }
-  /// Writes the word.
+  /// Writes the name.
   void Word(const char* key, const std::size_t& index, std::span<const std::string_view> words) override {
     object_[key] = words[index];
   }

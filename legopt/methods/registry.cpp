@@ -13,7 +13,7 @@
 namespace legopt {
 namespace {
 
-// Models see obstacles ahead; plain penalties are zero until the margin (5e-4) is violated.
+// Linear models use obstacles ahead; plain penalties are zero until the margin (5e-4) is violated.
 constexpr double kAhead_m = 0.03;
 constexpr double kTouching_m = 1e-3;
 

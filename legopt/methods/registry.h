@@ -15,24 +15,24 @@ namespace legopt {
 
 class Solver;
 
-/// What a method, a suite and a table must know of a solver.
+/// Properties of a solver that methods, suites and tables use.
 struct SolverFacts {
   std::string word = {};          ///< value of a method's `solver`
-  std::string paper_name = {};    ///< what tables print, without the "I-" of incremental variants; empty: the word
+  std::string paper_name = {};    ///< name printed in tables, without the "I-" of incremental variants; empty: `word`
   bool samples = false;           ///< sample_size and incremental apply
-  bool draws = false;             ///< draws random numbers even with all terms
-  std::string mark = {};          ///< at the end of all names of its methods, chosen ones too; empty: none
-  double contact_range_m = 0.03;  ///< default of that option: wide for solvers that see rows before they are violated
+  bool draws = false;             ///< uses random numbers even with all terms
+  std::string mark = {};          ///< suffix of all names of its methods, including user-defined ones; empty: none
+  double contact_range_m = 0.03;  ///< default of that option; wide if the solver uses rows before they are violated
 };
 
-/// One solver that a method may name: all that the library knows of it.
+/// A solver that a method may name, with its defaults and its factory.
 struct SolverEntry : SolverFacts {
-  SolverOptions defaults;  ///< of the type that `make` takes
-  /// Makes a solver with options of the type of `defaults`. Throws std::bad_variant_access for others.
+  SolverOptions defaults;  ///< defaults, of the type that `make` takes
+  /// Creates a solver with options of the type of `defaults`. Throws std::bad_variant_access for other types.
   std::function<std::unique_ptr<Solver>(const SolverOptions& options, const Sampling& sampling)> make;
 };
 
-/// The solvers that methods may name: those of the library, and what a program adds of its own before it reads methods:
+/// The solvers that methods may name: those of the library, and those that a program registers before it reads methods:
 ///
 ///     SolverRegistry registry;
 ///     registry.Register<MyOptions>({.word = "mine", .paper_name = "Mine"},
@@ -42,18 +42,18 @@ struct SolverEntry : SolverFacts {
 ///     const Method method = Method::FromJson({{"solver", "mine"}}, "mine.json", registry);
 ///     const std::unique_ptr<Solver> solver = MakeSolver(method, registry);
 ///
-/// A value that is handed to whoever reads or solves methods, and no list of the process: two parts of a program cannot
-/// disturb each other, nothing depends on the order in which translation units start, and a library that is linked
-/// statically does not lose rows of which nobody speaks. Options of one's own are any struct with a Visit
-/// (option_fields.h); they are read, checked, written and hashed as those of the library are. The library's own are
-/// alternatives of a variant instead, so that code that knows them needs no cast. Reading is thread-safe.
+/// The registry is a value that is passed to code that reads or solves methods; it is not a global list. Hence parts of
+/// a program cannot disturb each other, nothing depends on the order of static initialisation, and a statically linked
+/// library loses no entries. Custom options are any struct with a Visit (option_fields.h). They are read, checked,
+/// written and hashed like those of the library. The library's own options are alternatives of a variant, so that code
+/// can use them without a cast. Reading is thread-safe.
 class SolverRegistry {
  public:
-  /// The solvers of the library, in the order of the documentation.
+  /// Creates a registry with the solvers of the library, in the order of the documentation.
   SolverRegistry();
 
-  /// Adds a solver with options of type `Options`, as in `defaults` where a method says nothing; `make`, called as
-  /// make(const Options&, const Sampling&), returns a std::unique_ptr to a Solver. Throws InputError when the word is
+  /// Adds a solver with options of type `Options`. `defaults` apply where a method gives no value. `make`, called as
+  /// make(const Options&, const Sampling&), returns a std::unique_ptr to a Solver. Throws InputError if the word is
   /// empty or taken.
   template <class Options, class Make>
   void Register(SolverFacts facts, Make make, Options defaults = Options()) {
@@ -64,16 +64,16 @@ class SolverRegistry {
     Add(std::move(entry));
   }
 
-  /// Null when unknown. Valid until the next Register.
+  /// Returns the entry, or null if the solver is unknown. Valid until the next Register.
   const SolverEntry* Find(std::string_view word) const;
-  /// The same; throws InputError that names `source` and the nearest word.
+  /// Returns the entry. Throws an InputError with `source` and the nearest name if the solver is unknown.
   const SolverEntry& Require(const std::string& word, const std::string& source) const;
 
-  /// In the order of registration, the library's first; valid until the next Register.
+  /// Returns all entries in order of registration, the library's first; valid until the next Register.
   std::span<const SolverEntry> entries() const { return entries_; }
-  auto begin() const { return entries_.begin(); }  ///< of entries()
-  auto end() const { return entries_.end(); }      ///< of entries()
-  std::vector<std::string> words() const;          ///< those that Find knows, in the same order
+  auto begin() const { return entries_.begin(); }
+  auto end() const { return entries_.end(); }
+  std::vector<std::string> words() const;  ///< names of all entries, in the same order
 
  private:
   void Add(SolverEntry entry);

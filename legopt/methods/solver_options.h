@@ -16,7 +16,7 @@
 
 namespace legopt {
 
-/// The options of one solver: of the library, or of one that a program has registered (registry.h).
+/// Options of one solver, either of the library or registered by a program (registry.h).
 using SolverOptions = std::variant<SqpOptions, BestOptions, IpoptOptions, GradientOptions, MomentGradientOptions,
                                    ChompOptions, StompOptions, CmaEsOptions, ForeignOptions>;
 
@@ -30,7 +30,7 @@ inline constexpr bool kIsAlternative<Options, std::variant<Alternatives...>> = (
 
 }  // namespace internal
 
-/// Options of a type, of the library or not, as a method holds them.
+/// Converts options of any type to SolverOptions.
 template <class Options>
 SolverOptions MakeSolverOptions(Options options) {
   if constexpr (internal::kIsAlternative<Options, SolverOptions>) {
@@ -40,8 +40,8 @@ SolverOptions MakeSolverOptions(Options options) {
   }
 }
 
-/// Inverse of MakeSolverOptions; const if the options are. Throws std::bad_variant_access when they are of another
-/// type.
+/// Returns options as `Options`, the inverse of MakeSolverOptions; const if the options are. Throws
+/// std::bad_variant_access if they are of another type.
 template <class Options, class Held>
 requires std::same_as<std::remove_const_t<Held>, SolverOptions>
 auto& OptionsAs(Held& options) {
@@ -53,16 +53,16 @@ auto& OptionsAs(Held& options) {
   }
 }
 
-/// Visits the fields of whatever options these are.
+/// Visits the fields of the stored options.
 inline void VisitOptions(SolverOptions& options, OptionFields& fields) {
   std::visit([&](auto& held) { held.Visit(held, fields); }, options);
 }
-/// The same, for reading.
+/// Visits the fields of the stored options read-only.
 inline void VisitOptions(const SolverOptions& options, ConstOptionFields& fields) {
   std::visit([&](const auto& held) { held.Visit(held, fields); }, options);
 }
 
-/// Whether both are options of one type.
+/// Returns whether both are options of one type.
 inline bool AreAlike(const SolverOptions& a, const SolverOptions& b) {
   if (a.index() != b.index()) return false;
   const auto* foreign = std::get_if<ForeignOptions>(&a);

@@ -4,10 +4,10 @@
 
 namespace legopt {
 
-/// Options of LegOpt-best. Those of the trust region differ from TrajOpt's defaults: a wide box, gentle shrinking and
-/// early convergence cost half the iterations and end in better optima.
+/// Options of LegOpt-best. The defaults of the trust region differ from TrajOpt's: a wide box, gentle shrinking and
+/// early convergence halve the number of iterations and give better optima.
 struct BestOptions {
-  /// The trust region of LegOpt-best: what differs from SqpOptions.
+  /// Returns SqpOptions with the defaults of LegOpt-best.
   static SqpOptions WideSqp() {
     SqpOptions sqp;
     sqp.trust_box_size = 2.0;
@@ -23,22 +23,23 @@ struct BestOptions {
     return sqp;
   }
 
-  SqpOptions sqp = WideSqp();  ///< of every start
-  /// Of several waypoints with a free end: steps of a first descent without the terms that can be set aside, the
-  /// collisions; 0: none. >= 0
+  SqpOptions sqp = WideSqp();
+  /// Number of SQP iterations of the first descent of a window (several waypoints, the last one free), in which terms
+  /// that can be disabled (collisions) are off. >= 0; 0: no such descent.
   int free_iterations = 3;
-  double window_improve_frac = 0.15;  ///< min_approx_improve_frac of several waypoints, >= 0
-  /// Further starts while nothing feasible has been found, >= 0; half as many of chains that are held at both ends.
+  double window_improve_frac = 0.15;  ///< min_approx_improve_frac for programs of several waypoints, >= 0
+  /// Maximum number of internal restarts while no feasible point has been found, >= 0. Chains fixed at both ends get
+  /// half as many.
   int rescues = 8;
-  double rescue_noise = 0.15;  ///< half width of their noise on bounded variables; rad, m; > 0
-  /// Starts of a waypoint alone: of the rescues of several waypoints, the first begins from the end of the first
-  /// descent with its violated waypoints solved alone, the second with all of them; of a single waypoint, the fifth and
-  /// later ones begin where it was solved without costs. >= 0; 0: no such rescues.
+  double rescue_noise = 0.15;  ///< half width of the uniform noise on bounded variables; rad, m; > 0
+  /// Maximum number of starts when a waypoint is solved alone, without costs. >= 0; 0: waypoints are never solved
+  /// alone. With several waypoints, the first of the `rescues` solves the violated waypoints alone, the second one all
+  /// waypoints. With a single waypoint, the fifth and later ones begin at such a solution.
   int waypoint_starts = 20;
-  int refinements = 0;            ///< further starts around the solution, for its cost; single waypoints only, >= 0
-  double refinement_noise = 0.5;  ///< half width of their noise, as above
+  int refinements = 0;  ///< starts around the feasible solution, to lower its cost; single waypoints only, >= 0
+  double refinement_noise = 0.5;  ///< half width of the noise of refinements; rad, m; > 0
 
-  /// Its keys under `options:`, those of the trust region among them (option_fields.h).
+  /// Visits the fields under their keys in `options:`, including those of the trust region (option_fields.h).
   static void Visit(auto& options, auto& fields) {
     constexpr int kMostStarts = 1000;
     constexpr double kLeastNoise = 1e-6;

@@ -10,12 +10,10 @@
 namespace legopt {
 namespace {
 
-constexpr double kWidening = 0.2;                // of the noise, with each start of a waypoint alone
-constexpr int kPatience = 5;                     // times the usual starts
-constexpr double kSteadyPenalty = 1e5;           // times a usual violation, more than any cost that there is to gain
-constexpr std::array kSpentShares = {0.5, 1.0};  // of the terms' reserve: what is left still guards against the judge
-
-/// The part of x that belongs to a waypoint.
+constexpr double kWidening = 0.2;                // relative growth of the noise with each start of a single waypoint
+constexpr int kPatience = 5;                     // factor of waypoint_starts for the violated waypoints of a window
+constexpr double kSteadyPenalty = 1e5;           // outweighs any decrease of the cost, at a typical violation
+constexpr std::array kSpentShares = {0.5, 1.0};  // shares of the margins to relax; the rest helps to pass the judge
 auto Part(const Program& program, Eigen::VectorXd& x, int waypoint) {
   const Eigen::Index size = program.point_size();
   return x.segment(waypoint * size, size);
@@ -27,34 +25,34 @@ bool Better(const SolverResult& a, const SolverResult& b) {
   return a.feasible ? a.value.Objective() < b.value.Objective() : a.value.max_violation < b.value.max_violation;
 }
 
-/// Goes down from a feasible point without leaving what is feasible: with the first penalties of a descent, a window
-/// whose waypoints were solved one by one falls back into what it was taken out of.
+/// Options of a descent that starts at a feasible point and must stay feasible. With the usual first penalties, a
+/// window whose waypoints were solved one by one becomes infeasible again.
 SqpOptions Steady(SqpOptions options) {
   options.initial_penalty = std::max(options.initial_penalty, kSteadyPenalty);
   return options;
 }
 
-/// Of several waypoints: the last percents of a window's cost are worth less than the time that they take.
+/// Options for several waypoints: reducing the cost of a window by the last few percent is not worth the time.
 SqpOptions OfWindows(SqpOptions options, double improve_frac) {
   options.min_approx_improve_frac = improve_frac;
   return options;
 }
 
-/// A first descent without what can be set aside, for a start that it is then near to.
+/// Options of the short first descent with some terms disabled, which only produces an initial guess.
 SqpOptions Free(SqpOptions options, int iterations) {
   options.max_iterations = std::max(iterations, 1);
   options.max_penalty_iterations = 1;
   return options;
 }
 
-/// Whether any term has a reserve of which this share is spent now.
+/// Relaxes `share` of the margins of all terms. Returns whether any term has a margin.
 bool SpendReserve(const Program& program, double share) {
   bool any = false;
   for (const auto& term : program.terms()) any = term->SpendReserve(share) || any;
   return any;
 }
 
-/// A better start from where no step was worth a try is a step of its own.
+/// Records the change from `from` to `to` as one step if the solve has recorded no trial step.
 void RecordMove(const SolverContext& context, size_t first_record, const ObjectiveValue& from,
                 const ObjectiveValue& to) {
   if (NumRecords(context) > first_record) return;
@@ -122,7 +120,7 @@ SolverResult BestSolver::DescendFreely(Program& program, const SolverContext& co
   for (const auto& term : program.terms()) any = term->SetAside(true) || any;
   if (any) {
     SolverContext alone = context;
-    alone.history = nullptr;  // its steps are steps of another program
+    alone.history = nullptr;  // its steps belong to a different program
     result = free_sqp_.Solve(program, x, alone);
   }
   for (const auto& term : program.terms()) term->SetAside(false);
@@ -135,7 +133,7 @@ void BestSolver::Rescue(Program& program, const SolverContext& context, Eigen::V
     trial_ = start_;
     Try(SqpOf(program), program, context, x, best);
   }
-  // Who leads ways from point to point has other means, too: more pieces, and the points.
+  // A caller that plans a path between fixed end points can also use more pieces and move the end points.
   const int rescues = program.num_waypoints() == 1 || is_window_ ? options_.rescues : options_.rescues / 2;
   for (int k = 0; k < rescues && goes_on(); ++k) {
     const bool solved = StartRescue(program, context, k, x, best);
@@ -172,8 +170,8 @@ void BestSolver::Scatter(const Program& program, Eigen::Ref<const Eigen::VectorX
 
 bool BestSolver::StartRescue(Program& program, const SolverContext& context, int k, const Eigen::VectorXd& x,
                              SolverResult& best) {
-  constexpr int kOfWaypoints = 2;   // of several: the first rescues
-  constexpr int kNearTheStart = 4;  // of one: these come before
+  constexpr int kOfWaypoints = 2;   // several waypoints: number of restarts that solve waypoints alone
+  constexpr int kNearTheStart = 4;  // single waypoint: number of restarts with noise only, before the others
   const bool several = program.num_waypoints() > 1;
   const bool of_waypoints = options_.waypoint_starts > 0 && (several ? k < kOfWaypoints : k >= kNearTheStart);
   const Waypoints which = several && k == 0 ? Waypoints::kViolated : Waypoints::kAll;
@@ -187,7 +185,7 @@ void BestSolver::TryRescue(Program& program, const SolverContext& context, bool 
   if (solved) solved_ = trial_;
   Try(SqpOf(program), program, context, x, best);
   if (!solved || best.feasible || IsStopped(best.status)) return;
-  // Constraints of two waypoints may not hold yet.
+  // Constraints between two waypoints may still be violated.
   if (!(EvaluateObjective(program, solved_, scratch_).max_violation < options_.sqp.constraint_tolerance)) return;
   trial_ = solved_;
   Try(steady_sqp_, program, context, x, best);
@@ -195,7 +193,7 @@ void BestSolver::TryRescue(Program& program, const SolverContext& context, bool 
 
 void BestSolver::RescueWithPatience(Program& program, const SolverContext& context, Eigen::VectorXd& x,
                                     SolverResult& best) {
-  if (!is_window_ || options_.waypoint_starts == 0) return;  // the rescues of one waypoint were of this kind
+  if (!is_window_ || options_.waypoint_starts == 0) return;  // restarts of a single waypoint are already of this kind
   const WaypointRescue rescue{Waypoints::kViolated, kPatience * options_.waypoint_starts};
   if (SolveWaypoints(program, context, rescue, x, best)) TryRescue(program, context, true, x, best);
 }
@@ -212,7 +210,7 @@ void BestSolver::RescueWithoutReserve(Program& program, const SolverContext& con
     }
   }
   SpendReserve(program, 0.0);
-  if (!best.feasible) best.value = EvaluateObjective(program, x, scratch_);  // of what the task demands
+  if (!best.feasible) best.value = EvaluateObjective(program, x, scratch_);  // measured with the full margins
 }
 
 void BestSolver::MeasureWaypoints(Program& program, const Eigen::VectorXd& x) {
@@ -247,7 +245,7 @@ bool BestSolver::SolveWaypoint(Program& program, const SolverContext& context, i
   WaypointView view(program, waypoint, trial_);
   if (view.terms().empty() || !view.IsFree()) return true;
   SolverContext alone = context;
-  alone.history = nullptr;  // its steps are not steps of the whole point
+  alone.history = nullptr;  // its steps are not steps of the whole program
   for (int k = 0; k < starts; ++k) {
     PlaceWaypoint(program, view, waypoint, k, context.Draws());
     const SolverResult result = waypoint_sqp_.Solve(view, point_, alone);

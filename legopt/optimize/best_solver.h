@@ -12,92 +12,95 @@ namespace legopt {
 
 class WaypointView;
 
-/// LegOpt-best: SQP with a wide trust box, started again where one start is not enough.
+/// LegOpt-best: SQP with a wide trust box and internal restarts.
 ///
-/// * Of several waypoints with a free end, a few first steps are made without the terms that can be set aside, the
-///   collisions (Term::SetAside). What follows begins near a motion that meets all else, wherever the start was.
-/// * Rescue: while the result is infeasible, another start. Of several waypoints, the original one without those first
-///   steps; then two that are made of waypoints solved alone (waypoint_view.h): those that are violated, then all.
-///   Others are the original start with uniform noise on the bounded variables (the joints); of a single waypoint,
-///   after four of these, places that meet its constraints without the costs, searched from ever farther away. Where
-///   all waypoints were solved and the descent from there still ends elsewhere, another one sets out with a penalty
-///   that keeps it feasible. The smallest violation is kept. When all have failed, violated waypoints get many more
-///   starts (of a free end); and the last rescues, two and two, spend half and then all of what the terms keep in
-///   reserve (Term::SpendReserve): there are places with no other way through.
-/// * Refinement, for programs of one waypoint: starts around the feasible solution, of which the cheapest feasible end
-///   is kept. A posture has many local optima (arms, knees), and one solve costs about a millisecond.
+/// * First descent: for a window (several waypoints, the last one free), a few steps are made with collision terms
+///   disabled (Term::SetAside). The SQP then starts near a motion that satisfies all other terms, whatever the initial
+///   guess.
+/// * Internal restarts, while the result is infeasible; the point of smallest violation is kept. For several waypoints,
+///   the first one uses the initial guess without the first descent. The next two use waypoints that were solved
+///   alone (waypoint_view.h): first the violated ones, then all. The others add uniform noise to the bounded variables
+///   (joints) of the initial guess. For a single waypoint, four noisy restarts are followed by restarts from points
+///   that satisfy its constraints without costs, found by a search of growing radius. If all waypoints were solved
+///   alone and the descent from there ends infeasible, it is repeated with a penalty that keeps it feasible. If all
+///   restarts fail, the violated waypoints of a window are solved alone with many more starts. The last restarts relax
+///   half and then all of the terms' margins (Term::SpendReserve), with two starts each: some narrow places have no
+///   other solution.
+/// * Refinement, for programs of one waypoint: restarts around the feasible solution, of which the cheapest feasible
+///   result is kept. A posture has many local optima (arms, knees), and one solve takes about a millisecond.
 ///
-/// It knows terms, like every solver; random draws come from the attempt's generator.
+/// It depends on terms only, like every solver. All random numbers come from the attempt's generator.
 class BestSolver : public Solver {
  public:
-  /// Options as checked by Method::Validate; not looked at again.
+  /// `options` must have passed Method::Validate.
   explicit BestSolver(const BestOptions& options);
 
   SolverResult Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) override;
 
  private:
-  /// What noise moves.
+  /// Variables to which noise is added.
   enum class Noise {
     kBounded,  ///< variables with two finite bounds: the joints
-    kAll       ///< the base, too
+    kAll       ///< all variables, including the base
   };
 
-  /// Which waypoints are solved alone.
+  /// Selection of the waypoints that are solved alone.
   enum class Waypoints {
-    kViolated,  ///< those that violate a constraint of their own
+    kViolated,  ///< waypoints that violate one of their own constraints
     kAll
   };
 
-  /// How waypoints are solved alone.
+  /// Parameters of solving waypoints alone.
   struct WaypointRescue {
-    Waypoints waypoints;  ///< which
-    int starts;           ///< of each, at most
+    Waypoints waypoints;
+    int starts;  ///< maximum number of starts per waypoint
   };
 
-  /// For descents of all of the program.
+  /// Returns the SQP for descents of the whole program.
   SqpSolver& SqpOf(const Program& program);
-  /// The first start, of a window from the end of a free descent.
+  /// Runs the first start; a window continues from the end of DescendFreely().
   SolverResult Begin(Program& program, const SolverContext& context, Eigen::VectorXd& x);
-  /// Whether the last waypoint may move.
+  /// Returns whether the last waypoint can move.
   bool EndsFreely(const Program& program, const Eigen::VectorXd& x);
-  /// Of a window: moves x down without the terms that can be set aside, if there are any. Its
-  /// value is that of the others.
+  /// Moves x of a window downhill with the terms that can be disabled turned off, if there are any. The returned value
+  /// excludes these terms.
   SolverResult DescendFreely(Program& program, const SolverContext& context, Eigen::VectorXd& x);
-  /// Further starts while nothing feasible has been found.
+  /// Runs internal restarts while no feasible point has been found.
   void Rescue(Program& program, const SolverContext& context, Eigen::VectorXd& x, SolverResult& best);
-  /// Further starts around a feasible waypoint.
+  /// Runs restarts around a feasible point of a single waypoint.
   void Refine(Program& program, const SolverContext& context, Eigen::VectorXd& x, SolverResult& best);
-  /// `from` with noise into trial.
+  /// Sets `trial` to `from` plus uniform noise.
   void Scatter(const Program& program, Eigen::Ref<const Eigen::VectorXd> from, double half_width, Noise noise,
                std::mt19937_64& generator, Eigen::VectorXd& trial);
-  /// Puts the start of rescue `k` into trial_. True when it is made of waypoints that were solved alone.
+  /// Sets trial_ to the start of internal restart `k`. Returns whether waypoints were solved alone for it.
   bool StartRescue(Program& program, const SolverContext& context, int k, const Eigen::VectorXd& x, SolverResult& best);
-  /// Tries trial_; from a point `solved` by waypoints once more, steadily, when it was feasible and the descent left
-  /// that.
+  /// Tries trial_. If its waypoints were `solved` alone and the descent left its feasible point, tries it again with a
+  /// high penalty.
   void TryRescue(Program& program, const SolverContext& context, bool solved, Eigen::VectorXd& x, SolverResult& best);
-  /// A rescue of a window whose violated ones are given many starts.
+  /// Restarts a window with many starts for each violated waypoint.
   void RescueWithPatience(Program& program, const SolverContext& context, Eigen::VectorXd& x, SolverResult& best);
-  /// The last rescues, without the terms' reserve.
+  /// Runs the last restarts, with the terms' margins relaxed.
   void RescueWithoutReserve(Program& program, const SolverContext& context, Eigen::VectorXd& x, SolverResult& best);
-  /// Violation of each waypoint by itself at x.
+  /// Stores the violation of each waypoint's own constraints at x in violation_.
   void MeasureWaypoints(Program& program, const Eigen::VectorXd& x);
-  /// x with waypoints solved alone, into trial_. False when one of them has not been solved, or a stop check ended it.
+  /// Sets trial_ to x with the selected waypoints solved alone. Returns false if a waypoint was not solved or the stop
+  /// check ended the search.
   bool SolveWaypoints(Program& program, const SolverContext& context, const WaypointRescue& rescue,
                       const Eigen::VectorXd& x, SolverResult& best);
-  /// The same for one waypoint of trial_, with so many starts at most.
+  /// Solves one waypoint of trial_ alone, with at most `starts` starts. Returns whether it is solved.
   bool SolveWaypoint(Program& program, const SolverContext& context, int waypoint, int starts, SolverResult& best);
-  /// Start k of a waypoint alone, into point_: where it is, where its neighbours are, then ever further around where
-  /// it began.
+  /// Sets point_ to start `k` of a waypoint that is solved alone: its current value, those of its neighbours, then
+  /// noise of growing width around its initial guess.
   void PlaceWaypoint(const Program& program, const WaypointView& view, int waypoint, int k, std::mt19937_64& generator);
-  /// Solves from trial_ and keeps its end in x when it is better.
+  /// Solves from trial_ and keeps the result in x if it is better.
   void Try(SqpSolver& sqp, Program& program, const SolverContext& context, Eigen::VectorXd& x, SolverResult& best);
 
   BestOptions options_;
   SqpSolver waypoint_sqp_, window_sqp_, steady_sqp_, free_sqp_;
   Eigen::VectorXd start_, trial_, solved_, point_, dx_, lower_, upper_;
-  bool is_window_ = false;  ///< several waypoints with a free end; what is held at both ends is a way that others found
+  bool is_window_ = false;  ///< several waypoints, the last one free; false for segments between fixed end points
   bool began_freely_ = false;
-  std::vector<double> violation_;  ///< by waypoint
+  std::vector<double> violation_;  ///< one entry per waypoint
   std::vector<double> scratch_;
 };
 

@@ -9,14 +9,14 @@ namespace legopt {
 struct ChompOptions {
   ChompOptions() { metric.smoothness = 100.0; }
 
-  PenaltyOptions penalty;             ///< of the outer loop
-  MetricOptions metric;               ///< A of the steps, of velocities
-  double sharpness = 1e2;             ///< w of the smooth penalties, as of the gradient methods, > 0
+  PenaltyOptions penalty;
+  MetricOptions metric;               ///< velocity metric A of the steps
+  double sharpness = 1e2;             ///< w of the smooth penalties, as in gradient methods, > 0
   double max_step = 1.0;              ///< largest change of any variable in one step; rad and m, > 0
   double sufficient_decrease = 1e-4;  ///< c1 of Armijo's condition, (0, 1)
-  int max_trials = 20;                ///< step lengths tried, each half the one before, >= 1
+  int max_trials = 20;                ///< maximum number of step lengths tried, each half the previous one, >= 1
 
-  /// Its keys under `options:` (option_fields.h).
+  /// Visits the fields under their keys in `options:` (option_fields.h).
   static void Visit(auto& options, auto& fields) {
     PenaltyOptions::Visit(options.penalty, fields);
     MetricOptions::Visit(options.metric, fields);

@@ -12,17 +12,18 @@
 namespace legopt {
 
 /// Covariant gradient descent after CHOMP (Ratliff, Zucker, Bagnell, Srinivasa, ICRA 2009; with constraints: Zucker et
-/// al., IJRR 2013), on the smoothed penalty objective of the paper without the terms that are projected upon:
+/// al., IJRR 2013), on the paper's smoothed penalty objective without the terms that are handled by projection:
 ///
-///     dx = P(-alpha T A^-1 g),   A = I + smoothness K^T K of velocities (waypoint_metric.h),
+///     dx = P(-alpha T A^-1 g),   A = I + smoothness K^T K.
 ///
-/// with T onto the tangents of the contacts in the metric A, and P onto the contacts (equality_projection.h). alpha is
-/// that of Barzilai and Borwein (IMA J. Numer. Anal. 1988) in this metric, dx^T A dx / dx^T dg of the last step, halved
-/// until Armijo's condition holds for the step that is really made; the original's is constant. Obstacles are the
-/// benchmark's collision terms, not the original's integral along the path of points of the body.
+/// A is the velocity metric (waypoint_metric.h), T projects on the tangents of the contacts in this metric, and P
+/// projects on the contacts (equality_projection.h). alpha starts at the step length of Barzilai and Borwein (IMA J.
+/// Numer. Anal. 1988) in this metric, dx^T A dx / dx^T dg of the last step. It is halved until Armijo's condition
+/// holds for the projected step; the original uses a constant. Obstacles are the benchmark's collision terms; the
+/// original integrates along the paths of body points.
 class ChompSolver : public PenaltySolver {
  public:
-  /// Options as checked by Method::Validate; not looked at again.
+  /// `options` must have passed Method::Validate.
   explicit ChompSolver(const ChompOptions& options) : PenaltySolver(options.penalty), options_(options) {}
 
  private:
@@ -30,26 +31,26 @@ class ChompSolver : public PenaltySolver {
   void Restart(Program& program) override;
   EpochEnd Epoch(Program& program, Eigen::VectorXd& x) override;
 
-  /// Value and gradient at x, which is moved onto the contacts where that can be.
+  /// Projects x on the contacts where possible and computes value and gradient there.
   void LookAt(Program& program, Eigen::VectorXd& x);
-  /// direction_ = T A^-1 g, without what of g pushes against a bound.
+  /// Sets direction_ = T A^-1 g, without the components of g that push against a bound.
   void Aim(Program& program, const Eigen::VectorXd& x);
-  /// Step length to begin with.
+  /// Returns the first step length to try.
   double FirstAlpha() const;
-  /// Moves x; false when no step pays.
+  /// Moves x along -direction_. Returns false if no step decreases the objective enough.
   bool Step(Program& program, Eigen::VectorXd& x);
 
   ChompOptions options_;
   WaypointMetric metric_;
   EqualityProjection projection_;
   SmoothObjective objective_;
-  TermMask free_terms_;  ///< those that are not projected upon
+  TermMask free_terms_;  ///< terms that are not handled by projection
   TermGradients gradients_;
   TermModels models_;
-  double value_ = 0.0;   ///< of the free terms at x
+  double value_ = 0.0;   ///< sum of the free terms at x
   double alpha_ = 0.0;   ///< last step length; 0: none yet
   double slope_ = 0.0;   ///< g^T dx of the last step
-  bool looked_ = false;  ///< value_ and gradient_ are those of x
+  bool looked_ = false;  ///< value_ and gradient_ are up to date at x
   Eigen::VectorXd lower_, upper_, gradient_, direction_, step_, shift_, point_;
   std::vector<double> residuals_;
 };

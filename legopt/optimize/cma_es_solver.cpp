@@ -13,7 +13,7 @@ void CmaEsSolver::Prepare(Program& program) {
   for (auto* v : {&point_, &best_point_}) {
     v->setZero(static_cast<Eigen::Index>(program.num_waypoints()) * program.point_size());
   }
-  program.StepBounds(point_, lower_, upper_);  // what is fixed is so wherever the chain stands
+  program.StepBounds(point_, lower_, upper_);  // fixed variables are the same at every point
   free_.clear();
   for (Eigen::Index i = 0; i < tangent; ++i) {
     if (lower_[i] < upper_[i]) free_.push_back(i);

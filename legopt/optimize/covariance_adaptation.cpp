@@ -47,7 +47,7 @@ void CovarianceAdaptation::SetConstants(Eigen::Index dimension) {
   c_mu_ = std::min(1.0 - c_1_, 2.0 * (0.25 + mu_eff_ + 1.0 / mu_eff_ - 2.0) / ((n + 2.0) * (n + 2.0) + mu_eff_));
   expected_norm_ = std::sqrt(n) * (1.0 - 1.0 / (4.0 * n) + 1.0 / (21.0 * n * n));
 
-  // Negative weights sum up to the smallest of: what keeps C's size, what their variance allows, what keeps C definite.
+  // Limits of the sum of the negative weights: it keeps the scale of C, fits their variance, and keeps C definite.
   const double negative_sum =
       std::min({1.0 + c_1_ / c_mu_, 1.0 + 2.0 * negative_mu_eff / (mu_eff_ + 2.0), (1.0 - c_1_ - c_mu_) / (n * c_mu_)});
   positive /= positive.sum();
@@ -96,7 +96,7 @@ void CovarianceAdaptation::AdaptCovariance(const std::vector<int>& order, bool s
   for (int i = 0; i < num_samples(); ++i) {
     const int k = order[static_cast<size_t>(i)];
     double weight = weights_[i];
-    // Scaled to the expected length, a sample takes no more variance than C has.
+    // Scaled to the expected length, no sample removes more variance than C has.
     if (weight < 0.0) weight *= n / std::max(normals_.col(k).squaredNorm(), 1e-12);
     scaled_ = samples_.col(k) / sigma_;
     lower.rankUpdate(scaled_, c_mu_ * weight);
@@ -106,12 +106,12 @@ void CovarianceAdaptation::AdaptCovariance(const std::vector<int>& order, bool s
 void CovarianceAdaptation::Decompose() {
   constexpr double kLargestCondition = 1e14;
   since_decomposition_ = 0;
-  // What eigen_.compute() does, but for its allocations.
+  // Equivalent to eigen_.compute(), without its allocations.
   tridiagonal_.compute(covariance_);
   diagonal_ = tridiagonal_.diagonal();
   subdiagonal_ = tridiagonal_.subDiagonal();
   eigen_.computeFromTridiagonal(diagonal_, subdiagonal_);
-  if (eigen_.info() != Eigen::Success) return;  // the last basis serves on
+  if (eigen_.info() != Eigen::Success) return;  // keep the previous basis
   const double most = eigen_.eigenvalues().maxCoeff();
   const double least = most / kLargestCondition;
   if (eigen_.eigenvalues().minCoeff() < least) {

@@ -116,7 +116,7 @@ bool EqualityProjection::Correct(Eigen::Index first, int rows, const Eigen::Vect
   const auto low = lower.segment(first, step_.size()), high = upper.segment(first, step_.size());
   free_ = (high.array() > low.array()).cast<double>();
   SolveStep(rows);
-  // Variables that this would carry out of their bounds stay, and the others do their part.
+  // Fix the variables that the step moves out of their bounds, and solve again for the others.
   free_ = (free_.array() > 0.0 && (here + step_).array() >= low.array() && (here + step_).array() <= high.array())
               .cast<double>();
   SolveStep(rows);
@@ -154,7 +154,7 @@ void EqualityProjection::SolveStep(int rows) {
   multipliers = residuals_.head(rows);
   gram.triangularView<Eigen::Lower>().solveInPlace(multipliers);
   gram.transpose().triangularView<Eigen::Upper>().solveInPlace(multipliers);
-  step_.noalias() = jacobian.transpose() * multipliers;  // negated here, it would need a temporary
+  step_.noalias() = jacobian.transpose() * multipliers;  // negating it here would need a temporary
   step_.array() *= -free_.array();
 }
 

@@ -8,16 +8,15 @@
 
 namespace legopt {
 
-/// How a gradient method turns g_k, the (sampled or remembered) gradient, into the direction d_k of the step -alpha
-/// d_k.
+/// Rule that turns g_k, the sampled or remembered gradient, into the direction d_k of the step -alpha d_k.
 class GradientDirection {
  public:
   virtual ~GradientDirection() = default;
-  /// k = 0; forgets all gradients.
+  /// Sets k = 0 and discards all gradients.
   virtual void Reset(const Program& program) = 0;
-  /// One more gradient; `direction` has its size.
+  /// Adds a gradient and computes the next `direction`, which already has the gradient's size.
   virtual void Next(const Eigen::VectorXd& gradient, Eigen::VectorXd& direction) = 0;
-  /// True when the same gradient twice gives two directions.
+  /// Returns true if the direction depends on earlier gradients.
   virtual bool remembers() const { return false; }
 };
 
@@ -35,7 +34,7 @@ class SteepestDirection : public GradientDirection {
 ///     Nadam  mhat = beta1 m_k / (1 - beta1^(k+1)) + (1 - beta1) g_k / (1 - beta1^k)
 class MomentDirection : public GradientDirection {
  public:
-  /// `nesterov`: Nadam, else Adam.
+  /// Nadam if `nesterov`, else Adam.
   MomentDirection(const MomentOptions& options, bool nesterov) : options_(options), nesterov_(nesterov) {}
   void Reset(const Program& program) override;
   void Next(const Eigen::VectorXd& gradient, Eigen::VectorXd& direction) override;

@@ -8,27 +8,27 @@
 
 namespace legopt {
 
-/// What incremental methods make their direction of, for terms that are not in the batch (docs/readings.md).
+/// Data that incremental methods remember of terms outside the batch (docs/readings.md).
 enum class GradientMemory : std::uint8_t {
-  kGradients,  ///< of the last look at each term (paper, (22))
-  kModels      ///< of the linear models of that look, moved along with x as in I-SQP
+  kGradients,  ///< gradients at the last evaluation of each term (paper, (22))
+  kModels      ///< linear models at the last evaluation, moved along with x as in I-SQP
 };
 
 template <>
 inline constexpr auto kWords<GradientMemory> = Words<GradientMemory>({{GradientMemory::kGradients, "gradients"},
                                                                       {GradientMemory::kModels, "models"}});
 
-/// Numerical options of gradient methods: all that SGD has. Defaults are the paper's where it has any; every one is a
-/// key under `options:` of a method.
+/// Numerical options of gradient methods, complete for SGD. Defaults are the paper's where it states them; every one is
+/// a key under `options:` of a method.
 struct GradientOptions {
-  PenaltyOptions penalty;  ///< of the outer loop
-  /// w of the smooth penalties, per m or rad, > 0 (docs/readings.md#smooth-penalties). Measured on the postures: 1e2
-  /// solves more than 1e4 with every method and faster, and at mu >= 1e4 its optimum still meets the tolerance.
+  PenaltyOptions penalty;
+  /// w of the smooth penalties, per m or rad, > 0 (docs/readings.md#smooth-penalties). On the postures, 1e2 solves more
+  /// problems than 1e4 with every method, and faster; at mu >= 1e4 its optimum still meets the tolerance.
   double sharpness = 1e2;
-  LineSearchOptions line_search;                       ///< of the step lengths
-  GradientMemory memory = GradientMemory::kGradients;  ///< of incremental methods
+  LineSearchOptions line_search;
+  GradientMemory memory = GradientMemory::kGradients;  ///< used by incremental methods
 
-  /// Its keys under `options:` (option_fields.h).
+  /// Visits the fields under their keys in `options:` (option_fields.h).
   static void Visit(auto& options, auto& fields) {
     PenaltyOptions::Visit(options.penalty, fields);
     fields.Number("sharpness", options.sharpness, 1e-3, 1e12);
@@ -41,9 +41,9 @@ struct GradientOptions {
 struct MomentOptions {
   double beta1 = 0.9;     ///< decay of the first moment (paper), [0, 1)
   double beta2 = 0.999;   ///< decay of the second moment (paper), [0, 1)
-  double epsilon = 1e-8;  ///< > 0, docs/readings.md#moments
+  double epsilon = 1e-8;  ///< added to the root of the second moment, > 0 (docs/readings.md#moments)
 
-  /// Its keys under `options:` (option_fields.h).
+  /// Visits the fields under their keys in `options:` (option_fields.h).
   static void Visit(auto& options, auto& fields) {
     constexpr double kBelowOne = 0.999999;
     fields.Number("beta1", options.beta1, 0.0, kBelowOne);
@@ -52,12 +52,12 @@ struct MomentOptions {
   }
 };
 
-/// Adam, Nadam.
+/// Options of Adam and Nadam.
 struct MomentGradientOptions {
-  GradientOptions gradient;  ///< as for SGD
-  MomentOptions moments;     ///< of the direction
+  GradientOptions gradient;
+  MomentOptions moments;
 
-  /// Its keys under `options:` (option_fields.h).
+  /// Visits the fields under their keys in `options:` (option_fields.h).
   static void Visit(auto& options, auto& fields) {
     GradientOptions::Visit(options.gradient, fields);
     MomentOptions::Visit(options.moments, fields);

@@ -37,7 +37,7 @@ PenaltySolver::EpochEnd GradientSolver::Epoch(Program& program, Eigen::VectorXd&
     if (!NextIteration()) return EpochEnd::kInterrupted;
     const TermMask& batch = everything ? all_ : sampler_.NextBatch(context().Draws());
     if (!looked_) LookAt(program, x, batch);
-    looked_ = everything;  // the next batch is another one
+    looked_ = everything;  // otherwise the next batch has other terms
     line_.Aim(x, direction_, batch, remembers_terms() ? &models_ : nullptr);
     sampled_ = SampledGradient(program, batch);
     direction_rule_->Next(sampled_, direction_);
@@ -83,7 +83,7 @@ bool GradientSolver::Step(const Program& program, Eigen::VectorXd& x) {
   if (alpha == 0.0) return false;
   const double reached = line_.alpha() == alpha ? line_.value() : line_.Value(alpha);
   if (!std::isfinite(reached)) return false;
-  value_ = reached;  // without models this is the value of all terms at the new x
+  value_ = reached;  // if the batch has all terms, their value at the new x
   last_alpha_ = alpha;
   if (remembers_terms()) ShiftModels(program, line_.step(), models_);
   exact_ = objective_.exact();

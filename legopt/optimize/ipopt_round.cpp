@@ -8,31 +8,31 @@
 namespace legopt {
 namespace {
 
-constexpr double kIpoptInfinity = 2e19;  // beyond Ipopt's notion of "no bound"
-constexpr double kViolationShare = 0.1;  // of the constraint tolerance: what Ipopt aims at
+constexpr double kIpoptInfinity = 2e19;  // beyond Ipopt's threshold for "no bound"
+constexpr double kViolationShare = 0.1;  // share of the constraint tolerance that Ipopt must reach
 constexpr double kStagnantError = 0.1;   // largest optimality error at which Ipopt may stop when the cost stagnates
 constexpr int kStagnantIterations = 5;
-constexpr double kLaterBarrier = 1e-3;  // of rounds after the first, which start near an optimum
-constexpr double kLaterPush = 1e-6;     // how far they are moved away from bounds
+constexpr double kLaterBarrier = 1e-3;  // initial barrier of rounds after the first, which start near an optimum
+constexpr double kLaterPush = 1e-6;     // distance by which these are moved away from bounds
 
-/// A SlottedProgram as Ipopt wants to see it, and a watch over the solve: it asks the stop check, records the history
-/// and remembers the best point.
+/// Adapter of a SlottedProgram to Ipopt's interface. It also calls the stop check, records the history and stores the
+/// best point.
 class IpoptProgram : public Ipopt::TNLP {
  public:
   using Index = Ipopt::Index;
   using Number = Ipopt::Number;
 
-  /// What the solve is to know besides the problem.
+  /// Numerical settings of the solve.
   struct Settings {
-    double tolerance = 0.0;  ///< violation from which on a point is infeasible
-    double band = 0.0;       ///< half width that replaces each equality; 0 for true equalities
+    double tolerance = 0.0;  ///< a point with less violation is feasible
+    double band = 0.0;       ///< half width of the band that replaces each equality; 0 for true equalities
     double damping = 0.0;    ///< added to the diagonal of the Gauss-Newton matrix
   };
 
-  /// All must outlive the solve.
+  /// All arguments must outlive the solve.
   IpoptProgram(SlottedProgram& slotted, const SolverContext& context, const Settings& settings);
 
-  /// All but `end`. Throws what a term or the stop check threw.
+  /// Returns all members but `end`. Rethrows exceptions of terms and of the stop check.
   IpoptRound Result() const {
     if (error_) std::rethrow_exception(error_);
     return round_;
@@ -63,7 +63,7 @@ class IpoptProgram : public Ipopt::TNLP {
   bool Better(const ObjectiveValue& a, const ObjectiveValue& b) const;
 
   SlottedProgram& slotted_;
-  std::vector<size_t> preferred_;  ///< rows of preferences, in the order of their excesses
+  std::vector<size_t> preferred_;  ///< rows of preferences, in the order of their excess variables
   const SolverContext& context_;
   Settings settings_;
   IpoptRound round_;
@@ -230,7 +230,7 @@ void IpoptProgram::finalize_solution(Ipopt::SolverReturn, Index, const Number* x
   round_.last_dx = Eigen::Map<const Eigen::VectorXd>(x, round_.last_dx.size());
 }
 
-/// Ipopt requires at most as many equalities as free variables.
+/// Returns whether there are more equalities than free variables, which Ipopt does not accept.
 bool TooManyEqualities(const SlottedProgram& slotted) {
   const auto equality = [](const SlottedProgram::Row& row) { return row.kind == TermKind::kEquality; };
   const auto free = (slotted.upper().array() > slotted.lower().array()).count();

@@ -10,20 +10,20 @@
 
 namespace legopt {
 
-/// How one solve of a SlottedProgram by Ipopt ended.
+/// Result of one solve of a SlottedProgram by Ipopt.
 struct IpoptRound {
-  QuietIpopt::End end = QuietIpopt::End::kFailed;  ///< what Ipopt said
-  std::optional<SolveStatus> stop_status;          ///< what the stop check said last
-  int iterations = 0;                              ///< of Ipopt in this round
-  Eigen::VectorXd last_dx;                         ///< where Ipopt ended; the step alone
-  Eigen::VectorXd best_x;     ///< best point met: feasible before infeasible, then lower cost or smaller violation
-  ObjectiveValue best_value;  ///< exact, at best_x
+  QuietIpopt::End end = QuietIpopt::End::kFailed;  ///< Ipopt's exit status
+  std::optional<SolveStatus> stop_status;          ///< last answer of the stop check
+  int iterations = 0;                              ///< number of Ipopt iterations in this round
+  Eigen::VectorXd last_dx;                         ///< Ipopt's last point, without the excess variables
+  Eigen::VectorXd best_x;  ///< best point evaluated: feasible before infeasible, then lower cost or smaller violation
+  ObjectiveValue best_value;  ///< exact value at best_x
 };
 
-/// Solves `slotted` from its base point with at most `max_iterations`; asks the stop check, and adds to the history.
-/// Variables are dx, starting at zero, and for each row p of a preference its excess s: p - s <= 0, s >= 0, and weight
-/// s in the objective. Rounds after the first (`round` > 0) start near an optimum. Throws what a term or the stop check
-/// threw, outside of Ipopt.
+/// Solves `slotted` from its base point with at most `max_iterations`; calls the stop check and adds to the history.
+/// Variables are dx, starting at zero, and an excess s for each preference row p: p - s <= 0, s >= 0, and weight * s in
+/// the objective. Rounds after the first (`round` > 0) start near an optimum. Exceptions of terms and of the stop check
+/// are rethrown after Ipopt has returned.
 IpoptRound SolveByIpopt(SlottedProgram& slotted, const SolverContext& context, const IpoptOptions& options, int round,
                         int max_iterations);
 

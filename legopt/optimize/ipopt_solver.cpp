@@ -5,7 +5,7 @@
 namespace legopt {
 namespace {
 
-constexpr double kProgress = 0.9;  // of the violation: a failed round that came closer than this gets another
+constexpr double kProgress = 0.9;  // a failed round that reduces the violation below this share is followed by another
 
 }  // namespace
 

@@ -14,26 +14,25 @@ namespace legopt {
 ///
 ///     min F(x)   subject to   h(x) = 0,   g(x) <= 0,   bounds of x.
 ///
-/// Variables are dx about a base point; rows that come and go get slots. SlottedProgram says how and why that is sound:
-/// the feasible set of the program in slots is exactly the original one. Ipopt solves a sequence of such programs
-/// ("rounds"), each from where the last one ended: a round that converged at rows without a slot of their own, or that
-/// failed where it met such rows or came closer to feasibility, is followed by another one about the new point with
-/// slots for all rows there. Most problems need one.
+/// Variables are dx about a base point; rows that appear and disappear get slots. The feasible set of the program in
+/// slots is exactly the original one (see SlottedProgram). Ipopt solves a sequence of such programs ("rounds"),
+/// each from the end of the previous one. Another round follows if the last one converged while rows without a slot of
+/// their own were active. It also follows if the last one failed but found such rows or came closer to feasibility. The
+/// new round has slots for all rows at its base point. Most problems need one round.
 ///
 /// Second derivatives: Gauss-Newton for the costs plus a damping of the diagonal, none for the constraints; or Ipopt's
-/// limited-memory BFGS of all.
-/// When there are more equality rows than variables, equalities become bands of half the constraint tolerance (Ipopt
-/// demands degrees of freedom).
+/// limited-memory BFGS of both. If there are more equality rows than free variables, equalities become bands of plus
+/// and minus half the constraint tolerance (Ipopt requires degrees of freedom).
 ///
 /// The result is Ipopt's last point if it converged to a feasible one, else the best point of all evaluations. Points
-/// with non-finite terms are refused to Ipopt, which then shortens its step.
+/// with non-finite terms are rejected, and Ipopt then shortens its step.
 ///
-/// MUMPS allows one solve per process at a time: solves of all instances are serialised by a lock, and the stop check
-/// is not asked while waiting for it. Exceptions of terms and of the stop check pass through Solve, never through
+/// MUMPS allows one solve per process at a time: a lock serialises the solves of all instances, and the stop check is
+/// not called while waiting for it. Exceptions of terms and of the stop check leave Solve without passing through
 /// Ipopt.
 class IpoptSolver : public Solver {
  public:
-  /// Options as checked by Method::Validate; not looked at again.
+  /// `options` must have passed Method::Validate.
   explicit IpoptSolver(const IpoptOptions& options) : options_(options) {}
 
   SolverResult Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) override;
@@ -46,9 +45,9 @@ class IpoptSolver : public Solver {
 
   IpoptOptions options_;
   SlottedProgram slotted_;
-  ObjectiveValue value_;  ///< at x of the last round's end
+  ObjectiveValue value_;  ///< value at the end of the last round
   int iterations_ = 0;
-  std::optional<SolveStatus> stop_status_;  ///< what the stop check said
+  std::optional<SolveStatus> stop_status_;  ///< last answer of the stop check
   std::vector<double> scratch_;
 };
 

@@ -6,9 +6,9 @@
 namespace legopt {
 namespace {
 
-constexpr double kGrowth = 2.0;          // of the trial step while bracketing
-constexpr double kInset = 0.1;           // an interpolated step keeps this share of the interval from both ends
-constexpr double kSmallInterval = 1e-9;  // of the larger end: nothing left to zoom into
+constexpr double kGrowth = 2.0;          // factor of the trial step while bracketing
+constexpr double kInset = 0.1;           // interpolated steps keep this share of the interval from both ends
+constexpr double kSmallInterval = 1e-9;  // relative to the larger end: intervals below this are not divided further
 
 struct Point {
   double alpha = 0.0, value = 0.0, slope = 0.0;
@@ -42,7 +42,7 @@ class WolfeSearch {
   }
 
  private:
-  /// Between low_, the lowest point with sufficient decrease, whose slope points to high_, and high_.
+  /// Searches between low_, the lowest point with sufficient decrease, whose slope points to high_, and high_.
   LineSearchResult Zoom() {
     while (trials_ < options_.max_trials &&
            std::abs(high_.alpha - low_.alpha) > kSmallInterval * std::max(high_.alpha, low_.alpha)) {
@@ -71,12 +71,12 @@ class WolfeSearch {
 
   bool FlatEnough(const Point& p) const { return std::abs(p.slope) <= options_.curvature * std::abs(start_.slope); }
 
-  /// Minimiser of the parabola through both values and the slope at low_.
+  /// Returns the minimiser of the parabola through both values and the slope at low_.
   double Interpolate() const {
     const double width = high_.alpha - low_.alpha;
     const double curvature = high_.value - low_.value - low_.slope * width;
     double share = -low_.slope * width / (2.0 * curvature);
-    if (!std::isfinite(share)) share = kInset;  // beyond the domain: come back quickly
+    if (!std::isfinite(share)) share = kInset;  // outside the domain: return to it quickly
     return low_.alpha + std::clamp(share, kInset, 1.0 - kInset) * width;
   }
 

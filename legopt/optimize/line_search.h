@@ -8,19 +8,19 @@ namespace legopt {
 class LineFunction {
  public:
   virtual ~LineFunction() = default;
-  virtual double Value(double alpha) = 0;  ///< not finite where undefined
+  virtual double Value(double alpha) = 0;  ///< value at alpha; not finite where undefined
   virtual double Slope() = 0;              ///< derivative at the alpha of the last Value()
 };
 
-/// Options of SearchWolfe and of the gradient methods' steps.
+/// Options of SearchWolfe and of the step lengths of gradient methods.
 struct LineSearchOptions {
   double sufficient_decrease = 1e-4;  ///< c1 of Wolfe's conditions (paper), (0, 1)
   double curvature = 0.9;             ///< c2 (paper), (c1, 1)
   double max_step = 1.0;              ///< largest change of any variable in one step; rad and m, > 0
-  double short_step = 1e-3;           ///< the same where no Wolfe point is found, >= 0 (docs/readings.md#line-search)
-  int max_trials = 20;                ///< points looked at per search, >= 1
+  double short_step = 1e-3;  ///< largest change if no Wolfe point is found, >= 0 (docs/readings.md#line-search)
+  int max_trials = 20;       ///< maximum number of evaluations per search, >= 1
 
-  /// Its keys under `options:` (option_fields.h).
+  /// Visits the fields under their keys in `options:` (option_fields.h).
   static void Visit(auto& options, auto& fields) {
     fields.Number("sufficient_decrease", options.sufficient_decrease, 1e-12, 0.5);
     fields.Number("curvature", options.curvature, 1e-6, 0.999);
@@ -33,25 +33,25 @@ struct LineSearchOptions {
   }
 };
 
-/// phi(0), phi'(0) and the steps to begin and end with.
+/// Start of a line search.
 struct LineStart {
   double value = 0.0;        ///< phi(0), finite
-  double slope = 0.0;        ///< < 0
-  double first_alpha = 1.0;  ///< tried first, > 0; at most max_alpha is
-  double max_alpha = 1.0;    ///< longest step, > 0; +infinity: none
+  double slope = 0.0;        ///< phi'(0), < 0
+  double first_alpha = 1.0;  ///< first step to try, > 0; cut at max_alpha
+  double max_alpha = 1.0;    ///< longest step, > 0; +infinity: no limit
 };
 
-/// Where a search ended.
+/// Result of a line search.
 struct LineSearchResult {
   double alpha = 0.0;  ///< 0: no point with sufficient decrease was found
   double value = 0.0;  ///< phi(alpha)
   bool wolfe = false;  ///< both conditions hold; else the lowest point found with sufficient decrease
 };
 
-/// Step length by Wolfe's strong conditions,
-///     phi(a) <= phi(0) + c1 a phi'(0),   |phi'(a)| <= c2 |phi'(0)|,
-/// found by bracketing and zooming (Nocedal and Wright, algorithms 3.5 and 3.6). A value that is not finite counts as
-/// too high. A step of max_alpha with sufficient decrease is taken whatever its slope.
+/// Finds a step length by bracketing and zooming (Nocedal and Wright, algorithms 3.5 and 3.6) that satisfies Wolfe's
+/// strong conditions:
+///     phi(a) <= phi(0) + c1 a phi'(0),   |phi'(a)| <= c2 |phi'(0)|.
+/// Non-finite values count as too high. A step of max_alpha with sufficient decrease is accepted whatever its slope.
 LineSearchResult SearchWolfe(LineFunction& phi, const LineStart& start, const LineSearchOptions& options);
 
 }  // namespace legopt

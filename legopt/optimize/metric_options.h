@@ -6,7 +6,7 @@ namespace legopt {
 struct MetricOptions {
   double smoothness = 1.0;  ///< weight of the differences between waypoints, >= 0
 
-  /// Its key under `options:` (option_fields.h).
+  /// Visits the field under its key in `options:` (option_fields.h).
   static void Visit(auto& options, auto& fields) { fields.Number("smoothness", options.smoothness, 0.0, 1e9); }
 };
 

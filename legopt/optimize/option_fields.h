@@ -11,8 +11,8 @@
 
 namespace legopt {
 
-/// Visitor of a set of options. Each struct of options lists its fields once, for reading, writing, checking and
-/// hashing, in a template that takes itself as it is or const:
+/// Visitor of a set of options. Each options struct lists its fields once, for reading, writing, checking and
+/// hashing, in a template that takes the struct as it is or const:
 ///
 ///     struct DescentOptions {
 ///       double step = 0.1;  ///< length of a step, > 0
@@ -24,26 +24,27 @@ namespace legopt {
 ///       }
 ///     };
 ///
-/// `fields` is then an OptionFields, which may change the values, or a ConstOptionFields, which may not. Keys are those
-/// of files; a struct that holds another one has its Visit called in between.
+/// `fields` is then an OptionFields, which may change the values, or a ConstOptionFields, which may not. Keys are the
+/// keys used in files. A struct that contains another options struct calls the latter's Visit.
 template <bool is_const>
 class BasicOptionFields {
  public:
   template <class T>
-  /// How a Visit hands over a field: to be changed, or to be read only.
+  /// Type of a field as Visit passes it: a mutable or a const reference.
   using Field = std::conditional_t<is_const, const T&, T&>;
 
   virtual ~BasicOptionFields() = default;
 
-  /// Values from `low` to `high`, both included.
+  /// Visits a number in [low, high].
   virtual void Number(const char* key, Field<double> value, double low, double high) = 0;
-  /// Whole numbers from `low` to `high`, both included.
+  /// Visits an integer in [low, high].
   virtual void Integer(const char* key, Field<int> value, int low, int high) = 0;
-  virtual void Boolean(const char* key, Field<bool> value) = 0;  ///< true or false
-  /// The BLAKE2b-256 of something, 64 lower-case hexadecimal digits: what belongs to a method without being in it.
+  virtual void Boolean(const char* key, Field<bool> value) = 0;  ///< Visits a boolean.
+  /// Visits a BLAKE2b-256 digest (64 lower-case hexadecimal digits) of data that belongs to a method but is stored
+  /// outside of it.
   virtual void Digest(const char* key, Field<std::string> value) = 0;
 
-  /// A value of an enumeration, by its word.
+  /// Visits a value of an enumeration by its name.
   template <class Enum>
   requires Worded<std::remove_const_t<Enum>>
   void Choice(const char* key, Enum& value) {
@@ -52,32 +53,32 @@ class BasicOptionFields {
     if constexpr (!is_const) value = static_cast<Enum>(index);
   }
 
-  /// The same for an option that came later than the results of others: while it has its `usual` value, it is not
-  /// written, so that methods that leave it out keep their canonical form and hash.
+  /// Visits an enumeration that was added after results had been published. It is not written while it has its `usual`
+  /// value, so that methods without it keep their canonical form and hash.
   template <class Enum>
   requires Worded<std::remove_const_t<Enum>>
   void LaterChoice(const char* key, Enum& value, std::remove_const_t<Enum> usual) {
     if (value != usual || !leaves_usual_out()) Choice(key, value);
   }
 
-  /// The same for a number.
+  /// Visits a number that was added later, as LaterChoice.
   void LaterNumber(const char* key, Field<double> value, double low, double high, double usual) {
     if (value != usual || !leaves_usual_out()) Number(key, value, low, high);
   }
 
-  /// A key that there was once. Who still writes it gets an error with `fix`, what to write instead.
+  /// Declares a removed key. Files that still contain it get an error with `fix`, the text to write instead.
   virtual void Former(const char* /*key*/, const char* /*fix*/) {}
 
-  /// A condition between two fields that have been visited. `key` is the one to blame, with its value as text; it is
-  /// not asked where one of the two is wrong by itself.
+  /// Checks a condition between two fields that have been visited. Errors are reported at `key` with its value as text.
+  /// The check is skipped if one of the two fields is invalid by itself.
   virtual void Require(bool condition, const char* key, const char* other, const std::string& value,
                        const std::string& message, const std::string& fix) = 0;
 
  protected:
-  /// Whether the usual value of a later option stays unsaid.
+  /// Returns whether a later option with its usual value is left out.
   virtual bool leaves_usual_out() const { return false; }
 
-  /// What Choice comes down to: `index` is the place in `words`, or beyond them for what is no value.
+  /// Implements Choice: `index` is the position in `words`; larger indices are invalid.
   virtual void Word(const char* key, Field<std::size_t> index, std::span<const std::string_view> words) = 0;
 
  private:
@@ -89,9 +90,9 @@ class BasicOptionFields {
   }();
 };
 
-/// What may change the values: readers.
+/// Visitors that may change the values: readers.
 using OptionFields = BasicOptionFields<false>;
-/// What may not: checkers, writers, hashes.
+/// Visitors that may not change the values: checkers, writers, hashes.
 using ConstOptionFields = BasicOptionFields<true>;
 
 }  // namespace legopt

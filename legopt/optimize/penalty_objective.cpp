@@ -6,7 +6,7 @@ namespace legopt {
 
 namespace {
 
-/// max(0, r); NaN stays NaN.
+/// Returns max(0, r); NaN stays NaN.
 double Excess(double r) { return r > 0.0 || std::isnan(r) ? r : 0.0; }
 
 }  // namespace

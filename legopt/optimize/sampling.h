@@ -2,10 +2,10 @@
 
 namespace legopt {
 
-/// Which terms an iteration looks at (paper, section IV).
+/// Selection of the terms that an iteration evaluates (paper, section IV).
 struct Sampling {
   int percent = 100;         ///< share of the program's terms that is refreshed per iteration, 1..100
-  bool incremental = false;  ///< terms that are not refreshed keep their last gradient or model instead of dropping out
+  bool incremental = false;  ///< terms that are not refreshed keep their last gradient or model
 };
 
 }  // namespace legopt

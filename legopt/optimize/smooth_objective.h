@@ -11,18 +11,19 @@
 
 namespace legopt {
 
-/// Which terms a sum takes: entry i is nonzero when term i is in it.
+/// Selection of the terms of a sum: entry i is nonzero if term i is included.
 using TermMask = std::vector<std::uint8_t>;
 
-/// One gradient per term, in the tangent spaces of the waypoints that it touches (num_waypoints * tangent_size).
+/// One gradient per term, in the tangent spaces of the waypoints that the term touches (num_waypoints * tangent_size).
 class TermGradients {
  public:
-  /// All zero, for the terms of `program`.
+  /// Sets all gradients to zero, for the terms of `program`.
   void Reset(const Program& program);
 
-  Eigen::VectorXd& of_term(size_t k) { return by_term_[k]; }  ///< of term k
+  Eigen::VectorXd& of_term(size_t k) { return by_term_[k]; }  ///< gradient of term k
 
-  /// sum = gradients of the terms in `mask`, in the order of the terms; num_waypoints * tangent_size of the program.
+  /// Sets `sum` to the gradients of the terms in `mask`, added in the order of the terms; num_waypoints *
+  /// tangent_size of the program.
   void Sum(const Program& program, const TermMask& mask, Eigen::VectorXd& sum) const;
 
  private:
@@ -33,32 +34,32 @@ class TermGradients {
 /// (smooth_penalty.h), over any subset of the terms. A workspace; one thread.
 class SmoothObjective {
  public:
-  /// `program` must outlive the use that follows; `sharpness` is w of the smooth penalties, > 0.
+  /// Sets the program, which must outlive all later calls, and w > 0 of the smooth penalties.
   void Reset(Program& program, double sharpness);
-  void set_penalty(double mu) { penalty_ = mu; }  ///< mu >= 0, for the values and gradients that follow
+  void set_penalty(double mu) { penalty_ = mu; }  ///< mu >= 0, for later values and gradients
 
-  /// Moves to x and sums the terms in `mask`. Not finite when a term is not.
+  /// Moves to x and returns the sum of the terms in `mask`; not finite if a term is not.
   double Value(Eigen::Ref<const Eigen::VectorXd> x, const TermMask& mask);
 
-  /// The same, with the gradients and models of the terms in `mask`; looks at each term once.
+  /// Returns Value() and computes the gradients and models of the terms in `mask`; evaluates each term once.
   double ValueAndGradients(Eigen::Ref<const Eigen::VectorXd> x, const TermMask& mask, TermGradients& gradients,
                            TermModels& models);
 
-  /// The smoothed sum of the terms that are *not* in `mask`, by their models, at dx from where the models are; adds its
-  /// gradient to `gradient`. Looks at no term.
+  /// Returns the smoothed sum of the models of the terms that are *not* in `mask`, at dx from the models' point, and
+  /// adds its gradient to `gradient`. Evaluates no term.
   double ModelValue(const TermModels& models, const TermMask& mask, const Eigen::VectorXd& dx,
                     Eigen::VectorXd& gradient) const;
 
   /// Exact values of the terms that the last Value() or ValueAndGradients() summed.
   const ObjectiveValue& exact() const { return exact_; }
 
-  /// Gradients of the terms in `mask` at the point of the last Value().
+  /// Computes the gradients of the terms in `mask` at the point of the last Value().
   void Gradients(const TermMask& mask, TermGradients& gradients);
 
  private:
-  /// Adds the rows in residuals_ of term k to exact_; its smoothed share.
+  /// Adds the rows in residuals_ of term k to exact_ and returns their smoothed share.
   double AddShare(size_t k);
-  /// Model and gradient of term k at the program's point.
+  /// Computes model and gradient of term k at the program's point.
   void LinearizeTerm(size_t k, LinearModel& model, Eigen::VectorXd& gradient);
 
   Program* program_ = nullptr;

@@ -7,32 +7,32 @@
 
 namespace legopt {
 
-/// How the trust box changes between steps.
+/// Rule for resizing the trust box between steps.
 enum class TrustRule : std::uint8_t {
   kTrajOpt,   ///< multiplied by the ratios after every step
-  kMeasured,  ///< expands only after a step that reached the box and gained more than 3/4 of what was predicted, and
-              ///< shrinks from the rejected step
+  kMeasured,  ///< expands only after a step that reached the box and gained more than 3/4 of the predicted decrease,
+              ///< and shrinks from the length of the rejected step
 };
 
 template <>
 inline constexpr auto kWords<TrustRule> = Words<TrustRule>({{TrustRule::kTrajOpt, "trajopt"},
                                                             {TrustRule::kMeasured, "measured"}});
 
-/// Who solves the convex subproblem.
+/// Solver of the convex subproblem.
 enum class SubproblemMethod : std::uint8_t {
   kInteriorPoint,  ///< InteriorPointSolver
-  kIpopt           ///< IpoptSubproblemSolver: a check on the other, slow
+  kIpopt           ///< IpoptSubproblemSolver: slow, a check of the other one
 };
 
 template <>
 inline constexpr auto kWords<SubproblemMethod> = Words<SubproblemMethod>(
     {{SubproblemMethod::kInteriorPoint, "interior_point"}, {SubproblemMethod::kIpopt, "ipopt"}});
 
-/// When an inner loop ends as soon as the constraints hold after an accepted step, converged or not.
+/// Inner loops that end as soon as the constraints hold after an accepted step, converged or not.
 enum class FeasibleStop : std::uint8_t {
-  kIncremental,  ///< with remembered models: Algorithm 1 of the paper
-  kAlways,       ///< whatever the sample
-  kNever         ///< only when converged
+  kIncremental,  ///< loops with remembered models: Algorithm 1 of the paper
+  kAlways,       ///< all loops, whatever the sample
+  kNever         ///< none: loops end when converged
 };
 
 template <>
@@ -43,32 +43,32 @@ inline constexpr auto kWords<FeasibleStop> = Words<FeasibleStop>({{FeasibleStop:
 /// Numerical options of the trust-region SQP (docs/readings.md#sqp). Defaults are TrajOpt's with the paper's penalties;
 /// every one is a key under `options:` of a method.
 struct SqpOptions {
-  double trust_box_size = 0.1;            ///< initial half width s of the trust box; rad and m. > min_trust_box_size
-  double min_trust_box_size = 1e-4;       ///< the loop ends below this. > 0
-  double trust_shrink_ratio = 0.1;        ///< s after a rejected step, (0, 1)
-  double trust_expand_ratio = 1.5;        ///< s after an accepted step, >= 1
-  double improve_ratio_threshold = 0.25;  ///< accept when actual >= threshold * predicted decrease, (0, 1)
-  double min_approx_improve = 1e-4;       ///< converged when the predicted decrease is smaller, >= 0
-  double min_approx_improve_frac = 1e-3;  ///< the same relative to the merit, >= 0
-  double constraint_tolerance = 1e-4;     ///< of each violation, (0, 1e-3]: docs/readings.md#solver-tolerance
+  double trust_box_size = 0.1;            ///< initial half width s of the trust box; rad and m; > min_trust_box_size
+  double min_trust_box_size = 1e-4;       ///< half width below which the loop ends, > 0
+  double trust_shrink_ratio = 0.1;        ///< factor of s after a rejected step, (0, 1)
+  double trust_expand_ratio = 1.5;        ///< factor of s after an accepted step, >= 1
+  double improve_ratio_threshold = 0.25;  ///< steps are accepted if actual >= threshold * predicted decrease, (0, 1)
+  double min_approx_improve = 1e-4;       ///< converged if the predicted decrease is smaller, >= 0
+  double min_approx_improve_frac = 1e-3;  ///< converged if the predicted decrease is a smaller share of the merit, >= 0
+  double constraint_tolerance = 1e-4;     ///< largest allowed violation, (0, 1e-3]: docs/readings.md#solver-tolerance
   double initial_penalty = 1e2;           ///< mu of the first penalty iteration (paper), > 0
-  double penalty_increase_ratio = 10.0;   ///< > 1
+  double penalty_increase_ratio = 10.0;   ///< factor of mu between penalty iterations, > 1
   int max_penalty_iterations = 11;        ///< mu = 1e2 .. 1e12 (paper), 1..20
   int max_iterations = 50;                ///< convexifications per penalty value, >= 1
-  TrustRule trust_rule = TrustRule::kTrajOpt;  ///< which steps resize the box, and from what
-  /// false: while the constraints hold, a decrease of their remaining violations does not count as an improvement.
+  TrustRule trust_rule = TrustRule::kTrajOpt;
+  /// If false, a decrease of the remaining violations does not count as an improvement while the constraints hold.
   bool polish_violations = true;
-  FeasibleStop stop_when_feasible = FeasibleStop::kIncremental;  ///< which inner loops end where the constraints hold
-  /// A subproblem may end this share of the merit above its optimum, or once no step could be worth it by
-  /// min_approx_improve; the loop has converged then. > 0
+  FeasibleStop stop_when_feasible = FeasibleStop::kIncremental;
+  /// Accuracy of a subproblem: it may end at a merit that exceeds its optimum by this share of the merit. It may also
+  /// end once no step can reach min_approx_improve; the loop has converged then. > 0
   double subproblem_accuracy_frac = 1e-8;
-  /// While the constraints do not hold, a subproblem may also end once its step has this share of the decrease that is
-  /// possible at most; 1: never for that. [0.1, 1]
+  /// While the constraints do not hold, a subproblem may also end once its step reaches this share of the largest
+  /// possible decrease; 1: never for that reason. [0.1, 1]
   double subproblem_decrease_share = 1.0;
-  SubproblemMethod subproblem = SubproblemMethod::kInteriorPoint;  ///< who solves the convex model
+  SubproblemMethod subproblem = SubproblemMethod::kInteriorPoint;
 
-  /// Its keys under `options:` (option_fields.h). `usual_share`: the subproblem_decrease_share of methods that were
-  /// stored before there was one; 0 where it is always written.
+  /// Visits the fields under their keys in `options:` (option_fields.h). `usual_share`: the
+  /// subproblem_decrease_share of stored methods without this key; 0: the key is always written.
   static void Visit(auto& options, auto& fields, double usual_share = 1.0) {
     constexpr double kTiny = 1e-12;
     constexpr double kHuge = 1e15;

@@ -10,9 +10,9 @@ namespace legopt {
 namespace {
 
 // The subproblem must be solved well enough for the convergence test on the predicted decrease to mean something.
-constexpr double kSubproblemShare = 0.05;    // of min_approx_improve
-constexpr double kGoodShare = 0.75;          // of the predicted decrease: the model is good where the step led
-constexpr double kReachedShare = 0.99;       // of the trust box: a step that long was cut by it
+constexpr double kSubproblemShare = 0.05;    // share of min_approx_improve
+constexpr double kGoodShare = 0.75;          // share of the predicted decrease from which on the model counts as good
+constexpr double kReachedShare = 0.99;       // share of the trust box from which on a step counts as cut by it
 constexpr double kTrustRestartFactor = 1.5;  // TrajOpt: s is at least 1.5 min / shrink after a penalty increase
 
 std::unique_ptr<SubproblemSolver> MakeSubproblemSolver(SubproblemMethod method) {
@@ -153,14 +153,14 @@ bool SqpSolver::SolveSubproblem(const Program& program, const Eigen::VectorXd& x
   const double merit = value_.Merit(penalty_);
   const SubproblemSolver::Accuracy accuracy = {
       .gap = std::max(kSubproblemShare * options_.min_approx_improve, options_.subproblem_accuracy_frac * merit),
-      // Where the constraints hold, the last steps decide the cost.
+      // Once the constraints hold, the last steps decide the cost.
       .share = Satisfied() ? 1.0 : options_.subproblem_decrease_share,
       .negligible = std::max(options_.min_approx_improve, options_.min_approx_improve_frac * merit)};
   return subproblem_solver_->Solve(*subproblem_, accuracy, dx_).status != SubproblemSolver::Status::kFailed;
 }
 
 SqpSolver::StepEnd SqpSolver::TrustRegionLoop(Program& program, Eigen::VectorXd& x) {
-  const double model = subproblem_->Value(zero_);  // the merit, unless terms are stale or missing
+  const double model = subproblem_->Value(zero_);  // equals the merit, unless terms are stale or missing
   while (trust_box_ >= options_.min_trust_box_size) {
     stop_status_ = context_->Stopped();
     if (stop_status_) return StepEnd::kStopped;

@@ -14,16 +14,16 @@ struct StompOptions {
     metric.smoothness = 10.0;
   }
 
-  PenaltyOptions penalty;         ///< of the outer loop, with more patience than that of gradient methods
-  MetricOptions metric;           ///< R of the noise and of the updates, of accelerations
+  PenaltyOptions penalty;         ///< longer limits than for gradient methods
+  MetricOptions metric;           ///< acceleration metric R of the noise and of the updates
   int rollouts = 20;              ///< noisy points per iteration, >= 2
-  double noise = 0.05;            ///< standard deviation at the start, of the waypoint that varies most; rad and m, > 0
-  double noise_floor = 1e-5;      ///< it never falls below, > 0
+  double noise = 0.05;            ///< initial standard deviation at the waypoint that varies most; rad and m, > 0
+  double noise_floor = 1e-5;      ///< lower limit of the standard deviation, > 0
   double noise_growth = 1.2;      ///< factor after an update that lowered the objective, up to `noise`, >= 1
-  double noise_shrinkage = 0.95;  ///< factor after one that did not, (0, 1)
-  double selectivity = 10.0;      ///< h: weight e^-h of a waypoint's worst rollout against its best, > 0
+  double noise_shrinkage = 0.95;  ///< factor after other updates, (0, 1)
+  double selectivity = 10.0;      ///< h: a waypoint's worst rollout has e^-h times the weight of its best, > 0
 
-  /// Its keys under `options:` (option_fields.h).
+  /// Visits the fields under their keys in `options:` (option_fields.h).
   static void Visit(auto& options, auto& fields) {
     PenaltyOptions::Visit(options.penalty, fields);
     MetricOptions::Visit(options.metric, fields);

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Merit that orders points with terms that are not finite last.
+/// Merit for sorting: points with non-finite terms come last.
 double OrderedMerit(const ObjectiveValue& value, double penalty) {
   return value.IsFinite() ? value.Merit(penalty) : kInfinity;
 }
@@ -87,7 +87,7 @@ void StompSolver::Combine(const Program& program) {
     const double least = costs.minCoeff();
     double most = least;
     for (const double cost : costs) most = std::isfinite(cost) && cost > most ? cost : most;
-    if (!(most > least)) continue;  // nothing to tell the rollouts apart, or none is finite
+    if (!(most > least)) continue;  // all rollouts cost the same, or none is finite
     for (int k = 0; k < options_.rollouts; ++k) {
       weights_[k] = std::exp(-options_.selectivity * (costs[k] - least) / (most - least));
     }

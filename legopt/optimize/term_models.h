@@ -10,8 +10,8 @@ namespace legopt {
 /// One linear model per term of a program, in the order of the terms.
 using TermModels = std::vector<LinearModel>;
 
-/// Moves all models along with x, by dx (num_waypoints * tangent_size): what incremental methods keep of terms that
-/// they do not look at.
+/// Moves all models along with x by dx (num_waypoints * tangent_size). Incremental methods keep the models of terms
+/// that they do not evaluate.
 void ShiftModels(const Program& program, const Eigen::VectorXd& dx, TermModels& models);
 
 }  // namespace legopt

@@ -32,7 +32,7 @@ void TermSampler::Reset(const Program& program, const Sampling& sampling) {
 }
 
 void TermSampler::Shuffle(std::mt19937_64& generator, int first, int count) {
-  // Fisher and Yates. The modulo's bias is below 1e-17 for any number of terms.
+  // Fisher-Yates shuffle. The modulo's bias is below 1e-17 for any number of terms.
   for (int i = first; i < first + count; ++i) {
     const auto left = static_cast<std::uint64_t>(num_units() - i);
     std::swap(order_[static_cast<size_t>(i)], order_[static_cast<size_t>(i) + generator() % left]);

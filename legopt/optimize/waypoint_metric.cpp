@@ -7,7 +7,7 @@
 namespace legopt {
 namespace {
 
-/// K, one row per difference.
+/// Returns K, one row per difference.
 Eigen::MatrixXd DifferencesOf(int num_waypoints, Differences differences) {
   const bool velocities = differences == Differences::kVelocities;
   const int width = velocities ? 2 : 3;
@@ -28,7 +28,7 @@ Eigen::MatrixXd DifferencesOf(int num_waypoints, Differences differences) {
 bool FirstWaypointIsFixed(const Program& program) {
   const Eigen::Index chain = program.num_waypoints(), size = program.tangent_size();
   if (chain < 2) return false;
-  // What is fixed is so wherever the chain stands.
+  // Fixed variables are the same at every point.
   const Eigen::VectorXd anywhere = Eigen::VectorXd::Zero(chain * program.point_size());
   Eigen::VectorXd lower(chain * size), upper(chain * size);
   program.StepBounds(anywhere, lower, upper);

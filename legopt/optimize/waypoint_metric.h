@@ -7,38 +7,39 @@
 
 namespace legopt {
 
-/// What a metric along a chain of waypoints weighs.
+/// Differences along a chain of waypoints that a metric penalises.
 enum class Differences : std::uint8_t {
   kVelocities,    ///< (K x)_t = x_{t+1} - x_t
   kAccelerations  ///< (K x)_t = x_{t-1} - 2 x_t + x_{t+1}
 };
 
-/// Whether there is more than one waypoint and the bounds leave the first nothing to move.
+/// Returns whether there is more than one waypoint and the bounds fix the first.
 bool FirstWaypointIsFixed(const Program& program);
 
 /// The metric of CHOMP (velocities) and STOMP (accelerations) on chains of T waypoints, the same for every variable:
 ///
-///     A = I + smoothness K^T K,   T x T,
+///     A = I + smoothness K^T K,   T x T.
 ///
-/// so that A^-1 spreads a change over the neighbouring waypoints and leaves equal changes of all of them as they are.
-/// Published metrics are K^T K alone, which the known ends of their trajectories make invertible; the ends of ours are
-/// free, hence the identity. A first waypoint that is fixed is left out of A, and what multiplies by A^-1 is zero
-/// there. The identity for one waypoint. Vectors are T blocks of equal size. A workspace; one thread.
+/// A^-1 spreads a change over the neighbouring waypoints and does not alter an equal change of all waypoints. Published
+/// metrics are K^T K alone, which the fixed ends of their trajectories make invertible; here the ends are free, hence
+/// the identity. A first waypoint that is fixed is left out of A, and products with A^-1 are zero there. For one
+/// waypoint, A is the identity. Vectors are T blocks of equal size. A workspace; one thread.
 class WaypointMetric {
  public:
-  /// For vectors of num_waypoints * block_size entries; smoothness >= 0. Factors A: cubic in the number of waypoints.
+  /// Prepares for vectors of num_waypoints * block_size entries; smoothness >= 0. Factors A: cubic in the number of
+  /// waypoints.
   void Reset(int num_waypoints, int block_size, double smoothness, Differences differences, bool first_fixed = false);
 
-  /// Entry of A^-1.
+  /// Returns entry (s, t) of A^-1.
   double Inverse(Eigen::Index s, Eigen::Index t) const { return inverse_(s, t); }
-  /// v = A^-1 v.
+  /// Sets v = A^-1 v.
   void ApplyInverse(Eigen::VectorXd& v) { Multiply(inverse_, v); }
 
-  /// Turns independent standard normal entries into ones of covariance A^-1 / a along the chain, with a the largest
+  /// Transforms independent standard normal entries to covariance A^-1 / a along the chain, where a is the largest
   /// diagonal entry of A^-1: the waypoint that varies most has variance 1.
   void Correlate(Eigen::VectorXd& v) { Multiply(root_, v); }
 
-  /// v = M v, with M the matrix A^-1 whose columns are scaled so that their largest entries are 1 / T (STOMP).
+  /// Sets v = M v, where M is A^-1 with columns scaled so that their largest entries are 1 / T (STOMP).
   void Smooth(Eigen::VectorXd& v) { Multiply(smoother_, v); }
 
  private:

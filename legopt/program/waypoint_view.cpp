@@ -10,7 +10,7 @@ TermShape AsOfTheFirst(TermShape shape) {
   return shape;
 }
 
-/// A term of the whole program, which counts the evaluations.
+/// Term of the whole program as waypoint 0. The original term counts the evaluations.
 class SeenTerm : public Term {
  public:
   explicit SeenTerm(Term& term) : Term(AsOfTheFirst(term.shape())), term_(&term) {}

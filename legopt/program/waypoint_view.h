@@ -7,23 +7,22 @@
 
 namespace legopt {
 
-/// One waypoint of a program by itself: its variables, and the constraints that touch nothing else. Costs and
-/// preferences are left out. Where constraints do not couple waypoints, a point of the whole is feasible if and only if
-/// every view of it is.
+/// One waypoint of a program alone: its variables, and the constraints that touch no other waypoint. Costs and
+/// preferences are left out. If constraints do not couple waypoints, a point of the whole program is feasible if and
+/// only if every view of it is.
 ///
-/// A workspace over the whole program, which must outlive it and whose point it moves; evaluations count as the whole
+/// A workspace over the whole program, which must outlive it and whose point it changes. Evaluations count as the whole
 /// program's. One thread.
 class WaypointView : public Program {
  public:
-  /// `waypoint` of `whole`, the others as in `x` (num_waypoints * point_size of the whole).
+  /// Views `waypoint` of `whole`, with the others as in `x` (num_waypoints * point_size of the whole).
   WaypointView(Program& whole, int waypoint, Eigen::Ref<const Eigen::VectorXd> x);
 
   int num_waypoints() const override { return 1; }
   int tangent_size() const override { return whole_->tangent_size(); }
   int point_size() const override { return whole_->point_size(); }
-  /// Those of the whole, seen as of waypoint 0.
+  /// Returns the constraints of the waypoint, which becomes waypoint 0.
   const std::vector<std::unique_ptr<Term>>& terms() const override { return terms_; }
-  /// Of the whole.
   void Forget() override { whole_->Forget(); }
   void SetPoint(Eigen::Ref<const Eigen::VectorXd> x) override;
   void Retract(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<const Eigen::VectorXd> dx,
@@ -33,11 +32,11 @@ class WaypointView : public Program {
                   Eigen::Ref<Eigen::VectorXd> upper) const override;
   void ProjectOnBounds(Eigen::Ref<Eigen::VectorXd> x) const override;
 
-  /// Whether the whole program lets the waypoint move.
+  /// Returns whether the whole program lets the waypoint move.
   bool IsFree() const;
 
  private:
-  /// The waypoint's part of a vector with `size` entries for each.
+  /// Returns the waypoint's part of a vector with `size` entries per waypoint.
   auto Part(Eigen::VectorXd& vector, int size) const {
     return vector.segment(static_cast<Eigen::Index>(waypoint_) * size, size);
   }
@@ -45,7 +44,7 @@ class WaypointView : public Program {
   Program* whole_;
   int waypoint_;
   std::vector<std::unique_ptr<Term>> terms_;
-  mutable Eigen::VectorXd x_, dx_, next_, lower_, upper_;  ///< of the whole
+  mutable Eigen::VectorXd x_, dx_, next_, lower_, upper_;  ///< vectors of the whole program
 };
 
 }  // namespace legopt

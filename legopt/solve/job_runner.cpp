@@ -8,7 +8,8 @@
 namespace legopt {
 namespace {
 
-/// "window 1 of 3 (stances 5 to 10) unsolved: waypoint 12: ...", with windows, stances and waypoints counted from 0.
+/// Returns "window 1 of 3 (stances 5 to 10) unsolved: waypoint 12: ...", with windows, stances and waypoints
+/// counted from 0.
 std::string DescribeUnsolved(const SolveOutcome& solve, const std::string& judged) {
   const UnsolvedWindow& window = *solve.unsolved;
   const std::string name = "window " + std::to_string(solve.windows_solved) + " of " + std::to_string(solve.windows) +
@@ -47,8 +48,8 @@ JobResult JobRunner::Run(const Job& job, const JobHooks& hooks) {
   return result;
 }
 
-/// The verdict of a motion that ended at a window without a solution of it. The window's best point is judged, for its
-/// figures and the detail, and never counts as solved.
+/// Returns the verdict of a motion that ended at an unsolved window. The window's best point is judged for its figures
+/// and the detail; it never counts as solved.
 Evaluation JobRunner::JudgeUnsolved(Task task, const ProblemDefinition& problem, const SolveOutcome& solve) {
   const UnsolvedWindow& window = *solve.unsolved;
   Evaluation evaluation;

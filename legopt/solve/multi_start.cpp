@@ -3,7 +3,7 @@
 namespace legopt {
 namespace {
 
-/// True when attempt `a` is the better one to return.
+/// Returns whether attempt `a` is the better result.
 bool Better(const SolverResult& a, const SolverResult& b) {
   if (a.feasible != b.feasible) return a.feasible;
   return a.value.IsFinite() && !(b.value.max_violation <= a.value.max_violation);

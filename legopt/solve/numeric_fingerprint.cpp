@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kSamples = 48;
 
-/// In [0, 1), the same on every machine, and nothing that a compiler could compute beforehand.
+/// Numbers in [0, 1), the same on every machine. Volatile, so that a compiler cannot precompute them.
 class FixedNumbers {
  public:
   double Next() {
@@ -65,7 +65,7 @@ void AddElementaryFunctions(FixedNumbers& numbers, Sum& sum) {
 TriangleMesh Tetrahedron(FixedNumbers& numbers) {
   TriangleMesh mesh;
   for (int i = 0; i < 4; ++i) {
-    // Corners of a cube that are no neighbours, each moved a little.
+    // Corners of a cube that are not adjacent, each moved a little.
     const Eigen::Vector3d corner(i & 1 ? 0.5 : -0.5, i & 2 ? 0.5 : -0.5, (i == 1 || i == 2) ? 0.5 : -0.5);
     mesh.vertices.push_back(corner + 0.2 * Eigen::Vector3d(numbers.Next(), numbers.Next(), numbers.Next()));
   }
@@ -86,7 +86,7 @@ void AddContacts(FixedNumbers& numbers, Sum& sum) {
   }
 }
 
-/// A function of the Fortran libraries, if any library of the process has it.
+/// Returns a function of the Fortran libraries, or null if no library of the process has it.
 template <class Function>
 Function* Loaded(const char* name) {
   void* const symbol = dlsym(RTLD_DEFAULT, name);
@@ -98,8 +98,8 @@ Function* Loaded(const char* name) {
 using Product = double(const int*, const double*, const int*, const double*, const int*);
 using Factors = void(const char*, const int*, double*, const int*, int*);
 
-/// Ipopt's linear algebra: a scalar product, and the Cholesky factors of a matrix of a size that is worked on in
-/// blocks.
+/// Adds Ipopt's linear algebra: a scalar product, and the Cholesky factors of a matrix that is large enough to be
+/// processed in blocks.
 void AddLinearAlgebra(FixedNumbers& numbers, Sum& sum) {
   constexpr int kSize = 150, kOne = 1;
   const Eigen::MatrixXd random = Eigen::MatrixXd::NullaryExpr(kSize, kSize, [&] { return numbers.Next(); });

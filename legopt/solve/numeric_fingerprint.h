@@ -4,10 +4,10 @@
 
 namespace legopt {
 
-/// 16 hex digits: the bits that this process gets from what it does not hold itself and may differ from host to host,
-/// as a hash. Elementary functions (those of libm, or pinned_functions), contacts of ODE, and the BLAS and LAPACK under
-/// Ipopt, where they are loaded. Processes with the same program and the same fingerprint solve a job to the same bits,
-/// as far as these samples can tell.
+/// Returns 16 hex digits: a hash of numerical results from code outside of this program, which may differ between
+/// hosts. It covers elementary functions (of libm, or pinned_functions), contacts of ODE, and the BLAS and LAPACK of
+/// Ipopt, if loaded. Processes with the same program and the same fingerprint solve a job with identical bits, as
+/// far as these samples can show.
 ///
 /// Takes well below a millisecond. Any thread.
 std::string NumericFingerprint();

@@ -8,7 +8,7 @@
 namespace legopt {
 namespace {
 
-/// Intervals are not bisected further: 1 / 1024 of a piece.
+/// Maximum number of levels: the smallest intervals are 1 / 1024 of a piece.
 constexpr std::size_t kMostLevels = 12;
 
 }  // namespace

@@ -11,34 +11,35 @@
 
 namespace legopt {
 
-/// Whether the robot collides on the way between two configurations, as far as the solver's own shapes tell.
+/// Checks whether the robot collides on the path between two configurations, according to the solver's own shapes.
 ///
-/// Between two samples a link that moves by no more than `way` cannot come nearer to the scene than half of (its
-/// distances at both, less `way`); likewise two links, by the way of one in the frame of the other. Intervals for which
-/// that does not exclude a distance below kClearance_m are bisected, so that samples are dense only where things are
-/// near. Ways are measured as straight lines of the links' balls, which is good to a few per mille at kLargestTurn.
+/// Between two samples, a link that moves by at most `way` comes no nearer to the scene than half of (the sum of its
+/// distances at both samples, minus `way`). The same holds for two links, with the displacement of one in the frame of
+/// the other. If this does not exclude a distance below kClearance_m, the interval is bisected, so that samples are
+/// dense only near obstacles. Displacements are measured as straight lines of the links' bounding balls, which is
+/// accurate to a few per mille at kLargestTurn.
 ///
 /// A workspace; one thread.
 class PathClearance {
  public:
-  /// Distance to keep, m: where surfaces only just touch at an edge, the judge's contact depth, which is measured
-  /// against face normals, may be centimetres.
+  /// Distance to keep, m. If surfaces only just touch at an edge, the judge's contact depth, which is measured along
+  /// face normals, may be centimetres.
   static constexpr double kClearance_m = 5e-5;
-  /// Largest turn of a joint or the base between samples, rad (m for prismatic joints).
+  /// Largest rotation of a joint or the base between samples, rad (m for prismatic joints).
   static constexpr double kLargestTurn = 0.2;
 
-  /// Both must outlive it; `query` is of the robot's collision model. `range_m` > 0: distances above it are not
-  /// looked at, which changes the number of samples only.
+  /// Both must outlive this object; `query` uses the robot's collision model. Distances above `range_m` > 0 are not
+  /// computed, which only changes the number of samples.
   PathClearance(const RobotModel& robot, CollisionQuery& query, double range_m);
 
-  /// Of the piece from one configuration to the other (n + 7 each), both ends included, on the path of
-  /// robot/interpolation.h.
+  /// Returns whether the path of robot/interpolation.h between two configurations (n + 7 each) is free, including both
+  /// ends.
   bool IsFree(Eigen::Ref<const Eigen::VectorXd> from, Eigen::Ref<const Eigen::VectorXd> to);
-  /// The deepest contact of the sample that was not free, when it last was not.
+  /// Deepest contact of the last sample that was not free.
   const Contact& obstacle() const { return obstacle_; }
 
  private:
-  /// One configuration: distances by link to the scene and by checked pair, at most the range, m.
+  /// One configuration: distances of each link to the scene and of each checked pair, at most the range, m.
   struct Sample {
     explicit Sample(const RobotModel& robot) : kinematics(robot) {}
     Kinematics kinematics;
@@ -54,9 +55,9 @@ class PathClearance {
 
   const RobotModel* robot_;
   CollisionQuery* query_;
-  ContactMemory memory_;  ///< samples lie close together
+  ContactMemory memory_;  ///< speeds up queries at nearby samples
   double range_m_;
-  std::vector<int> pair_index_;  ///< of the checked pairs by (first, second); -1: not checked
+  std::vector<int> pair_index_;  ///< index of each checked pair (first, second); -1: not checked
   std::deque<Sample> levels_;
   Eigen::VectorXd from_, to_, x_;
   double turn_ = 0.0;

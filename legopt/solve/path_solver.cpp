@@ -12,21 +12,21 @@
 namespace legopt {
 namespace {
 
-/// What planted feet may leave their targets by between points: a good part of what the judge allows, as points have
-/// errors of their own.
+/// Largest drift of planted feet from their targets between points: a large part of the judge's tolerance, because the
+/// points have errors of their own.
 constexpr double kDrift = 1.2e-3;
-/// Likewise the centre of mass the support polygon of the planted feet, m.
+/// Largest distance of the centre of mass from the support polygon of the planted feet between points, m.
 constexpr double kLean_m = 1.5e-3;
-/// Aimed at by the first choice of pieces.
+/// Drift at which the first number of pieces aims.
 constexpr double kAimedDrift = 0.7e-3;
-/// Longest way of a point of the robot from one sample of a piece to the next, m.
+/// Longest displacement of a point of the robot between two samples of a piece, m.
 constexpr double kSweepStep_m = 0.02;
-/// Of it, with each further try.
+/// Factor of that step with each further try.
 constexpr double kFinerStep = 0.5;
-/// Added to the margin in further tries: the solver's tolerance would leave nothing of it between points.
+/// Added to the margin in further tries: the solver's tolerance would use up the margin between points.
 constexpr double kWiderMargin_m = 3e-4;
 constexpr int kMostTries = 4;
-/// The least pieces of each of several ways.
+/// Minimum number of pieces per segment of a path with several segments.
 constexpr int kLeastPiecesOfSeveral = 4;
 
 }  // namespace
@@ -46,7 +46,8 @@ std::int64_t PathSolver::Evaluations() const {
   return evaluations_ + (program_ == nullptr ? 0 : program_->TermEvaluations());
 }
 
-/// Calls visit(way) with kinematics_ in the middle of each piece, where a path is farthest from what its points meet.
+/// Calls visit(segment) with kinematics_ at the middle of each piece, where a path deviates most from the
+/// constraints at its points.
 template <class Visit>
 void PathSolver::ForEachMiddle(const Eigen::VectorXd& points, Visit visit) {
   const Eigen::Index size = dataset_->robot().configuration_size();
@@ -59,7 +60,7 @@ void PathSolver::ForEachMiddle(const Eigen::VectorXd& points, Visit visit) {
   }
 }
 
-/// Largest pose error of planted feet between the points.
+/// Returns the largest pose error of planted feet between the points.
 double PathSolver::Drift(const Eigen::VectorXd& points) {
   double largest = 0.0;
   ForEachMiddle(points, [&](std::size_t way) {
@@ -71,8 +72,8 @@ double PathSolver::Drift(const Eigen::VectorXd& points) {
   return largest;
 }
 
-/// How far the centre of mass is outside of the support polygon of the planted feet between the points, at most; 0
-/// where nobody asks.
+/// Returns the largest distance of the centre of mass outside the support polygon of the planted feet between the
+/// points; 0 if balance is not required.
 double PathSolver::Lean(const Eigen::VectorXd& points) {
   double largest = 0.0;
   if (DescriptionOf(task_).between != Between::kBalanced) return largest;
@@ -83,7 +84,8 @@ double PathSolver::Lean(const Eigen::VectorXd& points) {
   return largest;
 }
 
-/// What the program's points do not tell.
+/// Checks the path between the points: drift, balance and collisions. Returns whether it is acceptable; if not, sets
+/// the message.
 bool PathSolver::WillDo(const Eigen::VectorXd& points, StretchSolution* solution) {
   if (Drift(points) > kDrift) {
     solution->message = "planted feet drift between the points";
@@ -109,7 +111,7 @@ bool PathSolver::IsFree(const Eigen::VectorXd& points) {
   return true;
 }
 
-/// Pieces of each way that the first try has; 1 when the straight one may do as it is.
+/// Returns the number of pieces per segment for the first try; 1 if the straight segment may be acceptable as it is.
 int PathSolver::FirstPieces(const Stretch& start, const Eigen::VectorXd& ends) {
   if (start.num_ways() > 1) {
     int most = kLeastPiecesOfSeveral;
@@ -121,7 +123,7 @@ int PathSolver::FirstPieces(const Stretch& start, const Eigen::VectorXd& ends) {
   return std::clamp(static_cast<int>(std::ceil(std::sqrt(drift / kAimedDrift))), 2, kMostPieces);
 }
 
-/// The same points in `pieces` pieces of equal time.
+/// Returns the same path, divided into `pieces` pieces of equal time.
 Eigen::VectorXd PathSolver::Divided(const Eigen::VectorXd& points, int pieces) const {
   const Eigen::Index size = dataset_->robot().configuration_size();
   const int before = static_cast<int>(points.size() / size) - 1;
@@ -137,7 +139,7 @@ Eigen::VectorXd PathSolver::Divided(const Eigen::VectorXd& points, int pieces) c
   return divided;
 }
 
-/// All points of a stretch, `pieces` to a way.
+/// Returns all points of a path, with `pieces` pieces per segment.
 Eigen::VectorXd PathSolver::PointsOf(const Stretch& stretch, int pieces) const {
   const Eigen::Index size = dataset_->robot().configuration_size();
   const Eigen::Index way_size = pieces * size;
@@ -155,7 +157,7 @@ Eigen::VectorXd PathSolver::PointsOf(const Stretch& stretch, int pieces) const {
   return points;
 }
 
-/// Its inverse.
+/// Returns the path with these points, the inverse of PointsOf.
 Stretch PathSolver::StretchOf(const Stretch& start, const Eigen::VectorXd& points) const {
   const Eigen::Index size = dataset_->robot().configuration_size();
   const auto ways = static_cast<Eigen::Index>(start.num_ways());

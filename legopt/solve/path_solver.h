@@ -16,47 +16,48 @@
 
 namespace legopt {
 
-/// A part of a continuous motion, from a waypoint to another.
+/// A part of a continuous motion, from one waypoint to another.
 struct Stretch {
-  std::vector<const Stance*> stances;              ///< of its waypoints, two at least
-  std::vector<Eigen::VectorXd> waypoints;          ///< parallel; n + 7 each
-  std::vector<std::vector<Eigen::VectorXd>> ways;  ///< points between, by way, at equal distances in time
-  PathEnds ends = {};                              ///< whether its first and its last waypoint move
+  std::vector<const Stance*> stances;              ///< stances of its waypoints, at least two
+  std::vector<Eigen::VectorXd> waypoints;          ///< parallel to stances; n + 7 numbers each
+  std::vector<std::vector<Eigen::VectorXd>> ways;  ///< inner points of each segment, equally spaced in time
+  PathEnds ends = {};                              ///< whether its first and its last waypoint can move
 
-  size_t num_ways() const { return waypoints.size() - 1; }  ///< from waypoint to waypoint
+  size_t num_ways() const { return waypoints.size() - 1; }  ///< number of segments between waypoints
 };
 
-/// What became of it.
+/// Result of PathSolver::Solve.
 struct StretchSolution {
-  Stretch stretch;                                       ///< the best that was found
-  bool feasible = false;                                 ///< by the solver's own measure
-  SolveStatus status = SolveStatus::kConvergedFeasible;  ///< of the last solve; a stop, if there was one
-  double max_violation = 0.0;                            ///< of the last program
+  Stretch stretch;                                       ///< best path found
+  bool feasible = false;                                 ///< feasible according to the solver
+  SolveStatus status = SolveStatus::kConvergedFeasible;  ///< status of the last solve, or of a stop
+  double max_violation = 0.0;                            ///< violation in the last program
   int restarts = 0;                                      ///< attempts beyond the first
-  Effort effort;                                         ///< of all
-  std::string message;                                   ///< of a failure: the largest violation
+  Effort effort;                                         ///< effort of all attempts
+  std::string message;                                   ///< reason of a failure: the largest violation
 };
 
-/// Leads motions from waypoint to waypoint: planted feet stay, nothing collides on the way, by Between::kBalanced the
-/// centre of mass stays over the planted feet (docs/readings.md#continuous-motions).
+/// Plans the path between the waypoints of a motion: planted feet stay on their targets, nothing collides and, for
+/// Between::kBalanced, the centre of mass stays over the planted feet (docs/readings.md#continuous-motions).
 ///
-/// One way: its waypoints do not move. A straight one that will do is kept. Otherwise it is cut into so many pieces
-/// that planted feet, which leave their targets by the square of a piece's length, stay near enough between them, and
-/// the program of its inner points (MakePathProgram) is solved from the straight way by the method's own solver; when
-/// that is not feasible, planted feet or the centre of mass still drift too far, or something collides between the
-/// points, from there with twice as many pieces, up to kMostPieces. Several ways: likewise, from the points that they
-/// have, and the waypoints between them move, too, and the ends that may.
+/// One segment: its waypoints do not move. A straight segment is kept if it is acceptable. Otherwise it is divided into
+/// pieces. Between points, planted feet leave their targets by the square of a piece's length, which determines the
+/// number of pieces. The method's own solver solves the program of the inner points (MakePathProgram) from the straight
+/// segment. If the result is infeasible, planted feet or the centre of mass still drift too far, or something collides
+/// between the points, the solve is repeated from there with twice as many pieces, up to kMostPieces. Several
+/// segments: the same, from their current points; the waypoints between them move, and so do the ends that may.
 ///
 /// A workspace; one thread.
 class PathSolver {
  public:
-  /// All must outlive it. `contacts` as for the motion's own programs.
+  /// All arguments must outlive this object. `contacts` is the same as in the motion's own programs.
   PathSolver(const Dataset& dataset, CollisionQuery& query, Solver& solver, Task task, const ContactOptions& contacts);
 
-  /// `attempts` as for windows, but perturb and generator, which are of this program's points.
+  /// Solves for the path from the points of `start`. `attempts` returns the settings used for windows, with generator
+  /// and perturb for this program's points.
   StretchSolution Solve(const Stretch& start, const std::function<MultiStartSettings()>& attempts);
 
-  /// Term evaluations so far, those of a solve at hand included.
+  /// Returns the number of term evaluations so far, including those of a running solve.
   std::int64_t Evaluations() const;
 
  private:
@@ -82,11 +83,11 @@ class PathSolver {
   PathClearance clearance_;
   Kinematics kinematics_;
   Eigen::VectorXd x_;
-  // Of the stretch at hand, by way.
+  // Data of the current path, one entry per segment.
   std::vector<Stance> planted_;
-  std::vector<std::vector<Eigen::Vector2d>> polygons_;  ///< of the planted feet, where balance is asked for
-  std::int64_t evaluations_ = 0;                        ///< of programs that are gone
-  const Program* program_ = nullptr;                    ///< at hand
+  std::vector<std::vector<Eigen::Vector2d>> polygons_;  ///< support polygons of the planted feet; may be empty
+  std::int64_t evaluations_ = 0;                        ///< evaluations of finished programs
+  const Program* program_ = nullptr;                    ///< program that is being solved
 };
 
 }  // namespace legopt

@@ -31,14 +31,14 @@ std::mt19937_64 GeneratorOf(const std::string& identity) {
 
 }  // namespace
 
-/// Which points of a program a restart leaves where they are.
+/// Points of a program that a restart does not perturb.
 enum class Ends : std::uint8_t {
   kFree,        ///< none
   kFirstFixed,  ///< the first
   kBothFixed    ///< the first and the last
 };
 
-/// One solve.
+/// State of one solve.
 class ProblemSolver::Run {
  public:
   Run(const Dataset& dataset, CollisionQuery& query, Task task, Initialization initialization, const Method& method,
@@ -55,8 +55,8 @@ class ProblemSolver::Run {
   SolveOutcome Solve(const ProblemDefinition& problem);
 
  private:
-  /// Everything that may decide a random draw of a window's attempts: equal on every machine, and for every method, so
-  /// that methods meet the same noise and their rows are paired.
+  /// Returns everything that determines the random numbers of a window's attempts. It is the same on every machine
+  /// and for every method, so that methods get the same noise and their results are paired.
   std::string Identity(const ProblemDefinition& problem, int window) const {
     return std::to_string(settings_.experiment_seed) + "/" + std::string(ToString(task_.task)) + "/" +
            std::to_string(problem.id) + "/" + std::string(ToString(initialization_)) + "/" +
@@ -70,7 +70,7 @@ class ProblemSolver::Run {
     contacts.continuous_weight = method_.continuous_weight;
     return contacts;
   }
-  /// Term evaluations so far.
+  /// Returns the number of term evaluations so far.
   std::int64_t Evaluations() const {
     return outcome_.term_evaluations + (program_ == nullptr ? 0 : program_->TermEvaluations()) +
            (paths_ ? paths_->Evaluations() : 0);
@@ -97,7 +97,7 @@ class ProblemSolver::Run {
 
   const Dataset& dataset_;
   CollisionQuery& query_;
-  std::int64_t first_query_;  ///< it has answered so many for others
+  std::int64_t first_query_;  ///< number of queries answered before this solve
   const TaskDescription& task_;
   Initialization initialization_;
   const Method& method_;
@@ -105,13 +105,13 @@ class ProblemSolver::Run {
   std::unique_ptr<Solver> solver_;
   SolveTimer timer_;
   SolveOutcome outcome_;
-  const Program* program_ = nullptr;                ///< of the window at hand
-  double window_costs_ = 0.0;                       ///< sum of the programs' own
-  std::optional<PathSolver> paths_;                 ///< of a continuous task, once its waypoints are known
-  std::vector<std::vector<Eigen::VectorXd>> ways_;  ///< its points between the waypoints
+  const Program* program_ = nullptr;                ///< program of the current window
+  double window_costs_ = 0.0;                       ///< sum of the programs' own costs
+  std::optional<PathSolver> paths_;                 ///< used by continuous tasks once the waypoints are known
+  std::vector<std::vector<Eigen::VectorXd>> ways_;  ///< points between the waypoints of a continuous task
 };
 
-// Effort before time: a solve that ends by its effort does so whenever the clock lets it come that far.
+// The effort limit is checked first: a solve that reaches it ends there, unless the clock stopped it earlier.
 std::optional<SolveStatus> ProblemSolver::Run::Stopped() const {
   constexpr double kMicros = 1e6;
   if (settings_.cancelled && settings_.cancelled()) return SolveStatus::kCancelled;
@@ -149,7 +149,7 @@ MultiStartSettings ProblemSolver::Run::Attempts(std::string identity, int window
   return attempts;
 }
 
-/// What there is from a waypoint to another one.
+/// Returns the current path from one waypoint to another.
 Stretch ProblemSolver::Run::StretchFrom(const ProblemDefinition& problem, int first, int last) const {
   Stretch stretch;
   for (int w = first; w <= last; ++w) {
@@ -166,7 +166,7 @@ void ProblemSolver::Run::Keep(const Stretch& stretch, int first) {
   std::copy(stretch.ways.begin(), stretch.ways.end(), ways_.begin() + first);
 }
 
-/// The stretch between two waypoints, for the sake of a way in it. False when there is no solution.
+/// Solves for the path between two waypoints that contains segment `way`. Returns false if there is no solution.
 bool ProblemSolver::Run::SolveStretch(const ProblemDefinition& problem, int way, int first, int last,
                                       StretchSolution* solution) {
   const std::string identity =
@@ -178,9 +178,9 @@ bool ProblemSolver::Run::SolveStretch(const ProblemDefinition& problem, int way,
   return solution->feasible;
 }
 
-/// The way from a waypoint to the next. When there is none, the waypoints beside it move as well, first its own and
-/// then more and more at either side. Returns the next way to solve. One that fails is kept as well, for the judge to
-/// tell.
+/// Solves for the segment from one waypoint to the next. If there is no solution, neighbouring waypoints move as well:
+/// first its own, then more and more on either side. Returns the next segment to solve. A failed segment is also kept,
+/// so that the judge reports it.
 int ProblemSolver::Run::SolveWay(const ProblemDefinition& problem, int way) {
   constexpr int kMostBeside = 4;
   const int last = static_cast<int>(outcome_.waypoints.size()) - 1;
@@ -205,7 +205,7 @@ int ProblemSolver::Run::SolveWay(const ProblemDefinition& problem, int way) {
   return end;
 }
 
-/// What lies between the waypoints of a continuous task, one way after the other.
+/// Solves for all segments between the waypoints of a continuous task, one after the other.
 void ProblemSolver::Run::SolveWays(const ProblemDefinition& problem) {
   paths_.emplace(dataset_, query_, *solver_, task_.task, Contacts());
   const int num_ways = static_cast<int>(outcome_.waypoints.size()) - 1;
@@ -236,7 +236,7 @@ void ProblemSolver::Run::Account(const StretchSolution& solution, int way) {
 void ProblemSolver::Run::Account(const MultiStartResult& result) {
   outcome_.restarts += result.restarts;
   outcome_ += result.effort;
-  // Of several windows: the first that did not converge, or the one that ended the solve.
+  // Several windows: status of the first that did not converge, or of the one that ended the solve.
   const bool converged = outcome_.status == SolveStatus::kNotRun || outcome_.status == SolveStatus::kConvergedFeasible;
   if (converged || !result.best.feasible || result.stopped()) outcome_.status = result.best.status;
   outcome_.budget_spent = result.best.budget_spent;
@@ -270,7 +270,7 @@ void ProblemSolver::Run::KeepWindow(const StanceWindow& window, const Eigen::Vec
   for (Eigen::Index t = 0; t < x.size() / size; ++t) outcome_.waypoints.emplace_back(x.segment(t * size, size));
 }
 
-/// `x`: the best point of the window; empty where the window was not begun.
+/// `x` is the best point of the window; empty if the window was not started.
 void ProblemSolver::Run::KeepUnsolved(const StanceWindow& window, const Eigen::VectorXd& x) {
   const Eigen::Index size = dataset_.robot().configuration_size();
   UnsolvedWindow& unsolved = outcome_.unsolved.emplace();
@@ -285,8 +285,8 @@ std::string ProblemSolver::Run::WindowName(const StanceWindow& window, int index
          "), ";
 }
 
-/// False when it ends the problem: it failed, or was stopped. The best point that was found is kept even if it is not
-/// feasible; that of a window stays apart from the waypoints of the solved windows.
+/// Solves one window. Returns false if the window failed or was stopped, which ends the problem. The best point is kept
+/// even if it is infeasible; for windows, apart from the waypoints of the solved windows.
 bool ProblemSolver::Run::SolveWindow(const ProblemDefinition& problem, const StanceWindow& window, int index) {
   const std::span<const Stance> stances =
       std::span(problem.stances)
@@ -323,7 +323,7 @@ SolveOutcome ProblemSolver::Run::Solve(const ProblemDefinition& problem) {
   for (int index = 0; index < std::ssize(windows); ++index) {
     if (!SolveWindow(problem, windows[static_cast<size_t>(index)], index)) break;
   }
-  // A solve that was stopped behind a solved window.
+  // The solve was stopped after a solved window.
   if (outcome_.windows_solved < outcome_.windows && !outcome_.unsolved) {
     KeepUnsolved(windows[static_cast<size_t>(outcome_.windows_solved)], {});
   }

@@ -8,9 +8,9 @@ namespace legopt {
 class SolveTimer {
  public:
   SolveTimer();
-  std::int64_t wall_us() const;                       ///< by a steady clock
-  std::int64_t cpu_us() const;                        ///< of this thread alone
-  std::int64_t involuntary_context_switches() const;  ///< of this thread: the processor was taken away
+  std::int64_t wall_us() const;                       ///< steady clock
+  std::int64_t cpu_us() const;                        ///< CPU time of this thread only
+  std::int64_t involuntary_context_switches() const;  ///< switches at which this thread lost its processor
 
  private:
   std::int64_t wall_start_us_, cpu_start_us_, switches_start_;

@@ -21,18 +21,18 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-constexpr double kLargestTolerance = 1e-3;  // that a solver may have: docs/readings.md#solver-tolerance
+constexpr double kLargestTolerance = 1e-3;  // largest tolerance of a solver: docs/readings.md#solver-tolerance
 constexpr int kCompressionLevel = 3;
-constexpr std::size_t kMostDecoded = std::size_t{16} << 20;  // bytes: nothing that EncodeTrace writes is larger
+constexpr std::size_t kMostDecoded = std::size_t{16} << 20;  // bytes; EncodeTrace never writes more
 
 bool SameDescent(const IterationRecord& a, const IterationRecord& b) {
   return a.window == b.window && a.restart == b.restart && a.start == b.start && a.penalty == b.penalty;
 }
 
-/// The best points of one window so far, whatever the solver's tolerance is.
+/// Best points of one window so far, for any tolerance of the solver.
 class BestSoFar {
  public:
-  /// Whether the record is better than all before it.
+  /// Returns whether the record is better than all before it.
   bool Improves(const IterationRecord& record) {
     if (!std::isfinite(record.cost) || !std::isfinite(record.violation)) return false;
     const bool closer = !least_violation_ || record.violation < *least_violation_;
@@ -42,7 +42,7 @@ class BestSoFar {
   }
 
  private:
-  /// No record of at most this violation costs as little.
+  /// Returns whether no record of at most this violation costs as little.
   bool IsCheaper(const IterationRecord& record) {
     const auto above = cost_by_violation_.upper_bound(record.violation);
     if (above != cost_by_violation_.begin() && std::prev(above)->second <= record.cost) return false;
@@ -54,10 +54,10 @@ class BestSoFar {
   }
 
   std::optional<double> least_violation_;
-  std::map<double, double> cost_by_violation_;  ///< costs fall as violations grow
+  std::map<double, double> cost_by_violation_;  ///< costs decrease as violations increase
 };
 
-/// Of more than `most` records as many, evenly spaced; the last accepted one takes the place of its next.
+/// Reduces the records to `most` evenly spaced ones; the last accepted one replaces the next one in place.
 void ThinEvenly(std::size_t most, std::vector<IterationRecord>& records) {
   std::vector<std::size_t> places(most);
   for (std::size_t i = 0; i < most; ++i) places[i] = i * (records.size() - 1) / (most - 1);
@@ -95,7 +95,7 @@ void TakeColumn(const std::uint8_t*& from, Value IterationRecord::*member, std::
   }
 }
 
-/// Calls `visit` with each member that is the same in every repetition, in the order of the bytes.
+/// Calls `visit` with each member that is identical in every repetition, in the order of the bytes.
 template <class Visit>
 void ForEachMember(const Visit& visit) {
   visit(&IterationRecord::step);
@@ -116,7 +116,7 @@ std::size_t BytesPerRecord() {
   return size;
 }
 
-/// One for both parts: making it costs as much as compressing a short trace.
+/// Shared by both parts: creating one takes as long as compressing a short trace.
 using Compressor = std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)>;
 
 Bytes Compressed(const Compressor& compressor, const Bytes& plain) {
@@ -136,7 +136,7 @@ std::optional<Bytes> Decompressed(std::span<const std::uint8_t> packed) {
   return ZSTD_isError(got) == 0 && got == size ? std::optional(std::move(plain)) : std::nullopt;
 }
 
-using Length = std::uint32_t;  // of the first compressed part, in front of it
+using Length = std::uint32_t;  // length of the first compressed part, stored in front of it
 
 }  // namespace
 

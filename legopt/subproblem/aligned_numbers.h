@@ -5,11 +5,10 @@
 
 namespace legopt {
 
-/// Numbers that begin where a vector of the processor may: else every other one of its loads crosses a line of the
-/// cache.
+/// Numbers that are aligned to the processor's vectors. Without alignment, every second load would cross a cache line.
 template <typename Real>
 using AlignedNumbers = std::vector<Real, Eigen::aligned_allocator<Real>>;
-/// What all but factorisations is computed with.
+/// Numbers in all computations except factorisations.
 using AlignedDoubles = AlignedNumbers<double>;
 
 }  // namespace legopt

@@ -40,12 +40,12 @@ void BlockChain<Real>::SetCoupling(int t, bool tiled, int rows) {
   const size_t entries = num_rows_ * static_cast<size_t>(stride_);
   left_.resize(std::max(left_.size(), entries));
   right_.resize(std::max(right_.size(), entries));
-  // Right of the diagonal's tiles nothing is written, and read with whole vectors.
+  // Entries right of the diagonal's tiles are never written, but whole vectors of them are read.
   if (tiled) std::fill_n(At(coupled_, t), static_cast<std::ptrdiff_t>(stride_) * stride_, Real{0});
 }
 
 // With T = U^-T C, z = U^-T l: (T + sum z r^T)^T (T + sum z r^T) = T^T T + sum (q r^T + r q^T) for
-// q_a = T^T z_a + 1/2 sum_b (z_a . z_b) r_b. The number of products, q beside r and r beside q.
+// q_a = T^T z_a + 1/2 sum_b (z_a . z_b) r_b. Returns the number of products, q with r and r with q.
 template <typename Real>
 int BlockChain<Real>::SquaresOfRows(int t) {
   const int rows = links_[static_cast<size_t>(t)].rows;
@@ -91,7 +91,7 @@ void BlockChain<Real>::NegateLeft(int t) {
   for (int i = 0; i < entries; ++i) rows[i] = -rows[i];
 }
 
-/// What the elimination of block t - 1 takes from block t.
+/// Returns the part that the elimination of block t - 1 subtracts from block t.
 template <typename Real>
 kernels::Reduction<Real> BlockChain<Real>::TakenFrom(int t) {
   kernels::Reduction<Real> taken;

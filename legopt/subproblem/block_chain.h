@@ -8,46 +8,46 @@
 
 namespace legopt {
 
-/// A symmetric positive definite matrix of square blocks along the diagonal and beside it, and its Cholesky factor:
-/// cost linear in the number of blocks.
+/// A symmetric positive definite, block-tridiagonal matrix of square blocks, and its Cholesky factor. The cost is
+/// linear in the number of blocks.
 ///
-/// What couples block t with its successor is C_t + sum_r l_r r_r^T. Where C_t is tiled (dense_kernels.h; costs of
-/// steps between waypoints make it diagonal) and the rows are few, its Schur complement takes a third of the products
-/// that a dense one takes. Blocks have `stride` rows, padded to whole vectors; pads are the identity's, those of C, l
-/// and r zero.
+/// The coupling of block t with its successor is C_t + sum_r l_r r_r^T. If C_t is tiled (dense_kernels.h; costs of
+/// steps between waypoints make it diagonal) and the rows are few, its Schur complement takes a third of the
+/// products of a dense one. Blocks have `stride` rows, padded to whole vectors. The padding is that of the identity; in
+/// C, l and r it is zero.
 ///
-/// Block after block is written and eliminated, in this order and while it is in the cache. Eliminate(t) takes the
-/// place of what was written for t: each time all of it is written anew.
+/// Blocks are written and eliminated one after the other, in this order and while they are in the cache. Eliminate(t)
+/// overwrites block t, so all of it must be written again for the next matrix.
 ///
 /// `Real` is double or float. One thread; no allocation once the buffers have grown.
 template <typename Real>
 class BlockChain {
  public:
-  /// Begins matrices of a shape, one after the other. `chained`: with blocks beside the diagonal, each of which
-  /// SetCoupling must tell of.
+  /// Prepares for a sequence of matrices of one shape. If `chained`, blocks are coupled, and SetCoupling must be
+  /// called for each coupling.
   void Reset(int num_blocks, int stride, bool chained);
-  /// What couples block t < num_blocks - 1 of a chain from now on, until Reset: C_t tiled or dense, and the number of
-  /// rows l and r beside it, of a tiled one at most kernels::kMostRowsBeside. Ends what left() and right() have
-  /// returned.
+  /// Sets the coupling of block t < num_blocks - 1 with the next one, until Reset: C_t tiled or dense, and the
+  /// number of rows l and r beside it (if tiled, at most kernels::kMostRowsBeside). Invalidates pointers returned by
+  /// left() and right().
   void SetCoupling(int t, bool tiled, int rows);
 
-  Real* block(int t) { return At(matrix_, t); }                ///< row-major; the upper triangle counts
-  Real* left(int t, int row) { return Row(left_, t, row); }    ///< l, of block t
-  Real* right(int t, int row) { return Row(right_, t, row); }  ///< r, of block t + 1
+  Real* block(int t) { return At(matrix_, t); }                ///< row-major; only the upper triangle is used
+  Real* left(int t, int row) { return Row(left_, t, row); }    ///< row l of block t
+  Real* right(int t, int row) { return Row(right_, t, row); }  ///< row r of block t + 1
 
-  /// Factors block t less what the elimination of block t - 1 takes from it. False when the factor is not finite.
-  /// `c`: C_t, rows of block t and columns of block t + 1: whole, or of a tiled one the tiles; of the last block, and
-  /// without a chain, not read. `pivot_floor`: of each diagonal entry, the least that elimination leaves.
+  /// Factors block t after subtracting the contribution of block t - 1. Returns false if the factor is not finite. `c`:
+  /// C_t, rows of block t and columns of block t + 1, whole or, if tiled, only the tiles. It is not read for the last
+  /// block or without a chain. `pivot_floor`: lower limit of pivots, relative to the diagonal entries.
   bool Eliminate(int t, const Real* c, Real pivot_floor);
-  /// b <- M^-1 b in two halves: for every t in order, SolveForward once block t is eliminated, and SolveBack at last.
+  /// b <- M^-1 b in two halves: call SolveForward for every t in order, once block t is eliminated, then SolveBack.
   void SolveForward(int t, AlignedNumbers<Real>& b);
-  void SolveBack(AlignedNumbers<Real>& b);  ///< the second half
+  void SolveBack(AlignedNumbers<Real>& b);  ///< second half
 
  private:
   struct Link {
     bool tiled = false;
     int rows = 0;
-    size_t first = 0;  ///< of its rows in left_ and right_
+    size_t first = 0;  ///< index of its first row in left_ and right_
   };
 
   Real* At(AlignedNumbers<Real>& blocks, int t) const {
@@ -70,11 +70,11 @@ class BlockChain {
   std::vector<Link> links_;
   size_t num_rows_ = 0;
   AlignedNumbers<Real> matrix_;   ///< M, then U with M = U^T U
-  AlignedNumbers<Real> coupled_;  ///< T: U^-T of C, and of the rows beside it where it is dense
-  AlignedNumbers<Real> left_;     ///< l, then U^-T l beside a tiled C, -l beside a dense one
+  AlignedNumbers<Real> coupled_;  ///< T: U^-T of C, including the rows beside C if C is dense
+  AlignedNumbers<Real> left_;     ///< l, then U^-T l if C is tiled, -l if it is dense
   AlignedNumbers<Real> right_;
   AlignedNumbers<Real> min_pivot_;
-  AlignedNumbers<Real> squares_left_, squares_right_;  ///< what rows beside C take from the next block, as products
+  AlignedNumbers<Real> squares_left_, squares_right_;  ///< products by which rows beside C reduce the next block
 };
 
 }  // namespace legopt

@@ -12,7 +12,7 @@
 namespace legopt::kernels {
 namespace {
 
-/// sum over `count` rows of a_r b_r^T, the rows `a_step` and `b_step` apart.
+/// The sum over `count` rows of a_r b_r^T, with rows `a_step` and `b_step` apart.
 template <typename Real>
 struct Run {
   const Real* a;
@@ -22,8 +22,9 @@ struct Run {
   int count;
 };
 
-/// A 4 x 4 tile of a factor: the inverse of U where U^T U is the symmetric matrix of its upper triangle, zeros below.
-/// By way of U = D^1/2 L^T with a unit L, whose pivots need no roots: these are taken side by side in the end.
+/// Replaces a 4 x 4 tile by the inverse of U, where U^T U is the symmetric matrix of its upper triangle; zeros below.
+/// Computes U = D^1/2 L^T with a unit L, whose pivots need no roots; all roots are taken at once at the end. Returns
+/// false if a pivot is not finite.
 template <typename Real>
 inline bool FactorTile(Real* tile, std::ptrdiff_t stride, const Real* min_pivot) {
   Real* const r0 = tile;
@@ -43,7 +44,7 @@ inline bool FactorTile(Real* tile, std::ptrdiff_t stride, const Real* min_pivot)
   const Real l23 = e23 * i2;
   const Real p3 = std::fma(-l23, e23, std::fma(-l13, e13, std::fma(-l03, r0[3], r3[3])));
   const Real d3 = std::max(min_pivot[3], p3);
-  // A NaN on the way is lost in a maximum, but for the sums that it was made of.
+  // A maximum drops NaN, so check the sums from which the pivots are computed.
   if (!std::isfinite(r0[0] + r1[1] + r2[2] + r3[3] + l01 + l02 + l03 + e12 + e13 + e23 + p3)) return false;
   using Four = LanesOf<Real>;
   const Four one = Broadcast(Real{1});
@@ -76,7 +77,7 @@ inline Four Less3(Four a, Four b, Four c) {
   return NegativeMulAdd(a, b, c);
 }
 
-/// A vector of eight.
+/// Vector of eight numbers.
 template <typename Real>
 struct TwoFours {
   LanesOf<Real> low, high;
@@ -165,7 +166,7 @@ namespace narrow = four_floats;
 #undef LEGOPT_KERNEL
 
 #ifdef LEGOPT_KERNELS_OF_EIGHT
-// Compiled for AVX-512 whatever the rest is compiled for; called only where the processor has it.
+// Compiled for AVX-512 whatever the target of the other code; called only if the processor supports it.
 #define LEGOPT_KERNEL __attribute__((target("avx512f,avx512vl")))
 
 namespace eight_doubles {
@@ -186,7 +187,7 @@ namespace narrow = four_doubles;
 #undef LEGOPT_KERNEL
 #endif
 
-/// Null where this processor or build has none.
+/// Returns null if this processor or build does not support them.
 const BlockKernels<double>* EightDoubles() {
 #ifdef LEGOPT_KERNELS_OF_EIGHT
   if (__builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512vl") != 0)
@@ -196,7 +197,7 @@ const BlockKernels<double>* EightDoubles() {
 }
 const BlockKernels<float>* EightFloats() {
 #ifdef LEGOPT_KERNELS_OF_EIGHT
-  return &eight_floats::kKernels;  // the build asks for AVX2 everywhere
+  return &eight_floats::kKernels;  // such builds require AVX2
 #else
   return nullptr;
 #endif
@@ -237,7 +238,7 @@ void ChooseKernels(const BlockKernels<float>& kernels) { chosen_of_floats = &ker
 
 namespace {
 
-/// Rows k to k + 3 of U^-T b, and what of b is below them less what these take from it.
+/// Computes rows k to k + 3 of U^-T b and subtracts their contribution from the rows of b below.
 template <typename Real>
 inline LanesOf<Real> SolveTile(const Real* u, int stride, int k, Real* b) {
   const Real* const rows = u + static_cast<std::ptrdiff_t>(k) * stride + k;
@@ -258,7 +259,7 @@ void SolveTransposed(const Real* u, int stride, Real* b) {
   for (int k = 0; k < stride; k += kLanes) SolveTile(u, stride, k, b);
 }
 
-// Tiles wait for each other; what they take from the next block does not wait.
+// The tiles depend on each other; their contributions to the next block do not.
 template <typename Real>
 void SolveForward(const FactoredBlock<Real>& block, Real* b) {
   const int stride = block.stride;
@@ -291,7 +292,7 @@ void SolveBack(const FactoredBlock<Real>& block, Real* b) {
       right = NegativeMulAdd(Broadcast(from_rows[r]), Load(block.left + r * stride + k), right);
     }
     right -= ProductsOfFour(rows + kLanes, stride, b + k + kLanes, stride - k - kLanes);
-    // V s for the tile V by its columns, which are those of V^T's rows.
+    // V s for the tile V from its columns, which are the rows of V^T.
     using Four = LanesOf<Real>;
     const Four r0 = Load(rows), r1 = Load(rows + stride), r2 = Load(rows + 2 * std::ptrdiff_t{stride}),
                r3 = Load(rows + 3 * std::ptrdiff_t{stride});

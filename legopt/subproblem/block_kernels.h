@@ -3,118 +3,120 @@
 #include <cstddef>
 #include <span>
 
-/// The inner loops of the interior-point solver over square blocks, in vectors as wide as the processor has them.
+/// Inner loops of the interior-point solver over square blocks, in the widest vectors that the processor supports.
 /// `Real` is double or float. Matrices are row-major, of `stride` rows and columns, which is a multiple of four.
 namespace legopt::kernels {
 
-/// Vectors that blocks are computed with. Every entry is the same sum in the same order, so that bits are equal.
+/// Vectors in which blocks are computed. Every entry is the same sum in the same order, so results are identical bit by
+/// bit.
 enum class BlockVectors {
-  kFour,      ///< of four numbers: every processor
-  kTwoFours,  ///< of eight, computed as two of four: the code of kEight on every processor, for tests
-  kEight      ///< of eight: AVX-512 for doubles, AVX2 for floats
+  kFour,      ///< four numbers: every processor
+  kTwoFours,  ///< eight numbers, computed as two of four: the code of kEight on every processor, for tests
+  kEight      ///< eight numbers: AVX-512 for doubles, AVX2 for floats
 };
 
-/// Rows a_r with weights d_r, one behind the other.
+/// Consecutive rows a_r with weights d_r.
 template <typename Real>
 struct WeightedRows {
-  const Real* rows;     ///< `count` of them
-  const Real* weights;  ///< likewise
-  int count;            ///< of rows
+  const Real* rows;     ///< `count` rows
+  const Real* weights;  ///< `count` weights
+  int count;
 };
 
-/// Rows that are zero outside of some columns, and stored without the others.
+/// Rows that are zero outside some columns and stored without the zero columns.
 template <typename Real>
 struct PackedSquares {
-  static constexpr int kMostRuns = 4;        ///< of rows
-  static constexpr int kScratch = 8;         ///< entries for each row
-  std::span<const WeightedRows<Real>> runs;  ///< at most kMostRuns; rows of 4 columns.size() entries
-  std::span<const int> columns;  ///< first of each four columns that are stored, increasing multiples of four
-  Real* scratch;                 ///< kScratch entries for each row, of this call alone
+  static constexpr int kMostRuns = 4;        ///< maximum number of runs
+  static constexpr int kScratch = 8;         ///< scratch entries per row
+  std::span<const WeightedRows<Real>> runs;  ///< up to kMostRuns; rows have 4 columns.size() entries
+  std::span<const int> columns;  ///< first column of each stored group of four; increasing multiples of four
+  Real* scratch;                 ///< kScratch entries per row, used by this call only
 };
 
-/// T^T T + sum over `count` rows of a_r b_r^T, the latter sum being symmetric.
+/// T^T T + sum over `count` rows of a_r b_r^T, where the latter sum is symmetric.
 template <typename Real>
 struct Reduction {
-  const Real* t = nullptr;  ///< null: nothing
-  bool lower = false;       ///< T has zeros right of its diagonal's 4 x 4 tiles
+  const Real* t = nullptr;  ///< null: no T^T T
+  bool lower = false;       ///< T is zero right of its diagonal's 4 x 4 tiles
   const Real* a = nullptr;  ///< rows of `stride` entries
-  const Real* b = nullptr;  ///< likewise
-  int count = 0;            ///< of rows
+  const Real* b = nullptr;  ///< rows of `stride` entries
+  int count = 0;
 };
 
-/// What couples a block with the next one, C + sum over `count` rows of l_r r_r^T, and where T = U^-T of it goes.
+/// Coupling of a block with the next one, C + sum over `count` rows of l_r r_r^T, and the output T, which is U^-T times
+/// the coupling.
 template <typename Real>
 struct Coupling {
-  const Real* c = nullptr;           ///< C: `stride` rows, of a tiled one of four entries (dense_kernels.h)
-  bool tiled = false;                ///< so is C; T must have, and gets, only zeros right of its diagonal's tiles
-  const Real* minus_left = nullptr;  ///< rows -l of `stride` entries; of a dense C only
-  const Real* right = nullptr;       ///< likewise, r
-  int count = 0;                     ///< of these rows
-  Real* t = nullptr;                 ///< to be written; null: there is no next block
+  const Real* c = nullptr;           ///< C: `stride` rows, of four entries each if tiled (dense_kernels.h)
+  bool tiled = false;                ///< C is tiled; T must be zero right of its diagonal's tiles, and remains so
+  const Real* minus_left = nullptr;  ///< rows -l of `stride` entries; dense C only
+  const Real* right = nullptr;       ///< rows r of `stride` entries
+  int count = 0;                     ///< number of rows l and r
+  Real* t = nullptr;                 ///< output T; null: there is no next block
 };
 
-/// What is done to whole blocks. Pure functions of their arguments, any thread.
+/// Operations on whole blocks. Pure functions of their arguments, any thread.
 template <typename Real>
 struct BlockKernels {
-  /// Upper triangle of M <- F + sum_r d_r a_r a_r^T in the rows and columns that are stored. F may be M.
+  /// Sets the upper triangle of M <- F + sum_r d_r a_r a_r^T in the stored rows and columns. F may be M.
   void (*add_squares)(const PackedSquares<Real>& squares, const Real* f, Real* m, int stride);
-  /// Cholesky factor M - R = U^T U of an upper triangle, in place, and the T of what couples it with the next block. In
-  /// the diagonal's 4 x 4 tiles of U stand their inverses. Pad rows and columns must be the identity's. Every pivot is
-  /// kept at or above its entry of `min_pivot`, > 0: below the rounding error of what was subtracted it would be noise,
-  /// and blow up all that follows. False when a pivot is not finite.
+  /// Computes the Cholesky factor M - R = U^T U of an upper triangle in place, and T of the coupling with the next
+  /// block. The 4 x 4 diagonal tiles of U are stored as their inverses. Pad rows and columns must be the identity's.
+  /// Every pivot is raised to its entry of `min_pivot`, > 0, if it is smaller. A pivot below the rounding error of the
+  /// subtraction would be noise and spoil all later entries. Returns false if a pivot is not finite.
   bool (*factor)(const Reduction<Real>& r, Real* m, const Real* min_pivot, const Coupling<Real>& link, int stride);
 };
 
-/// The kernels of these vectors, of doubles or floats; null where this processor or build has none.
+/// Returns the kernels for these vectors, of doubles or floats; null if this processor or build does not support them.
 template <typename Real>
 const BlockKernels<Real>* KernelsOf(BlockVectors vectors);
-/// Of doubles.
+/// Specialisation for doubles.
 template <>
 const BlockKernels<double>* KernelsOf(BlockVectors vectors);
-/// Of floats.
+/// Specialisation for floats.
 template <>
 const BlockKernels<float>* KernelsOf(BlockVectors vectors);
 
-/// What solvers use: the widest that there are, unless others were chosen.
+/// Returns the kernels that solvers use: the widest available ones, unless others were chosen.
 template <typename Real>
 const BlockKernels<Real>& ChosenKernels();
-/// Of doubles.
+/// Specialisation for doubles.
 template <>
 const BlockKernels<double>& ChosenKernels();
-/// Of floats.
+/// Specialisation for floats.
 template <>
 const BlockKernels<float>& ChosenKernels();
 
-/// For tests and benchmarks: others from now on. No other thread may be solving.
+/// Selects the kernels for doubles, in tests and benchmarks. No other thread may be solving.
 void ChooseKernels(const BlockKernels<double>& kernels);
-/// Likewise, those of floats.
+/// Selects the kernels for floats, under the same condition.
 void ChooseKernels(const BlockKernels<float>& kernels);
 
-/// b <- U^-T b for a factor of `factor`.
+/// Sets b <- U^-T b for a factor U from `factor`.
 template <typename Real>
 void SolveTransposed(const Real* u, int stride, Real* b);
 
-/// Of a FactoredBlock, beside a lower T; products of more cost as much as a dense block.
+/// Maximum number of rows beside a lower T; the products of more rows cost as much as a dense block.
 inline constexpr int kMostRowsBeside = 6;
 
-/// A block that has been factored, and beside it T + sum over `count` rows of z_r r_r^T: with z = U^-T l, what was C +
-/// sum of l_r r_r^T before. Beside a dense T there are no rows; it holds them.
+/// A factored block and its coupling T + sum over `count` rows of z_r r_r^T, where z = U^-T l (before the elimination:
+/// C + sum of l_r r_r^T). A dense T contains the rows, so that there are none beside it.
 template <typename Real>
 struct FactoredBlock {
-  const Real* u = nullptr;      ///< U, as `factor` leaves it
+  const Real* u = nullptr;      ///< U from `factor`
   const Real* t = nullptr;      ///< null: there is no next block
-  bool lower = false;           ///< T has nothing right of its diagonal's tiles
+  bool lower = false;           ///< T is zero right of its diagonal's tiles
   const Real* left = nullptr;   ///< rows z of `stride` entries
-  const Real* right = nullptr;  ///< likewise, r
-  int count = 0;                ///< of these rows, at most kMostRowsBeside
-  int stride = 0;               ///< of all matrices and rows
+  const Real* right = nullptr;  ///< rows r of `stride` entries
+  int count = 0;                ///< number of rows z and r, at most kMostRowsBeside
+  int stride = 0;               ///< stride of all matrices and rows
 };
 
-/// b <- U^-T b, and of the `stride` entries behind it what b takes from the next block, if there is one:
-/// n -= (T + sum z_r r_r^T)^T b.
+/// Sets b <- U^-T b and, if there is a next block, subtracts the contribution of b from its `stride` entries n, which
+/// follow b: n -= (T + sum z_r r_r^T)^T b.
 template <typename Real>
 void SolveForward(const FactoredBlock<Real>& block, Real* b);
-/// b <- U^-1 (b - (T + sum z_r r_r^T) n) for the next block's n, which is behind b.
+/// Sets b <- U^-1 (b - (T + sum z_r r_r^T) n), where n are the entries of the next block, which follow b.
 template <typename Real>
 void SolveBack(const FactoredBlock<Real>& block, Real* b);
 

@@ -13,7 +13,7 @@ using kernels::Store;
 
 constexpr size_t kLanes = kernels::kLanes;
 
-/// NaN candidates (0 / 0 of fixed variables) are passed over.
+/// Ignores NaN candidates (0 / 0 of fixed variables).
 Lanes Larger(Lanes candidate, Lanes best) { return candidate > best ? candidate : best; }
 
 double Largest(Lanes v) { return std::max(std::max(v[0], v[1]), std::max(v[2], v[3])); }
@@ -41,12 +41,12 @@ void BoxedVariables::SetFree(size_t i, double low, double high) {
 
 void BoxedVariables::SetFixed(size_t i, double at) {
   value[i] = at;
-  lower[i] = at - 1.0;  // any slack will do
+  lower[i] = at - 1.0;  // any slack works
   upper[i] = at + 1.0;
 }
 
 void BoxedVariables::Start() {
-  constexpr double kLeastShare = 1e-15;  // of a box
+  constexpr double kLeastShare = 1e-15;  // relative to the box
   for (size_t i = 0; i < size(); ++i) {
     const double least = kLeastShare * (upper[i] - lower[i]);
     below_[i] = std::max(value[i] - lower[i], least);
@@ -71,7 +71,7 @@ void BoxedVariables::BarrierHessian(AlignedDoubles& theta) const {
   }
 }
 
-// -dz / z is 1 + r and 1 - q; whichever slack shrinks does so by less than 1 + |r| and 1 + |q|.
+// -dz / z is 1 + r and 1 - q; the slacks shrink by -r and q, relatively.
 double BoxedVariables::InverseMaxAffineStep() const {
   Lanes most = kernels::Broadcast(1.0);
   for (size_t i = 0; i < size(); i += kLanes) {

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kTile = kernels::kLanes;
 
-/// The entries of a row that are not zero: at most as many as a step of a base's rotation has.
+/// Non-zero entries of a row: at most as many as a row for the rotation of the base has.
 struct SparseRow {
   static constexpr int kMost = 4;
   int count = 0;
@@ -21,7 +21,7 @@ struct SparseRow {
   double entry[kMost];
 };
 
-/// False where there are more.
+/// Returns false if the row has more entries.
 bool ReadSparse(const double* row, int stride, SparseRow* sparse) {
   sparse->count = 0;
   for (int v = 0; v < stride; v += kTile) {
@@ -36,7 +36,8 @@ bool ReadSparse(const double* row, int stride, SparseRow* sparse) {
   return true;
 }
 
-/// M += 2 a b^T, of which the upper triangle if `upper`. Whether all of it is in the tiles along the diagonal.
+/// Adds 2 a b^T to M; only the upper triangle if `upper`. Returns whether all of it lies in the tiles along the
+/// diagonal.
 bool AddProduct(const SparseRow& a, const SparseRow& b, bool upper, double* m, int stride) {
   bool tiled = true;
   for (int i = 0; i < a.count; ++i) {
@@ -100,7 +101,7 @@ void ConvexSubproblem::AddCost(int block, const LinearModel& model) {
   AddDenseCost(block, model, AddSparseCost(block, model));
 }
 
-/// Adds rows with few entries, from the first on. How many, which ends before the first other one.
+/// Adds rows with few entries, from the first on, up to the first row with more. Returns the number of rows added.
 int ConvexSubproblem::AddSparseCost(int block, const LinearModel& model) {
   SparseRow rows[2];
   for (int i = 0; i < model.rows(); ++i) {
@@ -178,7 +179,7 @@ void ConvexSubproblem::SetBounds(Eigen::Ref<const Eigen::VectorXd> lower, Eigen:
   }
 }
 
-/// 1/2 x^T H x, its diagonal block t and what couples it to the next; `x` as of this block, the next behind it.
+/// Returns the part of 1/2 x^T H x from diagonal block t and its coupling with the next block; `x` starts at block t.
 double ConvexSubproblem::QuadraticValue(int t, const double* x) const {
   const bool coupled = has_coupling_ && t + 1 < num_blocks_;
   double value = 0.0;

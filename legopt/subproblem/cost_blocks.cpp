@@ -25,7 +25,7 @@ void CostBlocks::Copy(const ConvexSubproblem& problem, const PackedRows::Freedom
   coupled_ = problem.has_coupling() && num_blocks_ > 1;
   chained_ = coupled_ || rows.any_between();
   for (int t = 0; chained_ && t + 1 < num_blocks_; ++t) {
-    // Many rows between blocks make it dense.
+    // Many rows between blocks make the coupling dense.
     const bool few = rows.num_between(t) <= kernels::kMostRowsBeside;
     CopyCoupling(problem, freedom, few && problem.coupling_is_tiled(t + freedom.first_block), t);
   }
@@ -40,7 +40,7 @@ CostBlocks::Square CostBlocks::NewSquare(bool tiled) {
   return square;
 }
 
-/// Rows and columns of fixed variables are the identity's.
+/// Copies block t of H. Rows and columns of fixed variables become those of the identity.
 void CostBlocks::CopyHessian(const ConvexSubproblem& problem, const PackedRows::Freedom& freedom, int t) {
   const int block = t + freedom.first_block;
   hessian_.push_back(NewSquare(problem.hessian_is_tiled(block)));
@@ -79,7 +79,7 @@ void CostBlocks::CopyCoupling(const ConvexSubproblem& problem, const PackedRows:
   }
 }
 
-/// Gradient += H x of the fixed variables.
+/// Adds H x of the fixed variables to the gradient.
 void CostBlocks::ShiftByFixed(const ConvexSubproblem& problem, const PackedRows::Freedom& freedom) {
   const int n = problem.block_size();
   const auto place = [&](int k) { return static_cast<size_t>(k / n * stride_ + k % n); };

@@ -9,34 +9,35 @@
 
 namespace legopt {
 
-/// g^T x + 1/2 x^T H x of a subproblem over its free variables, divided by a scale: H's blocks along the diagonal and
-/// beside it, each of them whole or, where it has nothing else, the 4 x 4 tiles along its own diagonal
-/// (dense_kernels.h). Rows and columns of fixed variables are zero but for ones on the diagonal; what they add to g is
-/// in it.
+/// g^T x + 1/2 x^T H x of a subproblem over its free variables, divided by a scale. It has H's diagonal and
+/// off-diagonal blocks, each of them whole or, if the rest is zero, as the 4 x 4 tiles along its own diagonal
+/// (dense_kernels.h). Rows and columns of fixed variables are zero, with ones on the diagonal; g includes their
+/// contribution.
 ///
 /// Vectors have a segment of `stride` entries for each block. One thread; allocates only while it grows.
 class CostBlocks {
  public:
-  /// A block of H or beside H's diagonal.
+  /// A diagonal or off-diagonal block of H.
   struct Square {
-    bool tiled = false;  ///< the tiles alone
-    size_t begin = 0;    ///< in entries(): `stride` rows, whole or of four
+    bool tiled = false;  ///< stored as tiles only
+    size_t begin = 0;    ///< start in entries(): `stride` rows, whole or of four entries
   };
 
-  /// Blocks are counted from `freedom.first_block` on. `rows`: of the same blocks; they stand beside tiled couplings.
+  /// Copies the costs; block 0 is `freedom.first_block`. `rows` are rows of the same blocks, stored beside tiled
+  /// couplings.
   void Copy(const ConvexSubproblem& problem, const PackedRows::Freedom& freedom, const PackedRows& rows, double scale);
 
-  int num_blocks() const { return num_blocks_; }  ///< along the diagonal
-  int stride() const { return stride_; }          ///< rows of a block, with the pad
-  /// Whether something, of the costs or of the rows, couples blocks.
+  int num_blocks() const { return num_blocks_; }  ///< number of diagonal blocks
+  int stride() const { return stride_; }          ///< number of rows of a block, with padding
+  /// Returns whether costs or rows couple blocks.
   bool chained() const { return chained_; }
   const AlignedDoubles& gradient() const { return gradient_; }                         ///< g
-  std::span<const double> entries() const { return {entries_.data(), num_entries_}; }  ///< of all squares
-  /// Symmetric; of a whole one the upper triangle is there, and the diagonal's tiles.
+  std::span<const double> entries() const { return {entries_.data(), num_entries_}; }  ///< entries of all squares
+  /// Returns diagonal block t, symmetric; if whole, only its upper triangle and the diagonal's tiles are set.
   const Square& hessian(int t) const { return hessian_[static_cast<size_t>(t)]; }
-  /// Rows of block t, columns of block t + 1; `chained`.
+  /// Returns the coupling, with rows of block t and columns of block t + 1; requires `chained`.
   const Square& coupling(int t) const { return coupling_[static_cast<size_t>(t)]; }
-  /// slope = g + H x.
+  /// Sets slope = g + H x.
   void Slope(const AlignedDoubles& x, AlignedDoubles& slope) const;
 
  private:
@@ -50,9 +51,9 @@ class CostBlocks {
   int num_blocks_ = 0, stride_ = 0;
   double scale_ = 1.0;
   bool chained_ = false;
-  bool coupled_ = false;  ///< by costs
+  bool coupled_ = false;  ///< costs couple blocks
   AlignedDoubles gradient_, entries_;
-  size_t num_entries_ = 0;  ///< of those that are in use
+  size_t num_entries_ = 0;  ///< number of entries in use
   std::vector<Square> hessian_, coupling_;
 };
 

@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// Small dense kernels for the interior-point solver: rows of a few dozen numbers, doubles or floats, padded with zeros
-/// to whole vectors of four ("stride"). Eigen's general products cost about twice as much at these sizes. Inline, pure
-/// functions of their arguments; what is done to whole blocks, in which most of the time goes, is in block_kernels.h.
+/// Small dense kernels of the interior-point solver: rows of a few dozen numbers, doubles or floats, padded with zeros
+/// to whole vectors of four ("stride"). Eigen's general products take about twice as long at these sizes. Inline, pure
+/// functions of their arguments. Operations on whole blocks, which take most of the time, are in block_kernels.h.
 
 #ifdef __FMA__
 #include <immintrin.h>
@@ -17,21 +17,21 @@
 /// Kernels of the interior-point solver.
 namespace legopt::kernels {
 
-inline constexpr int kLanes = 4;  ///< numbers of a vector: what rows are padded to
+inline constexpr int kLanes = 4;  ///< numbers per vector, to which rows are padded
 /// Four doubles.
 using Lanes = double __attribute__((vector_size(kLanes * sizeof(double))));
 /// Four floats.
 using FloatLanes = float __attribute__((vector_size(kLanes * sizeof(float))));
 
-/// Four of a kind.
+/// Vector type of four numbers of type Real.
 template <typename Real>
 struct FourOf;
-/// Doubles.
+/// Specialisation for doubles.
 template <>
 struct FourOf<double> {
   using Type = Lanes;  ///< the vector
 };
-/// Floats.
+/// Specialisation for floats.
 template <>
 struct FourOf<float> {
   using Type = FloatLanes;  ///< the vector
@@ -40,17 +40,17 @@ struct FourOf<float> {
 template <typename Real>
 using LanesOf = typename FourOf<Real>::Type;
 
-/// Four numbers from p on, of any alignment.
+/// Loads four numbers from p on, of any alignment.
 inline Lanes Load(const double* p) {
 #ifdef __FMA__
-  return _mm256_loadu_pd(p);  // of what is copied in as bytes, GCC 12 keeps copies on the stack
+  return _mm256_loadu_pd(p);  // GCC 12 would keep a byte-wise copy on the stack
 #else
   Lanes v;
   std::memcpy(&v, p, sizeof(v));
   return v;
 #endif
 }
-/// Likewise, floats.
+/// Overload for floats.
 inline FloatLanes Load(const float* p) {
 #ifdef __FMA__
   return _mm_loadu_ps(p);
@@ -60,7 +60,7 @@ inline FloatLanes Load(const float* p) {
   return v;
 #endif
 }
-/// Four numbers to p on.
+/// Stores four numbers from p on.
 inline void Store(double* p, Lanes v) {
 #ifdef __FMA__
   _mm256_storeu_pd(p, v);
@@ -68,7 +68,7 @@ inline void Store(double* p, Lanes v) {
   std::memcpy(p, &v, sizeof(v));
 #endif
 }
-/// Likewise, floats.
+/// Overload for floats.
 inline void Store(float* p, FloatLanes v) {
 #ifdef __FMA__
   _mm_storeu_ps(p, v);
@@ -76,13 +76,13 @@ inline void Store(float* p, FloatLanes v) {
   std::memcpy(p, &v, sizeof(v));
 #endif
 }
-/// c in every lane.
+/// Returns c in every lane.
 inline Lanes Broadcast(double c) { return Lanes{c, c, c, c}; }
-/// Likewise, floats.
+/// Overload for floats.
 inline FloatLanes Broadcast(float c) { return FloatLanes{c, c, c, c}; }
-/// a b + c, rounded once in each lane. Compilers may not contract products and sums on their own (-ffp-contract=off),
-/// so that bits do not depend on them; asked for by name it is one instruction in place of two, with the same bits
-/// anywhere.
+/// Returns a b + c, rounded once in each lane. Compilers may not contract products and sums on their own
+/// (-ffp-contract=off), so that results do not depend on the compiler. The explicit call is one instruction in place of
+/// two and gives identical bits everywhere.
 inline Lanes MulAdd(Lanes a, Lanes b, Lanes c) {
 #ifdef __FMA__
   return _mm256_fmadd_pd(a, b, c);
@@ -91,7 +91,7 @@ inline Lanes MulAdd(Lanes a, Lanes b, Lanes c) {
   return c;
 #endif
 }
-/// Likewise, floats.
+/// Overload for floats.
 inline FloatLanes MulAdd(FloatLanes a, FloatLanes b, FloatLanes c) {
 #ifdef __FMA__
   return _mm_fmadd_ps(a, b, c);
@@ -100,7 +100,7 @@ inline FloatLanes MulAdd(FloatLanes a, FloatLanes b, FloatLanes c) {
   return c;
 #endif
 }
-/// c - a b, likewise.
+/// Returns c - a b, rounded once in each lane.
 inline Lanes NegativeMulAdd(Lanes a, Lanes b, Lanes c) {
 #ifdef __FMA__
   return _mm256_fnmadd_pd(a, b, c);
@@ -108,7 +108,7 @@ inline Lanes NegativeMulAdd(Lanes a, Lanes b, Lanes c) {
   return MulAdd(-a, b, c);
 #endif
 }
-/// Likewise, floats.
+/// Overload for floats.
 inline FloatLanes NegativeMulAdd(FloatLanes a, FloatLanes b, FloatLanes c) {
 #ifdef __FMA__
   return _mm_fnmadd_ps(a, b, c);
@@ -116,7 +116,7 @@ inline FloatLanes NegativeMulAdd(FloatLanes a, FloatLanes b, FloatLanes c) {
   return MulAdd(-a, b, c);
 #endif
 }
-/// Square roots.
+/// Returns the square roots.
 inline Lanes Root(Lanes v) {
 #ifdef __FMA__
   return _mm256_sqrt_pd(v);
@@ -125,7 +125,7 @@ inline Lanes Root(Lanes v) {
   return v;
 #endif
 }
-/// Likewise, floats.
+/// Overload for floats.
 inline FloatLanes Root(FloatLanes v) {
 #ifdef __FMA__
   return _mm_sqrt_ps(v);
@@ -134,7 +134,7 @@ inline FloatLanes Root(FloatLanes v) {
   return v;
 #endif
 }
-/// A bit for each lane that is not zero, the first one lowest.
+/// Returns a bit for each lane that is not zero, the first lane in the lowest bit.
 inline unsigned NonZeros(Lanes v) {
 #ifdef __FMA__
   return static_cast<unsigned>(_mm256_movemask_pd(_mm256_cmp_pd(v, _mm256_setzero_pd(), _CMP_NEQ_UQ)));
@@ -144,20 +144,20 @@ inline unsigned NonZeros(Lanes v) {
   return bits;
 #endif
 }
-/// (v0 + v2) + (v1 + v3): always in this order, so that results keep their bits.
+/// Returns (v0 + v2) + (v1 + v3), always in this order, so that results are identical bit by bit.
 template <typename Four>
 inline auto Sum(Four v) {
   return (v[0] + v[2]) + (v[1] + v[3]);
 }
 
-/// Whether all of `padded` entries are finite.
+/// Returns whether all of `padded` entries are finite.
 inline bool AllFinite(const double* a, int padded) {
-  Lanes zero = {0, 0, 0, 0};  // or not a number
+  Lanes zero = {0, 0, 0, 0};  // becomes NaN otherwise
   for (int j = 0; j < padded; j += kLanes) zero += Load(a + j) * 0.0;
   return Sum(zero) == 0.0;
 }
 
-/// sum_i a_i b_i over `padded` entries.
+/// Returns sum_i a_i b_i over `padded` entries.
 template <typename Real>
 inline Real Dot(const Real* a, const Real* b, int padded) {
   LanesOf<Real> sum = {0, 0, 0, 0};
@@ -165,20 +165,20 @@ inline Real Dot(const Real* a, const Real* b, int padded) {
   return Sum(sum);
 }
 
-/// y += c x over `padded` entries.
+/// Adds c x to y, over `padded` entries.
 template <typename Real>
 inline void Axpy(Real c, const Real* x, Real* y, int padded) {
   const LanesOf<Real> factor = Broadcast(c);
   for (int j = 0; j < padded; j += kLanes) Store(y + j, MulAdd(factor, Load(x + j), Load(y + j)));
 }
 
-/// out +- sum_r c_r row_r for four rows that lie `step` apart.
+/// Adds to `out`, or subtracts, sum_r c_r row_r for four rows that lie `step` apart.
 template <bool kMinus, typename Real>
 inline void AddFour(LanesOf<Real> c, const Real* rows, std::ptrdiff_t step, Real* out, int padded) {
   const Real *const r1 = rows + step, *const r2 = r1 + step, *const r3 = r2 + step;
   int j = 0;
 #ifdef __FMA__
-  if constexpr (std::is_same_v<Real, float>) {  // columns do not mix: the bits of four at a time
+  if constexpr (std::is_same_v<Real, float>) {  // columns are independent: the same bits as with four at a time
     const auto add = [](__m256 a, __m256 b, __m256 sum) {
       return kMinus ? _mm256_fnmadd_ps(a, b, sum) : _mm256_fmadd_ps(a, b, sum);
     };
@@ -204,7 +204,7 @@ inline void AddFour(LanesOf<Real> c, const Real* rows, std::ptrdiff_t step, Real
   }
 }
 
-/// out += sum_r c_r row_r for `count` rows that lie `step` apart.
+/// Adds sum_r c_r row_r to `out`, for `count` rows that lie `step` apart.
 template <typename Real>
 inline void AddCombination(const Real* c, const Real* rows, std::ptrdiff_t step, int count, Real* out, int padded) {
   int r = 0;
@@ -212,13 +212,13 @@ inline void AddCombination(const Real* c, const Real* rows, std::ptrdiff_t step,
   for (; r < count; ++r, rows += step) Axpy(c[r], rows, out, padded);
 }
 
-/// out -= sum_r c_r row_r for four rows that lie `step` apart.
+/// Subtracts sum_r c_r row_r from `out`, for four rows that lie `step` apart.
 template <typename Real>
 inline void SubtractCombination(LanesOf<Real> c, const Real* rows, std::ptrdiff_t step, Real* out, int padded) {
   AddFour<true>(c, rows, step, out, padded);
 }
 
-/// Sum() of each: halves first, then the two that are left.
+/// Returns Sum() of each vector, with the same order of additions.
 template <typename Four>
 inline Four SumsOfFour(Four s0, Four s1, Four s2, Four s3) {
   const auto pair = [](Four a, Four b) {  // a0 + a2, b0 + b2, a1 + a3, b1 + b3
@@ -228,7 +228,7 @@ inline Four SumsOfFour(Four s0, Four s1, Four s2, Four s3) {
   return __builtin_shufflevector(p01, p23, 0, 1, 4, 5) + __builtin_shufflevector(p01, p23, 2, 3, 6, 7);
 }
 
-/// The products of four rows, which lie `step` apart, with x.
+/// Returns the products with x of four rows, which lie `step` apart.
 inline Lanes ProductsOfFour(const double* rows, std::ptrdiff_t step, const double* x, int padded) {
   Lanes s0 = {}, s1 = {}, s2 = {}, s3 = {};
   for (int j = 0; j < padded; j += kLanes) {
@@ -241,7 +241,7 @@ inline Lanes ProductsOfFour(const double* rows, std::ptrdiff_t step, const doubl
   return SumsOfFour(s0, s1, s2, s3);
 }
 
-/// Likewise, floats: every other four of them are added up first.
+/// Overload for floats: adds up even and odd groups of four separately, then both sums.
 inline FloatLanes ProductsOfFour(const float* rows, std::ptrdiff_t step, const float* x, int padded) {
   const float* const rows2 = rows + 2 * step;
   int j = 0;
@@ -277,7 +277,7 @@ inline FloatLanes ProductsOfFour(const float* rows, std::ptrdiff_t step, const f
   return SumsOfFour(even[0] + odd[0], even[1] + odd[1], even[2] + odd[2], even[3] + odd[3]);
 }
 
-/// out_r += row_r . x for `count` rows that lie `step` apart.
+/// Adds row_r . x to out_r, for `count` rows that lie `step` apart.
 template <typename Real>
 inline void AddProducts(const Real* rows, std::ptrdiff_t step, int count, const Real* x, Real* out, int padded) {
   int r = 0;
@@ -287,7 +287,7 @@ inline void AddProducts(const Real* rows, std::ptrdiff_t step, int count, const 
   for (; r < count; ++r, rows += step) out[r] += Dot(rows, x, padded);
 }
 
-/// out += S x for a symmetric S, of which the upper triangle with whole diagonal tiles is read.
+/// Adds S x to `out` for a symmetric S, of which only the upper triangle with whole diagonal tiles is read.
 inline void AddProductsOfSymmetric(const double* s, const double* x, double* out, int stride) {
   for (int k = 0; k < stride; k += kLanes, s += std::ptrdiff_t{kLanes} * stride + kLanes) {
     Store(out + k, Load(out + k) + ProductsOfFour(s, stride, x + k, stride - k));
@@ -295,8 +295,8 @@ inline void AddProductsOfSymmetric(const double* s, const double* x, double* out
   }
 }
 
-/// out += B x and transposed_out += B^T c for a square B, which is read once. The same sums as AddProducts and
-/// AddCombination.
+/// Adds B x to `out` and B^T c to `transposed_out` for a square B, which is read once. The sums are those of
+/// AddProducts and AddCombination.
 inline void AddBothProducts(const double* b, int stride, const double* x, double* out, const double* c,
                             double* transposed_out) {
   for (int k = 0; k < stride; k += kLanes, b += std::ptrdiff_t{kLanes} * stride) {
@@ -305,10 +305,9 @@ inline void AddBothProducts(const double* b, int stride, const double* x, double
   }
 }
 
-// Matrices whose 4 x 4 blocks right of the diagonal are zero, "lower" ones: the same sums as above without what they
-// know to be zero.
+// "Lower" matrices, whose 4 x 4 blocks right of the diagonal are zero: the same sums as above without these zeros.
 
-/// out += B^T c for a lower B.
+/// Adds B^T c to `out` for a lower B.
 template <typename Real>
 inline void AddCombinationOfLower(const Real* c, const Real* b, Real* out, int stride) {
   for (int k = 0; k < stride; k += kLanes) {
@@ -316,21 +315,21 @@ inline void AddCombinationOfLower(const Real* c, const Real* b, Real* out, int s
   }
 }
 
-// Tiled matrices: those with nothing outside of the 4 x 4 tiles along their diagonal, kept as `stride` rows of four.
+// Tiled matrices, which are zero outside the 4 x 4 tiles along their diagonal, stored as `stride` rows of four.
 
-/// out += B x for a tiled B.
+/// Adds B x to `out` for a tiled B.
 inline void AddProductsOfTiled(const double* tiles, const double* x, double* out, int stride) {
   for (std::ptrdiff_t k = 0; k < stride; k += kLanes)
     AddProducts(tiles + k * kLanes, kLanes, kLanes, x + k, out + k, kLanes);
 }
 
-/// out += B^T c for a tiled B.
+/// Adds B^T c to `out` for a tiled B.
 inline void AddCombinationOfTiled(const double* c, const double* tiles, double* out, int stride) {
   for (std::ptrdiff_t k = 0; k < stride; k += kLanes)
     AddCombination(c + k, tiles + k * kLanes, kLanes, kLanes, out + k, kLanes);
 }
 
-/// The tiles of a tiled matrix in a whole one, and zeros right of them.
+/// Copies the tiles of a tiled matrix to a whole one, with zeros right of them.
 template <typename Real>
 inline void SpreadTilesUpper(const Real* tiles, Real* m, int stride) {
   for (std::ptrdiff_t i = 0; i < stride; ++i) {
@@ -341,7 +340,7 @@ inline void SpreadTilesUpper(const Real* tiles, Real* m, int stride) {
   }
 }
 
-/// The tiles of a tiled matrix in a whole one, and zeros left of them.
+/// Copies the tiles of a tiled matrix to a whole one, with zeros left of them.
 template <typename Real>
 inline void SpreadTilesLower(const Real* tiles, Real* m, int stride) {
   for (std::ptrdiff_t i = 0; i < stride; ++i) {
@@ -352,7 +351,7 @@ inline void SpreadTilesLower(const Real* tiles, Real* m, int stride) {
   }
 }
 
-/// The upper triangle of a matrix, with whole diagonal tiles.
+/// Copies the upper triangle of a matrix, with whole diagonal tiles.
 template <typename Real>
 inline void CopyUpper(const Real* from, Real* m, int stride) {
   for (std::ptrdiff_t i = 0; i < stride; ++i) {

@@ -11,16 +11,16 @@ namespace {
 constexpr int kMaxIterations = 60;
 constexpr double kFixedWidth = 1e-14;  // bounds closer than this fix the variable
 constexpr double kStepToBoundary = 0.995;
-constexpr double kRelativeGap = 1e-12;       // of the scaled objective: the limit of double precision
-constexpr double kMinPivot = 1e-14;          // of the diagonal before elimination
-constexpr double kPivotFloorGrowth = 100.0;  // when a direction came out without finite numbers
+constexpr double kRelativeGap = 1e-12;       // relative to the scaled objective: the limit of double precision
+constexpr double kMinPivot = 1e-14;          // relative to the diagonal before elimination
+constexpr double kPivotFloorGrowth = 100.0;  // factor after a direction that was not finite
 constexpr double kMaxPivotFloor = 1e-6;
 constexpr double kStalledStep = 1e-8;
-constexpr double kSingleShare = 2e-4;      // of the first gap, above which single precision finds as good directions
-constexpr double kSinglePivot = 5e-6;      // kMinPivot times the ratio of both rounding errors
-constexpr double kShortSingleStep = 0.01;  // rounding may have spoilt a direction that allows no more
-constexpr double kStartInset = 0.05;       // share of a box's width kept free at the start
-constexpr double kStartBarrier = 0.5;      // of the mean row residual
+constexpr double kSingleShare = 2e-4;      // share of the first gap down to which single precision is good enough
+constexpr double kSinglePivot = 5e-6;      // kMinPivot times the ratio of the two rounding errors
+constexpr double kShortSingleStep = 0.01;  // a shorter step may be due to rounding errors
+constexpr double kStartInset = 0.05;       // share of a box's width kept free at the initial point
+constexpr double kStartBarrier = 0.5;      // relative to the mean row residual
 constexpr double kMinStartBarrier = 1e-7;
 
 }  // namespace
@@ -100,7 +100,8 @@ void InteriorPointSolver::Prepare(const ConvexSubproblem& problem) {
   single_matrix_.Reset(costs_, rows_);
 }
 
-/// Takes what rounding has left of both equations into the multipliers: the gap is exact from here on.
+/// Continues in double precision. Adds the rounding errors of both equations to the multipliers: the gap is exact from
+/// here on.
 void InteriorPointSolver::GoOnInDoublePrecision() {
   single_precision_ = false;
   double_matrix_begun_ = false;
@@ -120,7 +121,7 @@ void InteriorPointSolver::GoOnInDoublePrecision() {
   y_.UpdateGap();
 }
 
-/// What may move: from the first block with such variables to the last.
+/// Finds the free variables, and the range from the first block with free variables to the last.
 void InteriorPointSolver::FindFreedom(const ConvexSubproblem& problem) {
   const size_t all = problem.lower().size(), stride = static_cast<size_t>(stride_);
   free_.assign(all, 0.0);
@@ -158,7 +159,7 @@ void InteriorPointSolver::SetBoxes(const ConvexSubproblem& problem) {
   size_t num_free = 0;
   for (size_t i = 0; i < num_x_; ++i) {
     if (free_[begin + i] == 0.0) {
-      x_.SetFixed(i, 0.0);  // where it is stands in the gradient and the offsets
+      x_.SetFixed(i, 0.0);  // its value is included in the gradient and the offsets
     } else {
       x_.SetFree(i, problem.lower()[begin + i], problem.upper()[begin + i]);
       ++num_free;
@@ -179,7 +180,7 @@ void InteriorPointSolver::StartRow(size_t i, double a, double barrier) {
   y_.value[i] = y_.lower[i] + half * (1.0 + t);
   y_.z_lower[i] = barrier / (half * (1.0 + t));
   y_.z_upper[i] = barrier / (half * (1.0 - t));
-  if (t > 0.0) {  // the small one of the two is exact, the other follows from the residual
+  if (t > 0.0) {  // the smaller one is exact, the larger one follows from the residual
     y_.z_upper[i] = a + y_.z_lower[i];
   } else {
     y_.z_lower[i] = y_.z_upper[i] - a;
@@ -268,7 +269,7 @@ bool InteriorPointSolver::Factor(NewtonMatrix<Real>& matrix, double pivot_floor)
   for (size_t i = 0; i < num_x_; ++i) x_.step[i] = -x_.free[i] * slope_[i];
   matrix.SetWeights(weight_);
   matrix.BeginSolve(x_.step, row_scratch_);
-  for (int t = 0; t < num_blocks_; ++t) {  // all of it while the block and its rows are in the cache
+  for (int t = 0; t < num_blocks_; ++t) {  // all steps while the block and its rows are in the cache
     if (!matrix.Eliminate(t, theta_, pivot_floor)) return false;
     matrix.SolveForward(t);
   }
@@ -276,7 +277,8 @@ bool InteriorPointSolver::Factor(NewtonMatrix<Real>& matrix, double pivot_floor)
   return true;
 }
 
-// With the targets e of both (boxed_variables.h), (H + Theta + A'DA) dx = e - (g + H x) - A'(y + D (A x + b + e')).
+// With the targets e of x and e' of y (boxed_variables.h), the right-hand side is
+// e - (g + H x) - A'(y + D (A x + b + e')).
 bool InteriorPointSolver::CorrectedDirection(double sigma) {
   x_.Correct(sigma);
   y_.Correct(sigma);
@@ -297,7 +299,7 @@ bool InteriorPointSolver::CorrectedDirection(double sigma) {
   return CompleteSteps();
 }
 
-// dy = D (A dx + A x + b + e'), the last three of which y's step holds.
+// dy = D (A dx + A x + b + e'); y_.step holds the last three terms.
 bool InteriorPointSolver::CompleteSteps() {
   if (single_precision_) {
     single_matrix_.SolveBack(x_.step, row_steps_);

@@ -12,12 +12,12 @@ namespace {
 using Ipopt::Index;
 using Ipopt::Number;
 
-constexpr double kIpoptInfinity = 2e19;  // beyond Ipopt's notion of "no bound"
+constexpr double kIpoptInfinity = 2e19;  // beyond Ipopt's threshold for "no bound"
 constexpr double kMinTolerance = 1e-11;
 constexpr int kIpoptMaxIterations = 300;
 
-/// Variables: dx (unpadded), then one slack per row. Constraints: a x + b - s <= 0, and for absolute rows also
-/// -a x - b - s <= 0.
+/// Program with the variables dx (unpadded) and one slack s per row. Constraints: a x + b - s <= 0, and for absolute
+/// rows also -a x - b - s <= 0.
 class SlackProgram : public Ipopt::TNLP {
  public:
   SlackProgram(const ConvexSubproblem& problem, Eigen::Ref<Eigen::VectorXd> solution)

@@ -8,27 +8,27 @@
 
 namespace legopt {
 
-/// M = H + Theta + A^T D A, the matrix of the interior-point method's Newton steps, and its products with A: all of it
-/// in a precision, `Real`, double or float, while what goes in and comes out is in doubles.
+/// M = H + Theta + A^T D A, the matrix of the interior-point method's Newton steps, and its products with A. All are
+/// computed in the precision `Real`, double or float; inputs and outputs are doubles.
 ///
 /// One thread; no allocation once the buffers have grown.
 template <typename Real>
 class NewtonMatrix {
  public:
-  /// Begins a problem: H and A. Both are read until the next one, and must stay as they are.
+  /// Sets H and A of a problem. Both are read until the next Reset and must not change.
   void Reset(const CostBlocks& costs, const PackedRows& rows);
-  /// Begins a matrix of the problem. `d`: by row, D's diagonal; read until the next one.
+  /// Starts a matrix of the problem. `d`: diagonal of D, one entry per row; read until the next call.
   void SetWeights(const AlignedDoubles& d) { weights_.Set(d); }
-  /// Forms and factors block t, for every t in order. `theta`: by variable, Theta's diagonal. `pivot_floor`: of each
-  /// diagonal entry, the least that elimination leaves. False when the factor is not finite.
+  /// Forms and factors block t; call it for every t in order. `theta`: diagonal of Theta, one entry per variable.
+  /// `pivot_floor`: lower limit of pivots, relative to the diagonal entries. Returns false if the factor is not finite.
   bool Eliminate(int t, const AlignedDoubles& theta, double pivot_floor);
 
-  // M dx = b + A^T c: Begin; for every t in order, SolveForward once block t is eliminated; SolveBack.
+  // M dx = b + A^T c: BeginSolve; for every t in order, SolveForward once block t is eliminated; SolveBack.
 
-  /// `c`: by row; read until the next one.
+  /// Sets the right-hand side. `c`: one entry per row; read until the next call.
   void BeginSolve(const AlignedDoubles& b, const AlignedDoubles& c);
-  void SolveForward(int t);  ///< the first half, of block t
-  /// Overwrites dx, and with A dx the entries of `row_products` that are rows.
+  void SolveForward(int t);  ///< first half, block t
+  /// Overwrites dx, and the entries of `row_products` that belong to rows with A dx.
   void SolveBack(AlignedDoubles& dx, AlignedDoubles& row_products);
 
  private:
@@ -40,7 +40,7 @@ class NewtonMatrix {
   BlockChain<Real> chain_;
   AlignedNumbers<Real> right_;     ///< b + A^T c, then dx
   AlignedNumbers<Real> products_;  ///< A dx
-  AlignedNumbers<Real> scratch_;   ///< of the kernels
+  AlignedNumbers<Real> scratch_;   ///< scratch of the kernels
 };
 
 }  // namespace legopt

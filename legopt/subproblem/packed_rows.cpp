@@ -14,16 +14,17 @@ namespace {
 constexpr int kFour = kernels::kLanes;
 
 constexpr std::uint32_t kLeftOut = UINT32_MAX;
-constexpr int kMostBits = 64;  // a longer row is taken as a whole
-/// Beyond this share of all columns, packing saves less than one long row gains.
+constexpr int kMostBits = 64;  // longer rows are stored whole
+/// Above this share of all columns, packing saves less than one long row gains.
 constexpr double kWholeShare = 0.7;
 
-/// Of a row's squares, in cycles: two vectors of four are multiplied and added in one, and the least is four.
+/// Returns the cycles for a row's squares: two vectors of four are multiplied and added per cycle, at least four
+/// cycles.
 int CostOfRow(std::uint64_t support) {
   const int vectors = std::popcount(support);
   return vectors < 2 ? 4 * vectors : vectors * (vectors + 1) + 2;
 }
-constexpr int kGroupCost = 200;  // of the squares of a group beside those of its rows
+constexpr int kGroupCost = 200;  // cycles for the squares of a group, in addition to those of its rows
 
 }  // namespace
 
@@ -71,8 +72,8 @@ void PackedRows::FindGroups(const ConvexSubproblem& problem, const Freedom& free
   }
 }
 
-/// The group that a row joins: one with its columns, or one to which they are added where that takes less than a group
-/// more; it is made if there is none.
+/// Returns the group that a row joins: one with the same columns, or one to which its columns are added if that is
+/// cheaper than another group. Creates a group if there is none.
 size_t PackedRows::GroupOf(int block, const std::uint64_t supports[2], int num_parts) {
   size_t cheapest = groups_.size();
   int least = kGroupCost;
@@ -131,7 +132,7 @@ void PackedRows::PlaceGroups() {
       part.begin = coefficients;
       coefficients += static_cast<size_t>(part.width) * static_cast<size_t>(group.count);
     }
-    group.count = 0;  // of those that have been copied
+    group.count = 0;  // counts the copied rows from here on
   }
   offset_.resize(rows);
   weight_.resize(rows);
@@ -243,7 +244,7 @@ void PackedRows::AddSquares(int t, const Real* coefficients, const Real* d, cons
   }
 }
 
-/// A packed row times `weight`, with all of its columns.
+/// Sets `row` to a packed row times `weight`, with all columns.
 template <typename Real>
 void PackedRows::Expand(const Part& part, const Real* packed, Real weight, Real* row) const {
   std::fill_n(row, stride_, Real{0});

@@ -11,51 +11,52 @@
 
 namespace legopt {
 
-/// The penalised rows of a ConvexSubproblem as its solver goes through them: in groups of rows with coefficients in
-/// nearly the same columns, without the columns in which none of them has any. A foot's pose depends on its leg and the
-/// base, twelve variables of 35 and more; a contact near that foot joins its group.
+/// The penalised rows of a ConvexSubproblem, in groups of rows with coefficients in nearly the same columns. Columns in
+/// which no row of a group has coefficients are left out. For example, a foot's pose depends on its leg and the base,
+/// twelve variables of 35 or more; a contact near that foot joins its group.
 ///
-/// Columns are taken four at a time. Fixed variables have no columns: what they contribute is in the offsets. Rows that
-/// have no columns then are left out; their penalty is a constant.
+/// Columns are taken four at a time. Fixed variables have no columns: the offsets include their contribution. Rows
+/// without any column are left out; their penalty is constant.
 ///
 /// One thread; no allocation once the buffers have grown.
 class PackedRows {
  public:
-  /// Which variables of a problem's blocks are free, and where the others are. Padded vectors over all of its blocks.
+  /// Free variables of a problem's blocks, and values of the fixed ones. Padded vectors over all blocks.
   struct Freedom {
-    const AlignedDoubles& free;   ///< 1 or 0; 0 in the pad
+    const AlignedDoubles& free;   ///< 1 for free variables, else 0; 0 in the padding
     const AlignedDoubles& fixed;  ///< values of fixed variables; 0 of free ones
-    bool shifted = false;         ///< some of these values is not 0
+    bool shifted = false;         ///< some of these values are not 0
     int first_block = 0;          ///< blocks before it have no free variable
-    int end_block = 0;            ///< nor have this one and those behind it
+    int end_block = 0;            ///< nor do this block and those after it
   };
 
-  /// Blocks are counted from `freedom.first_block` on.
+  /// Packs the rows; block 0 is `freedom.first_block`.
   void Pack(const ConvexSubproblem& problem, const Freedom& freedom);
 
-  size_t size() const { return offset_.size(); }               ///< rows, of those that are kept
-  double offset(size_t i) const { return offset_[i]; }         ///< b of row i, fixed variables included
-  double weight(size_t i) const { return weight_[i]; }         ///< as the problem has it, > 0
-  bool absolute(size_t i) const { return absolute_[i] != 0; }  ///< |.| rather than max(0, .)
-  /// Rows that touch blocks t and t + 1.
+  size_t size() const { return offset_.size(); }               ///< number of rows that are kept
+  double offset(size_t i) const { return offset_[i]; }         ///< b of row i, including fixed variables
+  double weight(size_t i) const { return weight_[i]; }         ///< weight in the problem, > 0
+  bool absolute(size_t i) const { return absolute_[i] != 0; }  ///< |.| instead of max(0, .)
+  /// Returns the number of rows that touch blocks t and t + 1.
   int num_between(int t) const { return between_[static_cast<size_t>(t)]; }
-  bool any_between() const { return any_between_; }  ///< of any t
+  bool any_between() const { return any_between_; }  ///< num_between(t) > 0 for some t
 
-  // Products, in doubles or floats: `coefficients` are those of coefficients(), rounded.
+  // Products, in doubles or floats. `coefficients` is coefficients(), rounded to Real.
 
-  const AlignedDoubles& coefficients() const { return coefficients_; }  ///< of A, packed
-  /// product += A x.
+  const AlignedDoubles& coefficients() const { return coefficients_; }  ///< coefficients of A, packed
+  /// Adds A x to `product`.
   template <typename Real>
   void AddProducts(const Real* coefficients, const AlignedNumbers<Real>& x, AlignedNumbers<Real>& product) const;
-  /// rhs += A^T c, of all of rhs those of block t alone.
+  /// Adds A^T c to `rhs`, only in the entries of block t.
   template <typename Real>
   void AddTransposed(int t, const Real* coefficients, const Real* c, AlignedNumbers<Real>& rhs) const;
-  /// Upper triangle of diagonal block t of `chain` = that of H + A^T D A for D = diag(d) and the upper triangle of H,
-  /// which may be the block itself. `scratch`: of this call alone.
+  /// Sets the upper triangle of diagonal block t of `chain` to that of H + A^T D A, for D = diag(d) and the upper
+  /// triangle of H, which may be the block itself. `scratch` is used by this call only.
   template <typename Real>
   void AddSquares(int t, const Real* coefficients, const Real* d, const Real* h, AlignedNumbers<Real>& scratch,
                   BlockChain<Real>& chain) const;
-  /// What A^T D A has beside that block: the rows left() and right() of `chain`, which was told of num_between(t).
+  /// Sets the off-diagonal part of A^T D A after block t: the rows left() and right() of `chain`, whose coupling must
+  /// have been set with num_between(t) rows.
   template <typename Real>
   void SetCouplingRows(int t, const Real* coefficients, const Real* d, BlockChain<Real>& chain) const;
 
@@ -63,12 +64,12 @@ class PackedRows {
   /// The part of a group's rows within one block.
   struct Part {
     int block = 0;
-    std::uint64_t support = 0;  ///< a bit for each four columns; 0: there is none
-    size_t first_column = 0;    ///< in columns_
-    int width = 0;              ///< entries of a packed row
-    size_t begin = 0;           ///< in coefficients_
+    std::uint64_t support = 0;  ///< one bit per four columns; 0: none
+    size_t first_column = 0;    ///< index in columns_
+    int width = 0;              ///< number of entries of a packed row
+    size_t begin = 0;           ///< index in coefficients_
   };
-  /// Rows of the same blocks, with the columns in which any of them has coefficients.
+  /// Rows of the same blocks, with all columns in which any of them has coefficients.
   struct Group {
     Part parts[2];
     int num_parts = 1;
@@ -89,8 +90,8 @@ class PackedRows {
   int stride_ = 0, num_blocks_ = 0;
   bool any_between_ = false;
   std::vector<Group> groups_;
-  std::vector<std::uint32_t> group_of_row_;           ///< by row of the problem
-  std::vector<std::vector<std::uint32_t>> by_block_;  ///< groups with a part in a block
+  std::vector<std::uint32_t> group_of_row_;           ///< one entry per row of the problem
+  std::vector<std::vector<std::uint32_t>> by_block_;  ///< groups with a part in each block
   std::vector<int> columns_;
   AlignedDoubles coefficients_, offset_, weight_;
   std::vector<std::uint8_t> absolute_;

@@ -56,7 +56,7 @@ void QuietIpopt::SetText(const std::string& option, const std::string& value) {
 
 QuietIpopt::End QuietIpopt::Solve(Ipopt::TNLP& program) {
   Ipopt::IpoptApplication& ipopt = *application_->ipopt;
-  if (ipopt.Initialize("") != Ipopt::Solve_Succeeded) return End::kFailed;  // the empty name: no option file
+  if (ipopt.Initialize("") != Ipopt::Solve_Succeeded) return End::kFailed;  // the empty name disables option files
   return EndOf(ipopt.OptimizeTNLP(&program));
 }
 

@@ -10,17 +10,17 @@ class TNLP;
 
 namespace legopt {
 
-/// Ipopt with MUMPS for one solve: silent, and deaf to option files in the working directory. MUMPS keeps global state,
-/// so the constructor waits until no other one lives in this process.
+/// Ipopt with MUMPS for one solve, without output and without option files from the working directory. MUMPS has global
+/// state, so the constructor waits until no other instance exists in this process.
 class QuietIpopt {
  public:
-  /// How a solve ended.
+  /// End of a solve.
   enum class End {
-    kSolved,          ///< to Ipopt's tolerance, or to its acceptable level
+    kSolved,          ///< Ipopt's tolerance, or its acceptable level, is reached
     kIterationLimit,  ///< `max_iter` was reached
-    kStopped,         ///< by the program's callback
-    kNoProgress,      ///< infeasible as far as Ipopt can see, or steps too small
-    kFailed,          ///< anything else, e.g. numbers that are not finite
+    kStopped,         ///< stopped by the program's callback
+    kNoProgress,      ///< locally infeasible according to Ipopt, or steps too small
+    kFailed,          ///< anything else, e.g. non-finite numbers
   };
 
   QuietIpopt();
@@ -28,17 +28,17 @@ class QuietIpopt {
   QuietIpopt(const QuietIpopt&) = delete;
   QuietIpopt& operator=(const QuietIpopt&) = delete;
 
-  /// Sets an option, before Solve(). One whose name or value Ipopt refuses keeps its default, and Ipopt complains on
-  /// standard output; the names used here are constants.
+  /// Sets a real-valued option before Solve(). If Ipopt rejects its name or value, the default stays and Ipopt prints
+  /// an error to standard output; all names used here are constants.
   void SetNumber(const std::string& option, double value);
-  /// The same for options that are whole numbers.
+  /// Sets an integer option.
   void SetInteger(const std::string& option, int value);
-  /// The same for options that are words.
+  /// Sets a string option.
   void SetText(const std::string& option, const std::string& value);
 
-  /// Once. `program` belongs to a SmartPtr; none of its functions may throw.
+  /// Solves `program`, once. It must belong to a SmartPtr; none of its functions may throw.
   End Solve(Ipopt::TNLP& program);
-  int iterations() const;  ///< of Solve
+  int iterations() const;  ///< number of iterations of Solve
 
  private:
   struct Application;

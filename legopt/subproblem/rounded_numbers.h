@@ -7,12 +7,12 @@
 
 namespace legopt {
 
-/// Doubles as Reals: rounded copies, or where these are doubles, those that were given, which must stay where they are
-/// while they are read here. One thread; allocates only while it grows.
+/// Doubles as Reals: rounded copies or, if Real is double, a view of the given numbers, which must stay in place while
+/// it is read. One thread; allocates only while it grows.
 template <typename Real>
 class RoundedNumbers {
  public:
-  /// Holds `from` from now on.
+  /// Sets the numbers to `from`.
   void Set(std::span<const double> from) {
     if constexpr (std::is_same_v<Real, double>) {
       numbers_ = from.data();
@@ -22,7 +22,7 @@ class RoundedNumbers {
       numbers_ = copy_.data();
     }
   }
-  const Real* data() const { return numbers_; }  ///< as many as were given
+  const Real* data() const { return numbers_; }  ///< all numbers of the last Set()
 
  private:
   AlignedNumbers<Real> copy_;

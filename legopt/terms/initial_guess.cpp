@@ -23,12 +23,12 @@ Eigen::VectorXd InitialGuess(const Dataset& dataset, const Stance& stance, Initi
   for (const Foothold& foothold : stance.footholds) {
     centre += foothold.position.head<2>();
     const Eigen::Vector2d forward = foothold.rotation.normalized().toRotationMatrix().col(0).head<2>();
-    heading += forward.stableNormalized();  // a circular mean weighs every foot's yaw the same, whatever its tilt
+    heading += forward.stableNormalized();  // circular mean: every contact's yaw has the same weight, whatever its tilt
     lowest = std::min(lowest, foothold.position.z());
     highest = std::max(highest, foothold.position.z());
   }
   centre /= static_cast<double>(stance.footholds.size());
-  const double yaw = std::atan2(heading.y(), heading.x());  // 0 when the feet point in exactly opposite directions
+  const double yaw = std::atan2(heading.y(), heading.x());  // 0 if the contacts point in exactly opposite directions
   const double sole =
       initialization == Initialization::kGood ? highest + kGoodSoleHeight_m : lowest - kInCollisionSoleDepth_m;
 

@@ -12,52 +12,52 @@
 
 namespace legopt {
 
-/// What a swept collision term looks at.
+/// Pairs that a swept collision term checks.
 enum class Sweep : std::uint8_t {
   kWithScene,  ///< links against the scene, as in the paper
-  kWithAll     ///< links against each other, too
+  kWithAll     ///< also links against each other
 };
 
-/// Inequality or preference: no collision on the way from one waypoint to the next, margin - d <= 0, m (the paper's
-/// continuous collision constraint; docs/readings.md#collision-between-waypoints). Robot links against the scene only,
-/// as there, unless told otherwise.
+/// Inequality or preference: no collision between one waypoint and the next, margin - d <= 0, m (the paper's continuous
+/// collision constraint; docs/readings.md#collision-between-waypoints). By default, as in the paper, only robot links
+/// against the scene.
 ///
-/// Samples. The path (interpolation.h) is looked at where s = k / N, 0 < k < N; the ends belong to the collision terms
-/// of their waypoints. Each link has its own number of sub-steps, the smallest power of two such that none of its
-/// points moves more than `step_m` from one to the next, at most kMostSteps (longer ways then have longer steps), and
-/// is looked at only there: a standing foot costs nothing. N is the largest of these numbers. A point's way is taken as
-/// four times the longest of its ways within the quarters of the path, which is good to a few per cent. Powers of two
-/// because the numbers jump as the waypoints move: they jump seldom, and a finer set contains the coarser one, so that
-/// a jump up can only find more.
+/// Samples. The path (interpolation.h) is checked at s = k / N, 0 < k < N; the ends belong to the collision terms of
+/// their waypoints. Each link has its own number of sub-steps: the smallest power of two with which none of its points
+/// moves more than `step_m` per sub-step, at most kMostSteps (longer paths then have longer sub-steps). A link is
+/// checked only at the ends of its sub-steps, so a standing foot costs nothing. N is the largest of these numbers. The
+/// length of a point's path is estimated as four times the largest displacement within the quarters of the path, which
+/// is accurate to a few per cent. The numbers jump as the waypoints move. Powers of two jump rarely, and a finer set of
+/// samples contains the coarser one, so that a jump up can only find more.
 ///
-/// Rows. Of each pair of shapes only the nearest sample counts. It becomes a row when it violates the margin, or when
-/// it is nearer than the pair is at both ends. So, between jumps of N, the penalty sum max(0, margin - d) is as
-/// continuous as that of the ends (rows come and go with d >= margin, or where the query drops a repeat), while pairs
-/// on which the ends already have the last word cost no row.
+/// Rows. Only the nearest sample of each pair of shapes counts. It becomes a row if it violates the margin, or if it is
+/// nearer than the pair is at both ends. Between jumps of N, the penalty sum max(0, margin - d) is therefore as
+/// continuous as that of the ends (rows appear and disappear with d >= margin, or where the query drops a duplicate).
+/// Pairs that are nearest at an end add no row.
 ///
-/// Derivatives are those of the nearest sample with s held, exact for the interpolated configuration: to first order
-/// joints and base position move by (1 - s, s) times the ends' steps, the base turns by DifferentiateBaseTurn. Contact
-/// points and normals as in CollisionTerm. Both ends always share a row, because 0 < s < 1: when one of them is fixed,
-/// the other still has a gradient of at least 1 / N of the whole.
+/// Derivatives are those of the nearest sample with constant s, exact for the interpolated configuration. To first
+/// order, joints and base position move by (1 - s, s) times the ends' steps, and the base rotates by
+/// DifferentiateBaseTurn. Contact points and normals are treated as in CollisionTerm. Both ends always share a row,
+/// because 0 < s < 1: if one of them is fixed, the other still has a gradient of at least 1 / N of the whole.
 class SweptCollisionTerm : public Term {
  public:
-  /// Longest way of a point of a link from one sample to the next, as far as kMostSteps allow, unless told otherwise.
+  /// Default of `step_m`: longest displacement of a link's point between two samples, unless kMostSteps is reached.
   static constexpr double kStep_m = 0.1;
-  /// Most sub-steps, a power of two.
+  /// Maximum number of sub-steps, a power of two.
   static constexpr int kMostSteps = 32;
 
-  /// `from` and `to`: states of `waypoint` and `waypoint` + 1; `range_m` > margin_m: pairs nearer than this may become
-  /// rows. `preference_weight`, per metre, makes it a preference; 0: an inequality. States, robot and query (of the
-  /// states' collision model) must outlive the term. `step_m`: see above, > 0. By
-  /// Sweep::kWithAll all links are looked at in all samples.
+  /// `from` and `to`: states of `waypoint` and `waypoint` + 1. `range_m` > margin_m: pairs nearer than this may become
+  /// rows. `preference_weight`, per metre, makes the term a preference; 0: an inequality. `step_m`: see above, > 0.
+  /// With Sweep::kWithAll, all links are checked in all samples. States, robot and query (of the states' collision
+  /// model) must outlive the term.
   SweptCollisionTerm(int waypoint, WaypointState& from, WaypointState& to, const RobotModel& robot,
                      CollisionQuery& query, double margin_m, double range_m, double preference_weight = 0.0,
                      double step_m = kStep_m, Sweep sweep = Sweep::kWithScene);
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
-  /// The pairs of shapes: one row each.
+  /// Appends the ids of the pairs of shapes, one per row.
   void RowKeys(int rows, std::vector<int>& keys) override;
-  /// Pairs that are nearer and yet have no row keep the margin on the way and are nearer still at an end.
+  /// Pairs within range that have no row keep the margin on the path and are nearer at an end.
   double AbsentRow() const override { return margin_m_ - range_m_; }
   bool SetAside(bool aside) override {
     aside_ = aside;
@@ -66,12 +66,12 @@ class SweptCollisionTerm : public Term {
 
   /// One row: the nearest sample of a pair of shapes.
   struct Row {
-    Contact contact;  ///< as at that sample
-    double s = 0;     ///< where on the path, in (0, 1)
+    Contact contact;  ///< contact at that sample
+    double s = 0;     ///< position on the path, in (0, 1)
   };
-  /// Rows at the states' present configurations, ascending by s, then in the query's order.
+  /// Returns the rows at the states' current configurations, ascending by s, then in the query's order.
   std::span<const Row> rows();
-  /// Sub-steps of a link at the states' present configurations: 1 = not looked at.
+  /// Returns the number of sub-steps of a link at the states' current configurations; 1: not checked.
   int num_steps(int link);
 
  private:
@@ -80,7 +80,7 @@ class SweptCollisionTerm : public Term {
   void MeasureWays();
   void LengthenWays(const Kinematics& before, const Kinematics& after);
   void CollectRows(int most_steps);
-  /// At sample k of `most_steps`.
+  /// Returns the kinematics at sample k of `most_steps`.
   const Kinematics& PlaceSample(int k, int most_steps);
   void KeepNearestSamples();
   bool Matters(const Row& row);
@@ -95,15 +95,15 @@ class SweptCollisionTerm : public Term {
   Sweep sweep_;
   bool aside_ = false;
 
-  std::uint64_t from_revision_ = 0;  ///< of the rows; 0 is never that of a state in use
+  std::uint64_t from_revision_ = 0;  ///< state revision for which rows_ are valid; 0: none
   std::uint64_t to_revision_ = 0;
-  std::array<Kinematics, 3> quarters_;  ///< at s = 1/4, 1/2, 3/4
-  Kinematics kinematics_;               ///< anywhere on the path
+  std::array<Kinematics, 3> quarters_;  ///< kinematics at s = 1/4, 1/2, 3/4
+  Kinematics kinematics_;               ///< kinematics at any other sample
   Eigen::VectorXd x_;
   Eigen::VectorXd gradient_;
-  std::vector<double> ways_;  ///< by link: the longest within a quarter of the path, m
-  std::vector<int> steps_;    ///< by link
-  std::vector<int> links_;    ///< looked at in one sample
+  std::vector<double> ways_;  ///< largest displacement of each link within a quarter of the path, m
+  std::vector<int> steps_;    ///< number of sub-steps of each link
+  std::vector<int> links_;    ///< links that are checked in one sample
   std::vector<Row> rows_;
 };
 

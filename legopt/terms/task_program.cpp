@@ -12,7 +12,7 @@ namespace {
 
 double SumOfWindows(const RobotModel&, std::span<const Eigen::VectorXd>, double window_costs) { return window_costs; }
 
-/// Of all transitions once: windows share some.
+/// Counts every transition once, although windows share some.
 double SumOfTransitions(const RobotModel& robot, std::span<const Eigen::VectorXd> waypoints, double) {
   Eigen::VectorXd difference(robot.tangent_size());
   double cost = 0.0;
@@ -23,12 +23,12 @@ double SumOfTransitions(const RobotModel& robot, std::span<const Eigen::VectorXd
   return cost;
 }
 
-/// The terms of a task are added to a program with these.
+/// Inputs for adding the terms of a task to a program.
 struct Ingredients {
   const Dataset& dataset;
   CollisionQuery& query;
   const ContactOptions& contacts;
-  std::span<const WaypointDemand> demands;  ///< of the program's waypoints
+  std::span<const WaypointDemand> demands;  ///< one entry per waypoint of the program
 };
 
 void AddTorqueCost(const Ingredients&, WaypointProgram& program) {
@@ -51,11 +51,12 @@ void AddTransitions(const Ingredients& of, WaypointProgram& program) {
   }
 }
 
-/// A waypoint is also the end of a way on which fewer feet may carry the robot than it stands on.
+/// Adds balance over the planted feet to a waypoint, if they are fewer than its own: they carry the robot on the
+/// adjacent segment.
 void AddBalanceOnWay(const Dataset& dataset, WaypointProgram& program, int waypoint, const Stance& own,
                      const Stance& planted) {
   if (planted.footholds.empty()) return;
-  if (planted.footholds.size() == own.footholds.size()) return;  // its own constraint says it
+  if (planted.footholds.size() == own.footholds.size()) return;  // same as the waypoint's own constraint
   program.Append(
       std::make_unique<ComTerm>(waypoint, program.state(waypoint), Edges(TargetSupportPolygon(dataset, planted))));
 }
@@ -71,11 +72,11 @@ void AddBalancedTransitions(const Ingredients& of, WaypointProgram& program) {
   }
 }
 
-/// What a task's programs consist of beyond the constraints of their waypoints.
+/// Windows and terms of a task's programs, without the constraints of the waypoints.
 struct TaskTerms {
   Task task{};
-  int window_stances = 1;  ///< at most
-  int window_overlap = 0;  ///< stances shared with the window before
+  int window_stances = 1;  ///< maximum number of stances in a window
+  int window_overlap = 0;  ///< stances shared with the previous window
   decltype(AddTorqueCost)* add_terms = nullptr;
   decltype(SumOfWindows)* solution_cost = nullptr;
 };

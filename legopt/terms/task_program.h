@@ -11,48 +11,48 @@
 
 namespace legopt {
 
-/// Stances [first_stance, first_stance + num_stances) of a problem, which are solved as one program.
+/// Stances [first_stance, first_stance + num_stances) of a problem that are solved as one program.
 struct StanceWindow {
   int first_stance = 0;  ///< index within the problem
   int num_stances = 0;   ///< >= 1
 };
 
-/// The windows of a problem with `num_stances` >= 1 stances, in the order of solving: a stance of its own each for a
-/// posture; of a motion 1 + ceil((N - 6) / 5) of six stances, of which the first is shared with the window before
-/// (docs/readings.md#motion-windows), the last one perhaps shorter.
+/// Returns the windows of a problem with `num_stances` >= 1 stances, in the order of solving. Posture: one stance per
+/// window. Motion: 1 + ceil((N - 6) / 5) windows of six stances, of which the first is shared with the previous window
+/// (docs/readings.md#motion-windows); the last window may be shorter.
 std::vector<StanceWindow> StanceWindows(Task task, int num_stances);
 
-/// The program of one window: the constraints of every waypoint (waypoint_program.h), and the task's own terms:
+/// Creates the program of one window: the constraints of every waypoint (waypoint_program.h), and the task's own terms:
 ///
 ///     posture: the torque cost; five terms in double support
 ///     motion:  the velocity cost as one sampling unit (docs/readings.md#terms-and-samples), continuous collision
-///              between consecutive waypoints as asked for; 54 units in a full window
+///              between consecutive waypoints as set in `contacts`; 54 units in a full window
 ///
-/// `stances` are those of the window; with `fixed_first` its first waypoint does not move. Lifetimes as for
+/// `stances` are those of the window. If `fixed_first`, the first waypoint does not move. Lifetimes as for
 /// WaypointProgram.
 std::unique_ptr<WaypointProgram> MakeTaskProgram(Task task, const Dataset& dataset, CollisionQuery& query,
                                                  std::span<const Stance> stances, const ContactOptions& contacts,
                                                  bool fixed_first = false);
 
-/// Which ends of a stretch of a continuous motion move: those where the motion itself ends may.
+/// Ends of a path within a continuous motion that can move: only ends of the whole motion.
 struct PathEnds {
-  bool first_moves = false;  ///< the stretch begins where the motion begins
-  bool last_moves = false;   ///< it ends where the motion ends
+  bool first_moves = false;  ///< the path begins where the motion begins
+  bool last_moves = false;   ///< the path ends where the motion ends
 };
 
-/// The program of a stretch of a continuous motion, from waypoint to waypoint, each way cut into `pieces` of equal
-/// time, >= 1. `stances` are those of its waypoints, two at least. Waypoints meet their own stances; a first or last
-/// one that does not move has no terms. At the points of a way its planted feet (PlantedFeet) stay on their
-/// targets, nothing collides there, nor between them (SweptCollisionTerm, an inequality, samples of `step_m`, of
-/// `sweep`); if `balanced`, the centre of mass is over the planted feet. Its cost is the motion's, but for the factor
-/// `pieces`. Lifetimes as above.
+/// Creates the program of a path within a continuous motion, from waypoint to waypoint. Each segment between two
+/// waypoints is divided into `pieces` >= 1 of equal time. `stances` are those of the waypoints, at least two. Waypoints
+/// satisfy their own stances; a first or last one that cannot move has no terms. At the points within a segment, its
+/// planted feet (PlantedFeet) stay on their targets, and nothing collides. Between the points, nothing collides either
+/// (SweptCollisionTerm as an inequality, with `step_m` and `sweep`). If `balanced`, the centre of mass is over the
+/// planted feet. The cost is the motion's, except for the factor `pieces`. Lifetimes as for WaypointProgram.
 std::unique_ptr<WaypointProgram> MakePathProgram(const Dataset& dataset, CollisionQuery& query,
                                                  std::span<const Stance* const> stances, PathEnds ends, int pieces,
                                                  bool balanced, const ContactOptions& contacts, double step_m,
                                                  Sweep sweep);
 
-/// Cost of a whole solution in the optimiser's terms, of `waypoints` (n + 7 each). `window_costs` is the sum of the
-/// windows' own, which counts what they share twice.
+/// Returns the optimiser's cost of a whole solution with `waypoints` (n + 7 each). `window_costs` is the sum of the
+/// windows' costs, in which shared parts are counted twice.
 double SolutionCost(Task task, const RobotModel& robot, std::span<const Eigen::VectorXd> waypoints,
                     double window_costs);
 

@@ -8,7 +8,7 @@ Eigen::Quaterniond BaseRotation(const Eigen::VectorXd& x) {
   return Eigen::Quaterniond(x[w], x[w + 1], x[w + 2], x[w + 3]).normalized();
 }
 
-/// R_to R_from^T, the representative with w >= 0.
+/// Returns R_to R_from^T as the quaternion with w >= 0.
 Eigen::Quaterniond RelativeRotation(const Eigen::VectorXd& from, const Eigen::VectorXd& to) {
   Eigen::Quaterniond turn = BaseRotation(to) * BaseRotation(from).conjugate();
   if (turn.w() < 0.0) turn.coeffs() *= -1.0;

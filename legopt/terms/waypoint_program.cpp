@@ -26,7 +26,7 @@ void WaypointProgram::AddConstraints(const Dataset& dataset, const WaypointDeman
   const Stance& stance = *demand.stance;
   FootPoseTerm::Weights weights;
   double margin_m = contacts.margin_m;
-  if (demand.fixed) {  // what cannot move need only be legal
+  if (demand.fixed) {  // a fixed waypoint only has to be valid
     weights.kept = weights.spent;
     margin_m = contacts.spent_margin_m;
   } else if (demand.on_a_way) {
@@ -63,7 +63,7 @@ void WaypointProgram::Retract(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<co
 }
 
 void WaypointProgram::PullBack(const double* dx, double* row) const {
-  constexpr double kSmallAngle = 1e-4;  // the next terms of the series are below 1e-16 there, or nearly so
+  constexpr double kSmallAngle = 1e-4;  // below it, the next terms of the series are at most about 1e-16
   const Eigen::Index base = robot_->num_dofs() + 3;
   const Eigen::Map<const Eigen::Vector3d> phi(dx + base);
   Eigen::Map<Eigen::Vector3d> g(row + base);

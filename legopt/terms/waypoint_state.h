@@ -9,19 +9,19 @@
 
 namespace legopt {
 
-/// What the terms of one waypoint share at one configuration: kinematics, and contacts computed at their first use.
-/// A workspace; the query may be shared by the waypoints of one program (one thread).
+/// State that the terms of one waypoint share at one configuration: kinematics, and contacts, which are computed at
+/// their first use. A workspace; the query may be shared by the waypoints of one program (one thread).
 class WaypointState {
  public:
-  /// `query`: of the robot's collision model; both must outlive the state. `contact_range_m` > 0: pairs closer than
-  /// this are contacts().
+  /// `query` must use the robot's collision model; both must outlive the state. `contact_range_m` > 0: contacts() are
+  /// the pairs closer than this.
   WaypointState(const RobotModel& robot, CollisionQuery& query, double contact_range_m)
       : configuration_(Eigen::VectorXd::Constant(robot.configuration_size(), std::numeric_limits<double>::quiet_NaN())),
         kinematics_(robot),
         query_(&query),
         contact_range_m_(contact_range_m) {}
 
-  /// Nothing happens when the waypoint is there already.
+  /// Moves to configuration x. Does nothing if the waypoint is already there.
   void Update(Eigen::Ref<const Eigen::VectorXd> x) {
     if (x == configuration_) return;
     configuration_ = x;
@@ -30,26 +30,25 @@ class WaypointState {
     ++revision_;
   }
 
-  /// Forgets what earlier configurations have left behind to make queries faster: all that is computed from here on
-  /// hangs on what comes.
+  /// Clears caches by which earlier configurations make queries faster, so that later results do not depend on them.
   void Forget() {
     memory_.Clear();
     contacts_valid_ = false;
     ++revision_;
   }
 
-  /// n + 7 numbers; not numbers before the first Update().
+  /// n + 7 numbers; NaN before the first Update().
   const Eigen::VectorXd& configuration() const { return configuration_; }
-  /// Grows with every change of the configuration: what was computed at an equal revision still holds.
+  /// Increases with every change of the configuration: results computed at an equal revision are still valid.
   std::uint64_t revision() const { return revision_; }
-  /// At configuration().
+  /// Kinematics at configuration().
   const Kinematics& kinematics() const { return kinematics_; }
-  double contact_range_m() const { return contact_range_m_; }  ///< as given at construction
-  /// For further queries near the waypoint.
+  double contact_range_m() const { return contact_range_m_; }
+  /// Memory for further queries near the waypoint.
   ContactMemory& memory() { return memory_; }
 
-  /// Pairs closer than the contact range, in the query's order. But for rounding, and which of equally near points they
-  /// have, they hang on the configuration alone.
+  /// Pairs closer than the contact range, in the query's order. They depend on the configuration only, except for
+  /// rounding and the choice among equally near points.
   const std::vector<Contact>& contacts() {
     if (!contacts_valid_) {
       const std::span<const Contact> found = query_->Contacts(kinematics_, contact_range_m_, &memory_);
@@ -65,7 +64,7 @@ class WaypointState {
   Kinematics kinematics_;
   CollisionQuery* query_;
   double contact_range_m_;
-  ContactMemory memory_;  ///< one configuration follows another one nearby
+  ContactMemory memory_;  ///< speeds up queries at successive nearby configurations
   bool contacts_valid_ = false;
   std::vector<Contact> contacts_;
 };

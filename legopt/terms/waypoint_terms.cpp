@@ -63,7 +63,7 @@ void FootPoseTerm::ComputeModel(LinearModel& model) {
   const Eigen::Matrix<double, 6, 1> error = Error(rotation);
   kinematics.PointJacobian(link_, kinematics.link_pose(link_).translation(), point_jacobian_);
   kinematics.AngularJacobian(link_, angular_jacobian_);
-  // A turn by omega (world) premultiplies E by the turn R_T^T omega: de = (w I - [e]x) R_T^T omega / 2.
+  // A rotation by omega (world) premultiplies E by the rotation R_T^T omega: de = (w I - [e]x) R_T^T omega / 2.
   const double half = 0.5 * weight_;
   Eigen::Matrix3d turn = half * rotation.w() * Eigen::Matrix3d::Identity();
   const Eigen::Vector3d e = half * rotation.vec();

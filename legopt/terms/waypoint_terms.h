@@ -12,11 +12,11 @@ namespace legopt {
 /// @file
 /// The terms of one waypoint. Each refers to the state of its waypoint, which must outlive it.
 
-/// Cost: static torques in units of gravity, r = tau / g over all joints, base fixed in space. N m per m/s^2,
-/// that is kg m (docs/readings.md#torque-cost).
+/// Cost: static torques in units of gravity, r = tau / g over all joints, base fixed in space. N m per m/s^2, which is
+/// kg m (docs/readings.md#torque-cost).
 class TorqueCostTerm : public Term {
  public:
-  /// `state`: of waypoint number `waypoint` of its program.
+  /// `state` is that of `waypoint` in its program.
   TorqueCostTerm(int waypoint, WaypointState& state);
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
@@ -27,47 +27,47 @@ class TorqueCostTerm : public Term {
   Eigen::MatrixXd jacobian_;
 };
 
-/// Equality: a foot's link frame on its target. With E = target^-1 * actual, the vector part of E's unit quaternion
-/// (scalar part >= 0) and E's translation in m: exactly the six numbers that the judge looks at
+/// Equality: a foot's link frame at its target. With E = target^-1 * actual, the vector part of E's unit quaternion
+/// (scalar part >= 0) and E's translation in m: exactly the six numbers that the judge checks
 /// (docs/readings.md#foot-pose-error).
 class FootPoseTerm : public Term {
  public:
-  /// A solver whose tolerance is 4e-4 goes as far as 9.5e-4, of the judge's 1e-3.
+  /// Weight with a relaxed margin: a solver tolerance of 4e-4 then allows 9.5e-4 of the judge's 1e-3.
   static constexpr double kSpentWeight = 0.42;
 
-  /// Of the six numbers, in (0, 1].
+  /// Weights of the six numbers, in (0, 1].
   struct Weights {
-    double kept = 1.0;            ///< while the reserve is kept
-    double spent = kSpentWeight;  ///< when any of it is spent
+    double kept = 1.0;            ///< weight with the whole margin
+    double spent = kSpentWeight;  ///< weight with any part of the margin relaxed
   };
 
-  /// `target`: of the foot's link frame in the world. `name`: the foot's, for messages.
+  /// `target`: pose of the foot's link frame in the world. `name`: name of the foot, for messages.
   FootPoseTerm(int waypoint, WaypointState& state, int link, const Eigen::Isometry3d& target, const std::string& name,
                const Weights& weights);
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
-  /// All of it at once: the judge looks at the same numbers, so that nothing is left to guard against.
+  /// Relaxes the whole margin if `share` > 0: the judge checks the same numbers, so keeping a part of it has no use.
   bool SpendReserve(double share) override {
     weight_ = share > 0.0 ? weights_.spent : weights_.kept;
     return weights_.spent != weights_.kept;
   }
 
  private:
-  /// Error vector; `rotation` receives E's quaternion.
+  /// Returns the error vector and sets `rotation` to E's quaternion.
   Eigen::Matrix<double, 6, 1> Error(Eigen::Quaterniond& rotation) const;
 
   WaypointState* state_;
   int link_;
   Eigen::Isometry3d target_;
   Weights weights_;
-  double weight_;  ///< one of them
+  double weight_;  ///< current weight
   Eigen::MatrixXd point_jacobian_, angular_jacobian_;
 };
 
 /// Inequality: the centre of mass inside the support polygon, one row a.c + b <= 0 per edge, m.
 class ComTerm : public Term {
  public:
-  /// `edges`: of the support polygon of the waypoint's targets, world xy.
+  /// `edges` are those of the support polygon of the waypoint's targets, world xy.
   ComTerm(int waypoint, WaypointState& state, std::vector<HalfPlane> edges);
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
@@ -82,11 +82,12 @@ class ComTerm : public Term {
 /// points fixed in their links and a constant normal (contact.h; docs/readings.md#contacts).
 class CollisionTerm : public Term {
  public:
-  /// `margin_m`: distance to keep, at most the state's contact range; `spent_margin_m`: when the reserve is spent.
+  /// `margin_m`: distance to keep, at most the state's contact range. `spent_margin_m`: distance with the margin fully
+  /// relaxed.
   CollisionTerm(int waypoint, WaypointState& state, double margin_m, double spent_margin_m);
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
-  /// The pairs of shapes.
+  /// Appends the ids of the pairs of shapes.
   void RowKeys(int rows, std::vector<int>& keys) override;
   double AbsentRow() const override { return margin_m_ - state_->contact_range_m(); }
   bool SpendReserve(double share) override {
@@ -101,7 +102,7 @@ class CollisionTerm : public Term {
  private:
   WaypointState* state_;
   double kept_margin_m_, spent_margin_m_;
-  double margin_m_;  ///< one of them
+  double margin_m_;  ///< current margin
   bool aside_ = false;
 };
 
