@@ -206,7 +206,8 @@ Program::Program(std::unique_ptr<CLI::App> app) : Command(app.get()), owned_(std
 Program::~Program() = default;
 
 void Program::SetVersion(const std::string& text, const std::string& report) {
-  app().set_version_flag("--version", text, "Show the version, with --verbose all that the build was made from");
+  app().set_version_flag("--version", text,
+                         "Show the version; with --verbose, sources, compiler and libraries of the build");
   version_report_ = report;
 }
 

@@ -30,12 +30,12 @@ void AddListeningFlags(const Command& command, NetworkFlags* flags) {
 void AddNetworkFlags(const Command& command, NetworkFlags* flags) {
   constexpr int kLargestTtl = 255;
   AddListeningFlags(command, flags);
-  command.AddOption("--ttl", flags->ttl, "Network hops of what we send; 0 stays on this machine (default 0)")
+  command.AddOption("--ttl", flags->ttl, "Network hops of sent packets; 0 keeps them on this machine (default 0)")
       .Check(WholeNumber(0, kLargestTtl))
       .Group(kNetworkHeading);
   command
       .AddFlag("--trust-network", flags->trust_network,
-               "Let messages leave this machine without a key: everybody on the network may command the deployment")
+               "Send messages to other machines without a key: any host on the network can control the deployment")
       .Group(kNetworkHeading);
 }
 

@@ -67,7 +67,7 @@ ExitCode Restore(const RestoreOptions& options) {
 
 void AddBackupCommand(const programs::Command& program, Invocation* invocation) {
   const auto command =
-      program.AddCommand("backup", "Copy a database, also one in use, into a new file, and check the copy");
+      program.AddCommand("backup", "Copy a database, even one in use, into a new file and check the copy");
   const auto options = std::make_shared<BackupOptions>();
   command.AddOption("--db", options->db, "Database file to copy, instead of the first FILE");
   command
@@ -78,8 +78,8 @@ void AddBackupCommand(const programs::Command& program, Invocation* invocation) 
 }
 
 void AddRestoreCommand(const programs::Command& program, Invocation* invocation) {
-  const auto command = program.AddCommand(
-      "restore", "Put a backup in the place of a database, and move the former file and its log away");
+  const auto command =
+      program.AddCommand("restore", "Replace a database by a backup and move the former file and its log away");
   const auto options = std::make_shared<RestoreOptions>();
   command.AddOption("BACKUP", options->backup, "Copy made by 'legopt backup'; it is checked first").Required();
   command.AddOption("--db", options->db, "Database file to replace; no server may be working on it").Required();

@@ -92,16 +92,16 @@ void AddCertifyCommand(const programs::Command& program, Invocation* invocation)
   constexpr int kMostStarts = 10'000'000;
   constexpr int kMostThreads = 1024;
   const auto command = program.AddCommand(
-      "certify", "Find out which problems of a dataset can be solved at all: a posture or a reason for every stance");
+      "certify", "Find which problems of a dataset are feasible: a posture or a proof for every stance");
   const auto flags = std::make_shared<CertifyFlags>();
   command.AddOption("DATASET", flags->dataset, "Dataset folder (default: the embedded garage-easier)");
   command.AddOption("--out", flags->out,
-                    "Certificate to write, or to go on with (default: certificate.json in the dataset's folder)");
-  command.AddOption("--starts", flags->options.starts, "Of a stance, before it is called open")
+                    "Certificate to write or to continue (default: certificate.json in the dataset's folder)");
+  command.AddOption("--starts", flags->options.starts, "Initial guesses for a stance before it is reported as open")
       .ShowDefault()
       .Check(programs::WholeNumber(1, kMostStarts));
   flags->options.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  command.AddOption("--threads", flags->options.threads, "The result does not depend on it (default: all cores)")
+  command.AddOption("--threads", flags->options.threads, "Number of threads, same result for any (default: all cores)")
       .Check(programs::WholeNumber(1, kMostThreads));
   AddFormatOption(command, &flags->format);
   AddOutputOptions(command, &flags->output);

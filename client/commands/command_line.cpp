@@ -138,8 +138,7 @@ std::string Footer() {
 }  // namespace
 
 int RunCommandLine(int argc, const char* const* argv, const programs::BuildFacts& build) {
-  programs::Program program(kProgram,
-                            "Which optimiser finds feasible, cheap whole-body postures and motions, and how fast?");
+  programs::Program program(kProgram, "Benchmark optimisers for whole-body postures and motions of legged robots");
   Invocation invocation;
   invocation.build = build;
   program.SetVersion("legopt " + build.version, programs::BuildReport(build));
@@ -147,7 +146,7 @@ int RunCommandLine(int argc, const char* const* argv, const programs::BuildFacts
   program.SetFooter("Exit codes: see 'legopt --help'");  // inherited by the commands
   AddCommands(program, &invocation);
   AddHelpCommands(program);
-  program.AddFlagThroughout("-v,--verbose", invocation.verbose, "Tell on standard error what happens");
+  program.AddFlagThroughout("-v,--verbose", invocation.verbose, "Log to standard error");
   program.SetFooter(Footer());
   if (const auto status = programs::ParseCommandLine(program, argc, argv, kSynonyms)) return *status;
   StartLogging(invocation.verbose);

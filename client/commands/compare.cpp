@@ -55,7 +55,7 @@ void AddCompareCommand(const programs::Command& program, Invocation* invocation)
   command
       .AddOption("--experiment", request.experiment, "Experiment of both methods, or of both files (default: newest)")
       .Check(programs::WholeNumber(1));
-  command.AddOption("--method", request.method, "Of experiments and files: only this method");
+  command.AddOption("--method", request.method, "Compare only this method of experiments or files");
   command.AddWord<Task>("--task", request.task, "Only this: " + Alternatives(WordsOf<Task>()));
   command.AddWord<Initialization>("--initialization", request.initialization,
                                   "Only this: " + Alternatives(WordsOf<Initialization>()));

@@ -115,45 +115,45 @@ std::shared_ptr<ControlOptions> For(ControlAction action) {
 void AddTagCommand(const programs::Command& program, Invocation* invocation) {
   const auto tag = For(ControlAction::kTag);
   const auto command =
-      AddAction(program, invocation, "tag", "Tag an experiment, for lists and filters, or take a tag away", tag);
+      AddAction(program, invocation, "tag", "Tag an experiment for lists and filters, or remove a tag", tag);
   const auto given = command.AddOption("TAG", tag->reason, "1 to 100 bytes without a comma");
   const auto remove = [tag](const std::string& text) {
     tag->reason = text;
     tag->action = ControlAction::kUntag;
   };
-  command.AddAction("--remove", remove, "Take this tag away").Excludes(given);
+  command.AddAction("--remove", remove, "Remove this tag").Excludes(given);
 }
 
 }  // namespace
 
 void AddControlCommands(const programs::Command& program, Invocation* invocation) {
-  AddAction(program, invocation, "pause", "Begin no more jobs of an experiment; running ones finish",
+  AddAction(program, invocation, "pause", "Start no more jobs of an experiment; running jobs finish",
             For(ControlAction::kPause));
   const auto resume = For(ControlAction::kResume);
-  AddAction(program, invocation, "resume", "Go on with a paused experiment", resume)
+  AddAction(program, invocation, "resume", "Continue a paused experiment", resume)
       .AddFlagAction(
           "--any-build", [resume] { resume->action = ControlAction::kResumeAnyBuild; },
           "Also let workers of any build finish it, which tables then say; else the build that began it does");
   const auto hold = For(ControlAction::kHold);
   AddAction(program, invocation, "hold",
             "Stop an experiment for a reason; running jobs are re-queued without using an attempt", hold)
-      .AddOption("REASON", hold->reason, "Why, for those who see it in 'legopt status'")
+      .AddOption("REASON", hold->reason, "Reason, shown by 'legopt status'")
       .Required()
       .Check({CheckReason, ""});
-  AddAction(program, invocation, "release", "Go on with a held experiment", For(ControlAction::kRelease));
+  AddAction(program, invocation, "release", "Continue a held experiment", For(ControlAction::kRelease));
   const auto priority = For(ControlAction::kPriority);
   AddAction(program, invocation, "priority", "Start an experiment's jobs before or after other experiments' jobs",
             priority)
-      .AddOption("PRIORITY", priority->priority, "Larger is earlier; experiments begin with 0")
+      .AddOption("PRIORITY", priority->priority, "Larger numbers start earlier (default 0)")
       .Required()
       .Check(programs::WholeNumber(-kMostPriority, kMostPriority));
   const auto retry = For(ControlAction::kRetry);
   AddAction(program, invocation, "retry", "Queue the failed and dead jobs of an experiment again", retry)
       .AddFlagAction(
           "--time-limit", [retry] { retry->action = ControlAction::kRetryTimeLimits; },
-          "Also those whose solve the clock stopped, as on a busy machine; their results no longer count");
+          "Also jobs stopped by the wall-time limit, e.g. on a busy machine; their results no longer count");
   const auto rename = For(ControlAction::kRename);
-  AddAction(program, invocation, "rename", "Give an experiment another name", rename)
+  AddAction(program, invocation, "rename", "Rename an experiment", rename)
       .AddOption("NAME", rename->reason, "1 to 200 bytes")
       .Required();
   AddTagCommand(program, invocation);

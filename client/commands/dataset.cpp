@@ -159,7 +159,7 @@ ExitCode Check(const CheckOptions& options) {
 }  // namespace
 
 void AddDatasetCommand(const programs::Command& program, Invocation* invocation) {
-  const auto dataset = program.AddCommand("dataset", "Look after dataset folders");
+  const auto dataset = program.AddCommand("dataset", "Check, hash, pack and download datasets");
   dataset.RequireCommand();
   dataset.LetOptionsFollowCommands();
 

@@ -72,7 +72,7 @@ ExitCode Delete(const DeleteOptions& options) {
 
 void AddDeleteCommand(const programs::Command& program, Invocation* invocation) {
   const auto command =
-      program.AddCommand("delete", "Delete an experiment that is over, with its jobs and results, for good");
+      program.AddCommand("delete", "Delete a finished experiment with its jobs and results, permanently");
   const auto options = std::make_shared<DeleteOptions>();
   command.AddOption("ID", options->experiment, "Experiment").Required().Check(programs::WholeNumber(1));
   command.AddFlag("--yes", options->yes, "Do not ask");

@@ -29,9 +29,8 @@ void AddDoctorCommand(const programs::Command& program, Invocation* invocation) 
       program.AddCommand("doctor", "Check network, programs, server, clock, dataset; says what to fix");
   const auto options = std::make_shared<DoctorOptions>();
   AddDatasetOption(command, &options->diagnosis.dataset);
-  command.AddOption(
-      "--db", options->diagnosis.db,
-      "Also check this database file: integrity, foreign keys, schema and everything that rows promise each other");
+  command.AddOption("--db", options->diagnosis.db,
+                    "Also check this database file: integrity, foreign keys, schema and consistency of rows");
   AddFormatOption(command, &options->format);
   AddNetworkOptions(command, &options->diagnosis.network);
   command.WhenChosen([=] {

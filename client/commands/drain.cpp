@@ -59,7 +59,7 @@ ExitCode Drain(const DrainOptions& options) {
 }  // namespace
 
 void AddDrainCommand(const programs::Command& program, Invocation* invocation) {
-  const auto command = program.AddCommand("drain", "Let a worker finish its running jobs and leave");
+  const auto command = program.AddCommand("drain", "Stop a worker after its running jobs");
   const auto options = std::make_shared<DrainOptions>();
   command.AddOption("WORKER", options->worker, "Number or name of the worker, as 'legopt status' shows it").Required();
   AddNetworkOptions(command, &options->network);

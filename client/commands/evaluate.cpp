@@ -56,11 +56,10 @@ void AddEvaluateCommand(const programs::Command& program, Invocation* invocation
   AddDatasetOption(command, &options->dataset);
   command.AddWord<Definitions>(
       "--definitions", options->definitions,
-      "Whose problem definitions count: file (default), as in the original evaluator, or dataset");
+      "Source of the problem definitions: file (default), as in the original evaluator, or dataset");
   AddRuleOption(command, &options->rule, "literal");
-  command.AddFlag(
-      "--exhaustive", options->exhaustive,
-      "Compare all meshes exactly, without telling early what cannot touch: slow, must not change anything");
+  command.AddFlag("--exhaustive", options->exhaustive,
+                  "Compare all meshes exactly, without culling: slow, same results");
   AddTableFormatOption(command, &options->format);
   AddTimeUnitOption(command, &options->time_unit);
   AddOutputOptions(command, &options->output);

@@ -128,7 +128,7 @@ void AddEventsCommand(const programs::Command& program, Invocation* invocation) 
       .Check({CheckKind, ""});
   command.AddOption("--limit", options->limit, "Number of events, the newest ones (default 20)")
       .Check(programs::WholeNumber(0, kMost));
-  command.AddFlag("--follow", options->follow, "Go on with new events, one a line, until Ctrl-C");
+  command.AddFlag("--follow", options->follow, "Print new events as they occur, one per line, until Ctrl-C");
   AddGiveUpOption(command, &options->give_up_s);
   AddListingOptions(command, &options->listing);
   AddSourceOptions(command, &options->source);

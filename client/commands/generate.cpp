@@ -117,7 +117,7 @@ programs::Option AddStanceFlags(const programs::Command& command, DatasetFlags* 
   command.AddOption("--radius", options.radius_m, "Largest distance of the feet, m (default: by the robot's size)");
   command.AddOption("--slope", options.slope_rad, "Steepest ground, rad (default: 0.45)");
   options.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  command.AddOption("--threads", options.threads, "The result does not depend on it (default: all cores)");
+  command.AddOption("--threads", options.threads, "Number of threads, same result for any (default: all cores)");
   return command.AddOption("--stances", options.stances, "Stances sampled").ShowDefault();
 }
 
@@ -193,18 +193,17 @@ ExitCode MakeCandidates(const DatasetFlags& flags) {
 }  // namespace
 
 void AddGenerateCommand(const programs::Command& program, Invocation* invocation) {
-  const auto generate =
-      program.AddCommand("generate", "Make destruction scenarios and benchmark instances from a seed");
+  const auto generate = program.AddCommand("generate", "Generate damaged buildings and benchmark problems from a seed");
   generate.RequireCommand();
   generate.LetOptionsFollowCommands();
 
-  const auto scenario = generate.AddCommand("scenario", "A damaged building: mesh, manifest and pictures");
+  const auto scenario = generate.AddCommand("scenario", "Generate a damaged building: mesh, manifest and pictures");
   const auto flags = std::make_shared<ScenarioFlags>();
   AddScenarioFlags(scenario, flags.get());
   scenario.WhenChosen([=] { invocation->body = [flags] { return GenerateScenario(*flags); }; });
 
   const auto dataset =
-      generate.AddCommand("dataset", "Scenario, stances, footstep plans and problems: a whole dataset");
+      generate.AddCommand("dataset", "Generate a whole dataset: building, stances, footstep plans and problems");
   const auto dataset_flags = std::make_shared<DatasetFlags>();
   AddScenarioFlags(dataset, &dataset_flags->scenario);
   dataset.AddOption("--robot", dataset_flags->robot,
@@ -213,14 +212,14 @@ void AddGenerateCommand(const programs::Command& program, Invocation* invocation
   dataset.WhenChosen([=] { invocation->body = [dataset_flags] { return MakeDataset(*dataset_flags); }; });
 
   const auto problems =
-      generate.AddCommand("problems", "Stances, footstep plans and problems for a robot and scene of yours");
+      generate.AddCommand("problems", "Generate stances, footstep plans and problems for your robot and scene");
   const auto problem_flags = std::make_shared<DatasetFlags>();
   AddSourceFlags(problems, problem_flags.get());
   AddInstanceFlags(problems, problem_flags.get());
   problems.WhenChosen([=] { invocation->body = [problem_flags] { return MakeDataset(*problem_flags); }; });
 
-  const auto candidates =
-      generate.AddCommand("candidates", "Stances of unknown feasibility, as posture problems for the worker pool");
+  const auto candidates = generate.AddCommand(
+      "candidates", "Generate stances of unknown feasibility, as posture problems for the worker pool");
   const auto candidate_flags = std::make_shared<DatasetFlags>();
   AddSourceFlags(candidates, candidate_flags.get());
   AddStanceFlags(candidates, candidate_flags.get());

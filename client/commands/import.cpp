@@ -104,7 +104,7 @@ ExitCode Import(const Flags& flags) {
 
 void AddImportCommand(const programs::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand(
-      "import", "Make a dataset from robot, scene and problem files, e.g. a clone of the original benchmark; check it");
+      "import", "Make and check a dataset from robot, scene and problem files, e.g. a clone of the original benchmark");
   const auto flags = std::make_shared<Flags>();
   ImportOptions& options = flags->options;
   command.AddOption("DIR", options.source, "Folder with the files").Required();
@@ -116,12 +116,13 @@ void AddImportCommand(const programs::Command& program, Invocation* invocation) 
     command.AddOption("--" + std::string(ToString(task.task)), options.files.problems[task.task],
                       std::string(task.short_title) + " problems (default: problems*.json of that task)");
   }
-  command.AddList("--feet", options.feet, "Links that may stand (default: those that the problems name)");
-  command.AddOption("--sole-offset", options.sole_offset_m,
-                    "Height of a foot's link frame above its pose, m (default: lowest point of the feet, and 1 mm)");
+  command.AddList("--feet", options.feet, "Links that may carry the robot (default: those in the problems)");
+  command.AddOption(
+      "--sole-offset", options.sole_offset_m,
+      "Height of a foot's link frame above its target pose in m (default: lowest point of the feet plus 1 mm)");
   command.AddList("--nominal", flags->nominal,
                   "Start of every solve, JOINT=RADIANS, comma separated (default: all joints 0)");
-  command.AddFlag("--fix-winding", options.fix_winding, "Turn bodies of the scene round that are inside out");
+  command.AddFlag("--fix-winding", options.fix_winding, "Flip inverted bodies of the scene");
   AddTextOrJsonOption(command, &flags->json);
   command.SetFooter(
       "Files without an option are searched in DIR: those of its dataset.yaml; else the only URDF (else the only "

@@ -59,9 +59,8 @@ ExitCode Keygen(const KeygenOptions& options) {
 }  // namespace
 
 void AddKeygenCommand(const programs::Command& program, Invocation* invocation) {
-  const auto command = program.AddCommand(
-      "keygen",
-      "Make the shared key of a deployment, or a key of less power from it: a new file that only you may read");
+  const auto command =
+      program.AddCommand("keygen", "Make the shared key of a deployment, or a derived key with fewer rights");
   const auto options = std::make_shared<KeygenOptions>();
   command.AddOption("FILE", options->file, "File to create; an existing one is never overwritten").Required();
   const auto role = command.AddWord<KeyRole>("--role", options->role,

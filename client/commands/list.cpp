@@ -156,7 +156,7 @@ void AddListCommand(const programs::Command& program, Invocation* invocation) {
                            {FaultOfVerdict, ""});
   command.AddFlag("--unsolved", options->unsolved, "Only jobs that ended without success");
   AddRuleOption(command, &options->rule);
-  command.AddOption("--limit", options->limit, "Most jobs to list (default 1000)")
+  command.AddOption("--limit", options->limit, "Maximum number of jobs (default 1000)")
       .Check(programs::WholeNumber(1, ResultSource::kAllRows));
   AddListingOptions(command, &options->listing);
   AddSourceOptions(command, &options->source);

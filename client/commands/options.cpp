@@ -58,7 +58,7 @@ void AddFormatOption(const programs::Command& command, ListingFormat* format) {
 
 void AddLayoutOptions(const programs::Command& command, OutputOptions* options) {
   constexpr std::size_t kLargestWidth = 10'000;
-  command.AddOption("--width", options->width, "Columns that text fits into (default: the terminal's; else no limit)")
+  command.AddOption("--width", options->width, "Maximum line width (default: the terminal's; otherwise no limit)")
       .Check(programs::WholeNumber(kSmallestWidth, kLargestWidth));
   command.AddChoice<ColorChoice>(
       "--color", options->color, "Colour: auto (default, on a terminal, not with NO_COLOR), always or never",
@@ -67,7 +67,7 @@ void AddLayoutOptions(const programs::Command& command, OutputOptions* options) 
 
 void AddOutputOptions(const programs::Command& command, OutputOptions* options) {
   AddLayoutOptions(command, options);
-  command.AddFlag("--no-pager", options->no_pager, "Do not show long text by LEGOPT_PAGER, PAGER or less");
+  command.AddFlag("--no-pager", options->no_pager, "Do not use a pager (LEGOPT_PAGER, PAGER or less) for long text");
 }
 
 void AddListingOptions(const programs::Command& command, ListingOptions* options) {
@@ -150,7 +150,7 @@ void AddGiveUpOption(const programs::Command& command, std::optional<double>* gi
   constexpr double kShortest_s = 0.1, kLongest_s = 1e8;
   command
       .AddOption("--give-up", *give_up_s,
-                 "Seconds in which nothing moves after which to end with code 15 and the reason (default: wait on)")
+                 "End with exit code 15 and the reason after SECONDS without progress (default: wait)")
       .ValueName("SECONDS")
       .Check(programs::Number(kShortest_s, kLongest_s));
 }
@@ -197,7 +197,7 @@ void AddSuiteOptions(const programs::Command& command, SuiteOptions* options) {
                   "Keep only these: " + Joined(WordsOf<Initialization>()));
   command.AddList("--collision", options->filter.collision,
                   "Keep only methods with these models: " + Joined(WordsOf<SceneRepresentation>()));
-  command.AddOption("--max-stances", options->filter.max_stances, "Leave longer " + LongTasks() + " problems out")
+  command.AddOption("--max-stances", options->filter.max_stances, "Omit longer " + LongTasks() + " problems")
       .Check(programs::WholeNumber(2, bus::spec_limits::kMostWaypoints));
   command.AddWord<Split>("--split", options->filter.split,
                          "Problems to tune on (even ids) or to report on (odd ids): " + Joined(WordsOf<Split>()));

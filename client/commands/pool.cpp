@@ -227,23 +227,23 @@ void AddStartFlags(const programs::Command& command, PoolFlags* flags) {
 }  // namespace
 
 void AddPoolCommand(const programs::Command& program, Invocation* invocation) {
-  const auto pool = program.AddCommand("pool", "Workers on other machines, for a server that stays");
+  const auto pool = program.AddCommand("pool", "Start and stop workers on other machines");
   pool.RequireCommand();
   pool.LetOptionsFollowCommands();
 
-  const auto slurm = pool.AddCommand("slurm", "Have Slurm start workers: an array of them, one to a node");
+  const auto slurm = pool.AddCommand("slurm", "Start workers by Slurm: a job array, one worker per node");
   const auto flags = std::make_shared<PoolFlags>();
   AddStartFlags(slurm, flags.get());
   slurm.AddFlag("--dry-run", flags->dry_run, "Print the script, without the key, and submit nothing");
   slurm.WhenChosen([=] { invocation->body = [flags] { return StartSlurm(*flags); }; });
 
-  const auto ssh = pool.AddCommand("ssh", "Keep workers on hosts that ssh reaches, one each, until Ctrl-C");
+  const auto ssh = pool.AddCommand("ssh", "Run one worker on each of several hosts over ssh, until Ctrl-C");
   const auto ssh_flags = std::make_shared<PoolFlags>();
   AddStartFlags(ssh, ssh_flags.get());
   ssh.AddFlag("--dry-run", ssh_flags->dry_run, "Print the commands for each host, without the key, and start nothing");
   ssh.WhenChosen([=] { invocation->body = [ssh_flags] { return StartSsh(*ssh_flags); }; });
 
-  const auto script = pool.AddCommand("script", "Print a job script for another batch system, to be submitted by hand");
+  const auto script = pool.AddCommand("script", "Print a job script for another batch system");
   const auto script_flags = std::make_shared<PoolFlags>();
   AddStartFlags(script, script_flags.get());
   script
@@ -252,7 +252,7 @@ void AddPoolCommand(const programs::Command& program, Invocation* invocation) {
       .Required();
   script.WhenChosen([=] { invocation->body = [script_flags] { return PrintScript(*script_flags); }; });
 
-  const auto status = pool.AddCommand("status", "What Slurm or ssh says of a pool's workers");
+  const auto status = pool.AddCommand("status", "Show the state of a pool's workers from Slurm or ssh");
   const auto status_flags = std::make_shared<FolderFlags>();
   status.AddOption("FOLDER", status_flags->folder, "The pool's folder").ShowDefault();
   AddListingOptions(status, &status_flags->listing);

@@ -168,21 +168,23 @@ ExitCode ReplayStored(const ReplayOptions& options) {
 
 void AddReplayCommand(const programs::Command& program, Invocation* invocation) {
   constexpr int kMostJobs = 1'000'000, kMostParallel = 256;
-  const auto command = program.AddCommand("replay", "Solve a stored job again, here, and compare the bits");
+  const auto command = program.AddCommand("replay", "Solve a stored job again on this machine and compare the bits");
   const auto options = std::make_shared<ReplayOptions>();
   command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Check(programs::WholeNumber(1));
-  command.AddOption("--random", options->random, "So many jobs of an experiment instead, over all methods and tasks")
+  command
+      .AddOption("--random", options->random,
+                 "Replay this many random jobs of an experiment, over all methods and tasks")
       .Check(programs::WholeNumber(1, kMostJobs));
-  command.AddOption("--seed", options->seed, "Which ones --random draws (default 1)").Check(programs::WholeNumber(0));
+  command.AddOption("--seed", options->seed, "Seed of --random (default 1)").Check(programs::WholeNumber(0));
   command.AddOption("--experiment", options->experiment, "Experiment for --random (default: the newest)")
       .Check(programs::WholeNumber(1));
-  command.AddOption("--jobs", options->parallel, "Jobs at the same time (default: the processors granted)")
+  command.AddOption("--jobs", options->parallel, "Number of parallel jobs (default: the processors granted)")
       .Check(programs::WholeNumber(1, kMostParallel));
   AddDatasetOption(command, &options->dataset);
   command.AddOption(
       "--solver", options->solvers,
       "Description file of an external solver whose jobs are replayed; may be repeated (docs/solvers.md)");
-  command.AddFlag("--any-build", options->any_build, "Although another build has solved it");
+  command.AddFlag("--any-build", options->any_build, "Replay even if another build solved the job");
   AddTextOrJsonOption(command, &options->json);
   AddSourceOptions(command, &options->source);
   command.WhenChosen([=] {

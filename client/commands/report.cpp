@@ -66,7 +66,7 @@ ExitCode Report(const ReportOptions& options) {
 
 void AddReportCommand(const programs::Command& program, Invocation* invocation) {
   constexpr double kLargest_megabytes = 1000.0, kSmallest_megabytes = 1.0;
-  const auto command = program.AddCommand("report", "Write a page (HTML, one file) with tables, figures and solutions");
+  const auto command = program.AddCommand("report", "Write one HTML file with tables, figures and solutions");
   const auto options = std::make_shared<ReportOptions>();
   command.AddOption("EXPERIMENT", options->experiments, "Experiments, beside each other (default: the newest)")
       .Check(programs::WholeNumber(1));

@@ -305,7 +305,7 @@ void AddRunCommand(const programs::Command& program, Invocation* invocation) {
       "it is continued");
   const auto workers = command
                            .AddOption("--workers", options->workers,
-                                      "Jobs at the same time (default: the processors granted to this process)")
+                                      "Number of parallel jobs (default: the processors granted to this process)")
                            .Check(programs::WholeNumber(1, kMaxWorkers));
   command
       .AddOption("--slurm", options->slurm,
@@ -316,7 +316,7 @@ void AddRunCommand(const programs::Command& program, Invocation* invocation) {
   command.AddFlag("--no-dataset", options->no_dataset,
                   "Do not store the dataset in the database (default: stored if its archive has up to 16 MiB)");
   command.AddFlag("--any-build", options->any_build,
-                  "Go on with an experiment that another build began; tables then name both");
+                  "Continue an experiment that another build started; tables then name both builds");
   AddGiveUpOption(command, &options->give_up_s);
   AddTableFormatOption(command, &options->format);
   AddRuleOption(command, &options->rule);

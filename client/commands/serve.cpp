@@ -123,25 +123,26 @@ ExitCode Serve(const ServeOptions& options) {
 }  // namespace
 
 void AddServeCommand(const programs::Command& program, Invocation* invocation) {
-  const auto command = program.AddCommand("serve", "Serve the page of 'legopt report', live, to browsers");
+  const auto command = program.AddCommand("serve", "Serve the page of 'legopt report' to browsers, with live data");
   const auto options = std::make_shared<ServeOptions>();
   command.AddOption("EXPERIMENT", options->experiments, "Shown first, beside each other (default: the newest)")
       .Check(programs::WholeNumber(1));
   command
       .AddOption("--http-port", options->port, "TCP port (default " + std::to_string(kDefaultPort) + "; 0: a free one)")
       .Check(programs::WholeNumber(0, kLargestPort));
-  command.AddOption("--http-address", options->address,
-                    "Listen there (default 127.0.0.1: this machine alone). Whoever can reach it can read all results");
+  command.AddOption(
+      "--http-address", options->address,
+      "Address to listen on (default 127.0.0.1: only this machine). Any host that can reach it can read all results");
   command.AddList(
       "--http-host", options->hosts,
-      "Host names under which browsers may ask, beside the address and localhost; repeat it, or use commas");
+      "Host names that browsers may use in addition to the address and localhost; repeat it, or use commas");
   command.AddList("--dataset", options->datasets,
                   "Dataset folder for the 3D view (default: the embedded one); several: repeat it, or use commas",
                   programs::IsExistingPath);
   AddRuleOption(command, &options->rule);
   AddSourceOptions(command, &options->source);
   command.SetFooter(
-      "Prints its address, and ends with 0 when it is interrupted. How to read the page: docs/page.md. /healthz and "
+      "Prints its address; Ctrl-C ends it with exit code 0. How to read the page: docs/page.md. /healthz and "
       "/metrics are for monitoring: docs/monitoring.md");
   command.WhenChosen([=] {
     options->build = invocation->build;

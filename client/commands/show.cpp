@@ -85,8 +85,7 @@ ExitCode Show(const ShowOptions& options) {
 }  // namespace
 
 void AddShowCommand(const programs::Command& program, Invocation* invocation) {
-  const auto command =
-      program.AddCommand("show", "Show all that is known of one job: result, verdicts, attempts, logs");
+  const auto command = program.AddCommand("show", "Show one job: result, verdicts, attempts, logs");
   const auto options = std::make_shared<ShowOptions>();
   command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Required().Check(programs::WholeNumber(1));
   AddTextOrJsonOption(command, &options->json);

@@ -56,7 +56,7 @@ void AddSolverCommand(const programs::Command& program, Invocation* invocation) 
   solver.RequireCommand();
   solver.LetOptionsFollowCommands();
 
-  const auto check = solver.AddCommand("check", "Try a declared solver: does it keep to the protocol?");
+  const auto check = solver.AddCommand("check", "Test whether an external solver follows the protocol");
   const auto flags = std::make_shared<SolverFlags>();
   check.AddOption("FILE", flags->declaration, "Declaration of the solver (docs/solvers.md), - for standard input")
       .Required();

@@ -143,7 +143,7 @@ void AddSubmitCommand(const programs::Command& program, Invocation* invocation) 
   command.AddFlag("--no-dataset", options->no_dataset,
                   "Do not send the dataset to the server (default: sent if the server lacks it and its archive has up "
                   "to 16 MiB; stored in the database, and handed out to workers that lack it)");
-  command.AddFlag("--wait", options->wait, "Show progress until the experiment is over; its end decides the exit code");
+  command.AddFlag("--wait", options->wait, "Show progress until the experiment ends; its end decides the exit code");
   AddPatienceOption(command, &options->patience_s);
   AddGiveUpOption(command, &options->give_up_s);
   AddTextOrJsonOption(command, &options->json);

@@ -102,12 +102,12 @@ void AddTableCommand(const programs::Command& program, Invocation* invocation) {
   const auto statistics =
       command
           .AddFlag("--statistics", options->statistics,
-                   "Instead: intervals of success, quantiles, PAR10, means over what all methods solved")
+                   "Print confidence intervals of success, quantiles, PAR10 and means over commonly solved problems")
           .Excludes(paper)
           .Excludes(interpolation);
   command
       .AddFlag("--profile", options->profile,
-               "Instead: performance profiles as steps, for plotting with --format csv or json")
+               "Print performance profiles as steps, for plots with --format csv or json")
       .Excludes(paper)
       .Excludes(interpolation)
       .Excludes(statistics);

@@ -265,14 +265,13 @@ std::string CheckSender(const std::string& word) {
 
 void AddTapCommand(const programs::Command& program, Invocation* invocation) {
   constexpr double kShortest_s = 0.1, kLongest_s = 1e6;
-  const auto command =
-      program.AddCommand("tap", "Show the traffic of a deployment as it passes, one JSON object per line");
+  const auto command = program.AddCommand("tap", "Show the network traffic of a deployment, one JSON object per line");
   const auto options = std::make_shared<TapOptions>();
   command.AddList("--type", options->types, "Only these message types, e.g. lease,result", {}, {CheckType, ""});
-  command.AddOption("--from", options->from, "Only what this party sends: server, or an address")
+  command.AddOption("--from", options->from, "Only messages from this sender: server, or an address")
       .Check({CheckSender, ""});
-  const auto rates = command.AddOption("--rates", options->rates,
-                                       "Instead: datagrams and bytes per second by type and kind, every SECONDS (1)");
+  const auto rates = command.AddOption(
+      "--rates", options->rates, "Print datagrams and bytes per second by type and kind instead, every SECONDS (1)");
   rates.ValueMayBeLeftOut("1").ValueName("SECONDS").Check(programs::Number(kShortest_s, kLongest_s));
   command.AddOption("--count", options->count, "End after so many lines (--rates: tables)")
       .Check(programs::WholeNumber(1));
@@ -281,7 +280,7 @@ void AddTapCommand(const programs::Command& program, Invocation* invocation) {
   AddTextOrJsonOption(command, &options->json);
   programs::AddListeningFlags(command, &options->network);
   command.SetFooter(
-      "It only listens: no frame is sent, and no key is printed. --format json concerns --rates. Bodies above one\n"
+      "It only listens: it sends nothing and prints no key. --format json concerns --rates. Bodies above one\n"
       "datagram pass as chunks and are not reassembled.");
   command.WhenChosen([=] { invocation->body = [options] { return Tap(*options); }; });
 }

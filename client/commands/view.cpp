@@ -90,13 +90,13 @@ void AddViewCommand(const programs::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("view", "Write a page that shows a job's solution, or a problem, in 3D");
   const auto options = std::make_shared<ViewOptions>();
   command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Check(programs::WholeNumber(1));
-  command.AddOption("--problem", options->problem, "A problem of the dataset instead, without a solution")
+  command.AddOption("--problem", options->problem, "Show a problem of the dataset instead, without a solution")
       .Check(programs::WholeNumber(0));
-  command.AddWord<Task>("--task", options->task, "Of the problem (default: posture)");
-  command.AddOption("--ghost", options->ghost, "Another job of the same problem, drawn transparently")
+  command.AddWord<Task>("--task", options->task, "Task of the problem (default: posture)");
+  command.AddOption("--ghost", options->ghost, "Draw another job of the same problem transparently")
       .Check(programs::WholeNumber(1));
   command.AddOption("--out", options->out, "File to write (default: job-JOB.html)");
-  command.AddFlag("--open", options->open, "Show it in the browser");
+  command.AddFlag("--open", options->open, "Open the file in a browser");
   AddDatasetOption(command, &options->dataset);
   AddSourceOptions(command, &options->source);
   command.WhenChosen([=] {

@@ -84,7 +84,7 @@ ExitCode Watch(const WatchCommandOptions& options) {
 }  // namespace
 
 void AddWatchCommand(const programs::Command& program, Invocation* invocation) {
-  const auto command = program.AddCommand("watch", "Show the progress of an experiment until it is over");
+  const auto command = program.AddCommand("watch", "Show the progress of an experiment until it ends");
   const auto options = std::make_shared<WatchCommandOptions>();
   command.AddOption("ID", options->experiment, "Experiment (default: the newest that runs)")
       .Check(programs::WholeNumber(1));
