@@ -43,8 +43,8 @@ constexpr std::size_t IndexOf() {
 
 }  // namespace codec_internal
 
-/// Checks every field against its rule (message_fields.h). Returns "field: value: what is allowed", or an empty text if
-/// the message is valid.
+/// Checks every field against its rule (message_fields.h). Returns the fault as "FIELD: VALUE: RULE", or an empty text
+/// if the message is valid.
 template <class Message>
 std::string Validate(const Message& message) {
   return codec_internal::FaultOf(codec_internal::IndexOf<Message>(), &message);

@@ -14,8 +14,8 @@ inline constexpr int kMaxJsonNesting = 64;
 /// JSON.
 bool NestsWithin(std::string_view json, int most);
 
-/// Checks the fields of a message one after another and stores the first fault as "field: value: what is allowed".
-/// Private to bus; used by the rules of fields (field_rules.h). Thread rule: one thread.
+/// Checks the fields of a message one after another and stores the first fault as "FIELD: VALUE: RULE". Private to bus;
+/// used by the rules of fields (field_rules.h). Thread rule: one thread.
 class FieldCheck {
  public:
   /// Requires a value in [low, high].
