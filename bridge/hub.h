@@ -15,8 +15,7 @@ namespace legopt::bridge {
 struct HubOptions {
   std::size_t max_links = 16'384;   ///< spokes remembered; the one silent for the longest time is dropped first
   std::size_t max_routes = 65'536;  ///< parties remembered; the one silent for the longest time is dropped first
-  microseconds route_life =
-      std::chrono::minutes(2);  ///< lifetime of a route without frames; a worker sends twice a second
+  microseconds route_life = std::chrono::minutes(2);  ///< maximum silence of a party; a worker sends twice a second
 };
 
 /// End of all links on the server's host. Puts frames for the server that arrive on a link on the bus. Sends frames of

@@ -37,9 +37,8 @@ class Carrier {
 
 /// Deployment to which a link end belongs, and its key.
 struct Membership {
-  std::int64_t deployment = 0;  ///< frames of other deployments are dropped
-  const bus::MessageKey* key =
-      nullptr;  ///< tags envelopes and frames; null: tags only detect damage. Must outlive its user
+  std::int64_t deployment = 0;           ///< frames of other deployments are dropped
+  const bus::MessageKey* key = nullptr;  ///< null: tags only detect damage. Must outlive its user
 
   /// Role of the key; kOperator without a key.
   bus::KeyRole role() const { return key == nullptr ? bus::KeyRole::kOperator : key->role(); }

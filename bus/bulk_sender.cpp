@@ -102,8 +102,7 @@ void BulkSender::Fill(const PeerKey& peer_id, microseconds now) {
   }
   for (const ObjectKey& key : touched) Rearm(key, objects_.at(key), peer);
   constexpr std::size_t kManyPeers = 1024;
-  if (peer.waiting.empty() && peers_.size() > kManyPeers)
-    peers_.erase(found);  // the estimates are cheap to measure again
+  if (peer.waiting.empty() && peers_.size() > kManyPeers) peers_.erase(found);  // cheap to measure again
 }
 
 bool BulkSender::EmitNext(const ObjectKey& key, Object& object, Peer& peer, microseconds now) {

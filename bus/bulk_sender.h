@@ -60,9 +60,8 @@ class BulkSender {
   /// Re-sends lost chunks. Gives up bodies without progress for kPatience.
   void OnTimer(microseconds now);
   std::optional<microseconds> next_timer() const;  ///< next time for OnTimer; empty: never
-  bool Sending(const ObjectKey& key) const {
-    return objects_.contains(key);
-  }                                                       ///< Returns whether the body of `key` is being sent.
+  /// Returns whether the body of `key` is being sent.
+  bool Sending(const ObjectKey& key) const { return objects_.contains(key); }
   std::size_t held_bytes() const { return held_bytes_; }  ///< total size of all bodies being sent
 
  private:

@@ -119,9 +119,8 @@ struct EndpointOptions {
   /// Total size of incomplete incoming bodies, in bytes. A body that does not fit waits (its chunks are not
   /// acknowledged).
   std::size_t max_incoming_bytes = std::size_t{256} << 20;
-  std::size_t max_open_requests =
-      16384;                       ///< requests passed to handlers and not yet answered; more are refused as busy
-  std::size_t max_peers = 65'536;  ///< callers remembered; the one silent for the longest time is dropped first
+  std::size_t max_open_requests = 16384;  ///< requests passed to handlers and unanswered; more are refused as busy
+  std::size_t max_peers = 65'536;         ///< callers remembered; the one silent for the longest time is dropped first
   microseconds incoming_object_lifetime = std::chrono::seconds(10);  ///< maximum time without a new chunk
 };
 

@@ -195,8 +195,7 @@ void EndpointCore::OnReply(const FrameHeader& header, std::span<const std::uint8
 void EndpointCore::OnError(const FrameHeader& header, std::span<const std::uint8_t> payload) {
   const auto call = FindOwnCall(header);
   if (call == calls_.end()) return;
-  if (header.code == static_cast<std::int16_t>(ErrorCode::kBusy))
-    return;  // the call keeps retrying with growing intervals
+  if (header.code == static_cast<std::int16_t>(ErrorCode::kBusy)) return;  // retried less and less often
   if (guard_ && header.code == static_cast<std::int16_t>(ErrorCode::kProveSession)) {
     OnChallenge(call, header, payload);
     return;

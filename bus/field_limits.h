@@ -18,9 +18,8 @@ inline constexpr std::int64_t kMostLeases = 4096;                      ///< leas
 inline constexpr std::int64_t kNameBytes = 256;   ///< length of the name of a host, worker, dataset or build
 inline constexpr std::int64_t kWordBytes = 64;    ///< length of an enum name
 inline constexpr std::int64_t kTextBytes = 4096;  ///< length of a text for humans
-inline constexpr std::int64_t kOptionsBytes = std::int64_t{1}
-                                              << 20;  ///< length of a method's options and of a query's SQL
-inline constexpr std::int64_t kMostArchiveBytes = std::int64_t{64} << 20;        ///< size of a dataset's archive
+inline constexpr std::int64_t kOptionsBytes = std::int64_t{1} << 20;       ///< length of method options and of SQL
+inline constexpr std::int64_t kMostArchiveBytes = std::int64_t{64} << 20;  ///< size of a dataset's archive
 inline constexpr std::int64_t kMostStoredArchiveBytes = std::int64_t{16} << 20;  ///< size of an archive in a database
 inline constexpr std::int64_t kMostPieceBytes = std::int64_t{1} << 20;  ///< size of a piece of an archive in one reply
 inline constexpr std::int64_t kJsonBytes = spec_limits::kMostBytes;     ///< size of any other JSON text

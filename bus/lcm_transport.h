@@ -32,11 +32,10 @@ namespace legopt::bus {
 
 /// Address and key of a deployment.
 struct LcmOptions {
-  std::string group = "239.255.76.67";  ///< IPv4 multicast address, 224.0.0.0 - 239.255.255.255
-  int port = 7667;                      ///< control port, 1024 - 65534; bulk uses port + 1
-  int ttl = 0;                          ///< hops, 0 - 255; 0: only this host, in both directions
-  std::size_t receive_buffer_bytes =
-      4U << 20;  ///< size requested from the kernel, per port; see granted_receive_buffer_bytes()
+  std::string group = "239.255.76.67";          ///< IPv4 multicast address, 224.0.0.0 - 239.255.255.255
+  int port = 7667;                              ///< control port, 1024 - 65534; bulk uses port + 1
+  int ttl = 0;                                  ///< hops, 0 - 255; 0: only this host, in both directions
+  std::size_t receive_buffer_bytes = 4U << 20;  ///< requested per port; see granted_receive_buffer_bytes()
   /// Receive from other hosts even with TTL 0. For a program that only listens and accepts no commands.
   bool hear_all_hosts = false;
   /// Number of the deployment; 0 derives it from group and port, so that all programs with the same address agree.

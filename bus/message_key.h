@@ -54,9 +54,7 @@ class MessageKey {
   /// result is valid as long as this key.
   const MessageKey* ForRole(KeyRole role) const;
   KeyRole role() const { return role_; }
-  std::span<const std::uint8_t, kBytes> bytes() const {
-    return bytes_;
-  }  ///< bytes for the tag; valid as long as this key
+  std::span<const std::uint8_t, kBytes> bytes() const { return bytes_; }  ///< valid as long as the key
 
  private:
   std::array<std::uint8_t, kBytes> bytes_{};

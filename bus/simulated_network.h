@@ -58,10 +58,8 @@ class SimulatedNetwork {
   SimulatedNetwork(const SimulatedNetwork&) = delete;
   SimulatedNetwork& operator=(const SimulatedNetwork&) = delete;
 
-  microseconds now() const { return now_; }  ///< virtual time since the start
-  void set_misfortune(const Misfortune& misfortune) {
-    misfortune_ = misfortune;
-  }  ///< applies to datagrams sent from now on
+  microseconds now() const { return now_; }                                        ///< virtual time since the start
+  void set_misfortune(const Misfortune& misfortune) { misfortune_ = misfortune; }  ///< affects future datagrams
 
   /// Advances the virtual time to `time`, never backwards. Delivers nothing.
   void AdvanceTo(microseconds time);

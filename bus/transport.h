@@ -54,8 +54,7 @@ struct TransportCounters {
   std::uint64_t bytes_received = 0;      ///< bytes in datagrams_received
   std::uint64_t send_failures = 0;       ///< refused by the kernel, e.g. because of a full buffer
   std::uint64_t kernel_drops = 0;        ///< lost because the receive buffer was full, see LcmTransport
-  std::uint64_t kernel_filtered =
-      0;  ///< dropped by the socket filter: addressed to another party, or of another program
+  std::uint64_t kernel_filtered = 0;     ///< dropped by the socket filter: for other parties or of other programs
 };
 
 /// Connection of one party to the network. Guarantees: transport.h.

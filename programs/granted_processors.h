@@ -12,9 +12,8 @@ struct ProcessorFacts {
   std::optional<int> affinity;  ///< number in the affinity mask (taskset, cpusets, Slurm's task/affinity), >= 1
   std::optional<int> cores;     ///< number of their physical cores, >= 1, <= affinity
   std::optional<int> slurm_cpus_per_task;  ///< SLURM_CPUS_PER_TASK, >= 1: Slurm sets it for `-c N`
-  std::optional<int>
-      slurm_cpus_on_node;  ///< SLURM_CPUS_ON_NODE, >= 1: processors of this machine granted to the Slurm job
-  std::optional<double> cgroup_quota;  ///< processor seconds per second, > 0: containers, systemd's CPUQuota
+  std::optional<int> slurm_cpus_on_node;   ///< SLURM_CPUS_ON_NODE, >= 1: granted to the Slurm job here
+  std::optional<double> cgroup_quota;      ///< processor seconds per second, > 0: containers, systemd's CPUQuota
 };
 
 /// Number of single-threaded jobs that this process may run concurrently, and the limit that determines it.

@@ -20,8 +20,7 @@ using std::chrono::seconds;
 constexpr microseconds kFirstDeliveryRetry = milliseconds(250);
 constexpr microseconds kLastDeliveryRetry = seconds(5);
 constexpr std::size_t kMaxDeliveriesInFlight = 64;
-constexpr int kHopelessStarts =
-    3;  // failed starts per slot after which the worker gives up, if no process was ever ready
+constexpr int kHopelessStarts = 3;  // failed starts per slot, before any process was ever ready
 constexpr double kMicroseconds = 1e6;
 
 std::string JobName(const LeaseKey& key) {

@@ -85,8 +85,7 @@ std::vector<Capability> SolveExecutor::Load() {
   std::vector<Capability> loaded;
   for (const std::filesystem::path& folder : inputs_.datasets) {
     const std::shared_ptr<const Dataset> dataset = Dataset::Load(folder, CallIsolated);
-    if (!runners_.try_emplace(dataset->content_hash(), dataset, registry_).second)
-      continue;  // two datasets with the same content
+    if (!runners_.try_emplace(dataset->content_hash(), dataset, registry_).second) continue;  // same content as another
     loaded.push_back({dataset->name(), dataset->content_hash()});
   }
   for (const external::Declaration& declaration : external_->declarations()) {

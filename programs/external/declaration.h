@@ -25,15 +25,14 @@ struct Declaration {
   std::string file;  ///< path of the declaration
   std::string name;  ///< name used as `solver` in suites
   Level level = Level::kLines;
-  std::vector<std::string> command;  ///< argv, as written
-  std::filesystem::path folder;      ///< folder of the declaration, absolute
-  std::filesystem::path executable;  ///< file of the command's first word, absolute
-  std::vector<std::filesystem::path>
-      files;                ///< files whose content belongs to the solver: words of the command, then `files`
-  nlohmann::json settings;  ///< object passed to the solver unchanged
-  double timeout_s = 60.0;  ///< maximum time without output
-  std::vector<std::string> environment;  ///< variables passed on in addition to the usual ones
-  bool network = false;                  ///< whether the solver needs the network, for example for its licence
+  std::vector<std::string> command;          ///< argv, as written
+  std::filesystem::path folder;              ///< folder of the declaration, absolute
+  std::filesystem::path executable;          ///< file of the command's first word, absolute
+  std::vector<std::filesystem::path> files;  ///< files of the solver: words of the command, then `files`
+  nlohmann::json settings;                   ///< object passed to the solver unchanged
+  double timeout_s = 60.0;                   ///< maximum time without output
+  std::vector<std::string> environment;      ///< variables passed on in addition to the usual ones
+  bool network = false;                      ///< whether the solver needs the network, for example for its licence
   /// BLAKE2b-256 of everything that determines results: command and settings as written, contents of executable and
   /// files. Excludes the location of the files, the time-out, and access to variables and network.
   std::string hash;

@@ -15,9 +15,8 @@ using Clock = LineChannel::Clock;
 
 constexpr auto kStopCheckInterval = std::chrono::milliseconds(50);
 constexpr std::int64_t kMostProgressLines = 100'000;  // per solve; each line is stored
-constexpr int kMostRepeats =
-    1000;  // consecutive requests for one point; they cost no effort, so the effort limit would never end them
-constexpr int kSeedBits = 53;  // integers that JSON parsers of all languages read exactly
+constexpr int kMostRepeats = 1000;                    // consecutive requests for one point; they cost no effort
+constexpr int kSeedBits = 53;                         // integers that JSON parsers of all languages read exactly
 
 Clock::time_point After(double duration_s) {
   return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(duration_s));

@@ -65,8 +65,7 @@ void FileChannel::Begin(std::string_view solve) {
   num_variables_ = ParseJson(solve, "problem").at("variables").get<int>();
   std::error_code ignored;
   fs::remove_all(SolutionFile(scratch_), ignored);
-  fs::remove_all(ProblemFile(scratch_),
-                 ignored);  // removes it even if the solver has replaced it by a folder or a link
+  fs::remove_all(ProblemFile(scratch_), ignored);  // even if it is a folder or a link now
   try {
     files::CreateFile(ProblemFile(scratch_), std::string(solve) + "\n",
                       {files::kReadableByAll, files::Durability::kBuffered});

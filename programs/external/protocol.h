@@ -59,9 +59,8 @@ SolverMessage ReadMessage(std::string_view line, int num_variables);
 
 /// Contents of a `solve` in addition to the program.
 struct SolveTerms {
-  int round = 0;  ///< index of the round: 0, or a further one about a better point
-  std::uint64_t seed =
-      0;  ///< seed for the solver's random numbers; below 2^53, which JSON parsers of all languages read exactly
+  int round = 0;            ///< index of the round: 0, or a further one about a better point
+  std::uint64_t seed = 0;   ///< seed of the solver's random numbers; below 2^53, which JSON parsers read exactly
   double tolerance = 0.0;   ///< smallest violation at which a row counts as violated
   nlohmann::json settings;  ///< settings from the declaration
   nlohmann::json robot;     ///< see RobotJson (robot_lines.h); null: not a robot's program
