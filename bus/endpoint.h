@@ -32,7 +32,6 @@
 /// thread. They may call everything except Poll and must not destroy the endpoint. Exceptions from a handler are caught
 /// (see Serve). An exception from a call's callback propagates out of Poll, and the endpoint stays usable. To answer
 /// from another thread, pass the work to this thread, e.g. with an eventfd given to PollWith.
-/// work back to this thread, e.g. by an eventfd given to PollWith.
 
 namespace legopt::bus {
 

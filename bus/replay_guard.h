@@ -19,7 +19,6 @@
 /// one, and unseen ones among the last kReplayWindow. If there are too many sessions, the one silent for the longest
 /// time is dropped, and the challenge is replaced to invalidate its old proof. Thread rule: one thread. Source:
 /// PROTOCOL.md, section 11.
-/// that its old proof is worth nothing. Thread rule: one thread. Source: PROTOCOL.md, section 11.
 
 namespace legopt::bus {
 

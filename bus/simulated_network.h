@@ -18,7 +18,6 @@
 ///
 /// Use: create a SimulatedNetwork, then one SimulatedTransport per party. Poll() of a simulated transport never waits:
 /// it delivers the datagrams that are due at the network's now(). The driver polls every party and then advances time:
-/// delivers what is due at the network's now(). The driver polls every party and then advances time:
 ///     while (!done) { for (auto* e : endpoints) e->Poll(0us); network.AdvanceTo(earliest timer or delivery); }
 /// Run() does this for endpoints.
 ///

@@ -20,9 +20,8 @@ struct Synonym {
 /// has printed everything, and the returned value is the exit status:
 /// * 0: help or version was requested by --help, --version, "help [COMMAND]" or "version", and is on standard output;
 /// * 2: wrong usage. One line "PROGRAM: error: CAUSE; see 'PROGRAM COMMAND --help'" is on standard error. The cause
-/// names
-///   the nearest command or option if one is unknown (synonyms of commands are also compared). If a command is missing
-///   altogether ("legopt", "legopt dataset"), the help is on standard output instead.
+///   names the nearest command or option if one is unknown (synonyms of commands are also compared). If a command is
+///   missing altogether ("legopt", "legopt dataset"), the help is on standard output instead.
 ///
 /// Commands are recognised by their names; options before a command take no value. Output that cannot be written is
 /// also wrong usage.

@@ -48,7 +48,6 @@ using ChannelMaker = std::function<std::unique_ptr<LineChannel>()>;
 ///
 /// The solver runs until this object is destroyed. Solve throws SolverFault, with the solver's name, if it violates the
 /// protocol, is silent or ends; the next Solve restarts it.
-/// silent or ends; the next Solve starts it anew.
 class ExternalSolver final : public Solver {
  public:
   /// `options` must have been checked by Method::Validate.
