@@ -19,11 +19,11 @@ inline constexpr std::size_t kMaxEnvelopeBytes = kEnvelopeHeaderBytes + bus::kMa
 
 /// Kind of an envelope. Up is from a spoke to the hub.
 enum class EnvelopeKind : std::uint8_t {
-  kKnock = 1,      ///< up: asks for an answer
-  kChallenge = 2,  ///< down: the link must return `value` to prove that it is live
-  kProof = 3,      ///< up: `value` is the challenge
-  kAlive = 4,      ///< down: answers a knock or proof; `value` is its nonce
-  kFrame = 5,      ///< both directions: a frame follows the header
+  kKnock = 1,      ///< request for an answer, up
+  kChallenge = 2,  ///< number that the link must return in a proof, down
+  kProof = 3,      ///< answer to a challenge, up; `value` is the challenge
+  kAlive = 4,      ///< answer to a knock or proof, down; `value` is its nonce
+  kFrame = 5,      ///< envelope with a frame, in both directions
 };
 /// Largest kind; the kinds are 1 .. kLastEnvelopeKind.
 inline constexpr std::uint8_t kLastEnvelopeKind = 5;
@@ -34,7 +34,7 @@ struct EnvelopeHeader {
   bus::Port port = bus::Port::kControl;  ///< port of the bus on which the frame was received and must be sent
   std::int64_t deployment = 0;           ///< deployment of the frames
   std::int64_t link = 0;                 ///< random number of the spoke, > 0, new after each restart
-  std::int64_t hub = 0;                  ///< down: random number of the hub, > 0, new after each restart; up: 0
+  std::int64_t hub = 0;                  ///< random number of the hub, > 0, new after each restart; up: 0
   std::int64_t nonce = 0;                ///< number of the envelope among those of its sender since its start, from 1
   std::int64_t value = 0;                ///< meaning depends on the kind; 0 if unused
   /// Role of the key that made the tag; not a field of the envelope.

@@ -82,8 +82,8 @@ class LinkEnd {
 /// Direction of a frame, according to its addresses: workers and clients call the server, the server calls no other
 /// party.
 enum class Direction : std::uint8_t {
-  kUp,    ///< to the server
-  kDown,  ///< to a worker or client
+  kUp,    ///< towards the server
+  kDown,  ///< towards a worker or client
   kNone,  ///< not forwarded: between servers, or not a frame
 };
 

@@ -31,7 +31,7 @@ class BulkReceiver {
   /// Result of a chunk; both empty: nothing to do.
   struct Outcome {
     std::optional<std::string> body;  ///< complete and verified
-    std::optional<ChunkAck> ack;      ///< to be sent, unless `body` is set; then the caller decides
+    std::optional<ChunkAck> ack;      ///< acknowledgement to send, unless `body` is set; then the caller decides
   };
 
   /// `first_reassembly` should differ from the numbers used before a restart of this party.

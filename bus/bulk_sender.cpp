@@ -8,7 +8,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-constexpr std::size_t kFirstCredit = 8;  // until the receiver has sent its own
+constexpr std::size_t kFirstCredit = 8;  // initial value until the receiver has sent its own
 constexpr std::int32_t kAckEvery = 8;
 constexpr std::int64_t kReorderTolerance = 3;  // later transmissions acknowledged before a chunk counts as lost
 constexpr microseconds kFirstTimeout = milliseconds(100);

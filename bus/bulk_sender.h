@@ -29,7 +29,7 @@ namespace legopt::bus {
 struct ObjectKey {
   EndpointId peer = 0;       ///< sender or receiver of the body
   std::int64_t session = 0;  ///< session of the caller
-  std::int64_t call_id = 0;  ///< within the session
+  std::int64_t call_id = 0;  ///< number within the session
   bool of_reply = false;     ///< true: body of the reply; false: body of the request
   /// Role of the caller's key.
   KeyRole role = KeyRole::kOperator;
@@ -81,7 +81,7 @@ class BulkSender {
     std::int32_t first_unacked = 0;
     std::int32_t next_new = 0;
     std::vector<Flight> flights;
-    std::set<std::int32_t> lost;  // to be re-sent, lowest first
+    std::set<std::int32_t> lost;  // chunks to re-send, lowest first
     std::int64_t highest_acked_order = 0;
     int back_off = 0;  // consecutive time-outs
     microseconds last_progress{0};

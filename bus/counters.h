@@ -13,8 +13,8 @@ namespace legopt::bus {
 /// Counters of an endpoint by cause.
 struct Counters {
   // Datagrams.
-  std::uint64_t datagrams_sent = 0;      ///< on both ports, including send_failures
-  std::uint64_t datagrams_received = 0;  ///< on both ports: all that reached the endpoint
+  std::uint64_t datagrams_sent = 0;      ///< datagrams on both ports, including send_failures
+  std::uint64_t datagrams_received = 0;  ///< datagrams on both ports that reached the endpoint
   std::uint64_t bytes_sent = 0;          ///< bytes in datagrams_sent
   std::uint64_t bytes_received = 0;      ///< bytes in datagrams_received
   std::uint64_t not_for_us = 0;          ///< well-formed, addressed to another party
@@ -37,7 +37,7 @@ struct Counters {
   std::uint64_t replies_resent = 0;         ///< answered from the cache
   std::uint64_t replies_evicted = 0;        ///< dropped from the full cache before the caller finished
   std::uint64_t requests_refused_busy = 0;  ///< refused because too many requests were open
-  std::uint64_t requests_challenged = 0;    ///< with a key: requests of sessions without a proof
+  std::uint64_t requests_challenged = 0;    ///< requests of sessions without a proof (with a key)
   std::uint64_t handler_failures = 0;       ///< exceptions thrown by handlers
 
   // Large bodies.
@@ -45,7 +45,7 @@ struct Counters {
   std::uint64_t objects_received = 0;  ///< complete, with the correct hash
   std::uint64_t objects_expired = 0;   ///< given up incomplete, in either direction
   std::uint64_t chunks_sent = 0;       ///< first transmissions
-  std::uint64_t chunks_resent = 0;     ///< after a loss or as a reminder
+  std::uint64_t chunks_resent = 0;     ///< repeats after a loss or as a reminder
   std::uint64_t duplicate_chunks = 0;  ///< received repeatedly
 
   // Rejected datagrams and messages by cause; each datagram is counted at most once.
@@ -54,11 +54,11 @@ struct Counters {
   std::uint64_t rejected_version = 0;     ///< another protocol version
   std::uint64_t rejected_deployment = 0;  ///< another deployment
   std::uint64_t rejected_tag = 0;         ///< damaged; with a key also forged
-  std::uint64_t rejected_unsigned = 0;    ///< with a key: tagged by a party without a key
-  std::uint64_t rejected_replay = 0;      ///< with a key: request or proof that is repeated or too old
+  std::uint64_t rejected_unsigned = 0;    ///< datagram tagged without a key, in a deployment with one
+  std::uint64_t rejected_replay = 0;      ///< request or proof that is repeated or too old (with a key)
   std::uint64_t rejected_field = 0;       ///< a field of the frame or chunk out of range
   std::uint64_t rejected_type = 0;        ///< request without a handler
-  std::uint64_t rejected_role = 0;        ///< with a key: request not permitted to the role of its key
+  std::uint64_t rejected_role = 0;        ///< request that the role of its key does not permit (with a key)
   std::uint64_t rejected_body = 0;        ///< body not decodable, or a message field out of range
   std::uint64_t rejected_object = 0;      ///< hash mismatch, contradictory chunks, above the limit
 

@@ -105,7 +105,7 @@ class EndpointCore final : public DatagramReceiver, public std::enable_shared_fr
   // Receiving.
   void Dispatch(const FrameView& frame);
   void CountFault(FrameFault fault, const FrameView& frame);
-  bool Admit(const FrameHeader& header);  // with a key: returns false if the request must be dropped
+  bool Admit(const FrameHeader& header);  // returns false if the request must be dropped (only with a key)
   bool IsBelieved(const FrameView& frame) const;
   bool RefuseRole(const FrameHeader& header);
   void OnProof(const FrameView& frame);
@@ -147,7 +147,7 @@ class EndpointCore final : public DatagramReceiver, public std::enable_shared_fr
   BulkSender sender_;
   BulkReceiver receiver_;
   ReplyCache replies_;
-  std::optional<ReplayGuard> guard_;  // with a key
+  std::optional<ReplayGuard> guard_;  // set only with a key
   microseconds next_key_hint_{0};
   std::array<std::shared_ptr<const RequestHandler>, kLastMessageType + 1> handlers_;
   Calls calls_;

@@ -139,8 +139,8 @@ Text(Least, Most) -> Text<LimitType<Least>, LimitType<Most>>;
 
 /// End of a text that is kept when the text is truncated.
 enum class Keep : std::uint8_t {
-  kBeginning,  ///< used for messages
-  kEnd         ///< used for logs
+  kBeginning,  ///< suits messages
+  kEnd         ///< suits logs
 };
 
 /// Rule: text for humans. Its content never prevents delivery: a sender truncates it to `bytes` and cleans it.

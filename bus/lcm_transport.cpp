@@ -65,7 +65,7 @@ struct LcmTransport::Impl {
   std::int64_t deployment = 0;
   std::shared_ptr<const MessageKey> key;
   std::array<std::unique_ptr<PortLink>, 2> links;
-  std::optional<InterfaceWatch> watch;  // if TTL > 0
+  std::optional<InterfaceWatch> watch;  // set only if TTL > 0
   std::chrono::steady_clock::time_point follow_again;
   DatagramReceiver* receiver = nullptr;
   bool filtered = false;

@@ -27,7 +27,7 @@ namespace legopt::bus {
 struct CallKey {
   EndpointId caller = 0;     ///< address of the caller
   std::int64_t session = 0;  ///< session of the caller's endpoint, new after each restart
-  std::int64_t call_id = 0;  ///< within the session
+  std::int64_t call_id = 0;  ///< number within the session
   /// Role of the caller's key. Calls of different roles are separate, even with equal addresses and sessions.
   KeyRole role = KeyRole::kOperator;
 };

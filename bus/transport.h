@@ -48,7 +48,7 @@ class DatagramReceiver {
 
 /// Counters that only the transport can provide, counted since construction.
 struct TransportCounters {
-  std::uint64_t datagrams_sent = 0;      ///< on both ports, including send_failures
+  std::uint64_t datagrams_sent = 0;      ///< datagrams on both ports, including send_failures
   std::uint64_t datagrams_received = 0;  ///< datagrams that reached the receiver
   std::uint64_t bytes_sent = 0;          ///< bytes in datagrams_sent
   std::uint64_t bytes_received = 0;      ///< bytes in datagrams_received

@@ -9,12 +9,12 @@
 /// written. Thread-safe. Linux only.
 namespace legopt::files {
 
-inline constexpr mode_t kReadableByAll = 0666;    ///< before the umask
-inline constexpr mode_t kReadableByOwner = 0600;  ///< keys, access files
+inline constexpr mode_t kReadableByAll = 0666;    ///< mode before the umask
+inline constexpr mode_t kReadableByOwner = 0600;  ///< mode of keys and access files
 
 /// Whether a written file must survive a power failure.
 enum class Durability {
-  kSynced,    ///< on disk before the function returns
+  kSynced,    ///< synced to disk before the function returns
   kBuffered,  ///< not synced: scratch files and files of an incomplete folder
 };
 

@@ -10,7 +10,7 @@ namespace legopt {
 enum class Feasibility : std::uint8_t {
   kCertified,   ///< a posture that the judge accepts is known for every stance
   kInfeasible,  ///< a stance is proven to have no posture
-  kOpen,        ///< neither
+  kOpen,        ///< neither is known
 };
 
 template <>

@@ -23,7 +23,7 @@ namespace legopt::worker {
 ///
 /// The supervisor does not trust the job process: anything but a well-formed frame at the right time ends the process.
 enum class FrameType : std::uint32_t {
-  kJob = 1,          ///< to the child: lease and method options (EncodeJob)
+  kJob = 1,          ///< sent to the child: lease and method options (EncodeJob)
   kReady = 2,        ///< datasets and solver declarations are loaded; body: EncodeCapabilities
   kStartFailed = 3,  ///< body: reason why the datasets cannot be used, for the user
   kProgress = 4,     ///< body: done and total, EncodeProgress

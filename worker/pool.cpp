@@ -18,7 +18,7 @@ using std::chrono::seconds;
 
 constexpr microseconds kFirstHelloRetry = milliseconds(100);
 constexpr microseconds kLastHelloRetry = seconds(2);
-constexpr microseconds kLeaseRetry = milliseconds(250);  // after a lost or malformed reply
+constexpr microseconds kLeaseRetry = milliseconds(250);  // delay after a lost or malformed reply
 constexpr microseconds kSoonestAsk = milliseconds(5);
 constexpr microseconds kLatestAsk = seconds(10);
 constexpr microseconds kDefaultLease = seconds(10);
@@ -27,7 +27,7 @@ constexpr microseconds kSilence = seconds(3);  // time without an answer until t
 constexpr microseconds kSilenceRepeat = seconds(30);
 constexpr std::size_t kMaxMethods = 1024;
 constexpr std::size_t kMaxLeases = 4096;            // limit of one heartbeat
-constexpr std::size_t kMaxUndeliveredPerSlot = 64;  // with more, no new leases are requested
+constexpr std::size_t kMaxUndeliveredPerSlot = 64;  // maximum with which new leases are requested
 constexpr double kShortJob_us = 500'000;            // jobs shorter than this always have one prefetched lease
 constexpr double kAnswersAhead = 4;  // server response times to prefetch for; refilled when half of it is left
 constexpr int kStopMarginDivisor = 10;

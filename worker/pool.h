@@ -148,7 +148,7 @@ class Pool {
     Task task{};
     Phase phase = Phase::kReady;
     microseconds expires{0};   // time by which its job must have been stopped
-    microseconds accepted{0};  // when it was received
+    microseconds accepted{0};  // time of receipt
     std::int64_t progress_done = 0;
     std::int64_t progress_total = 0;
     // Delivery:
@@ -267,7 +267,7 @@ class Pool {
 
   double mean_job_us_ = -1;                 // moving average; negative: unknown
   double mean_answer_us_ = 0;               // moving average of the time between requesting and receiving jobs
-  std::optional<microseconds> idle_since_;  // since when no job is held, except for delivery
+  std::optional<microseconds> idle_since_;  // time since which no job is held, except for delivery
   bool told_to_stop_ = false;
   bool draining_ = false;  // no new jobs
   microseconds drain_end_ = microseconds::max();
@@ -276,7 +276,7 @@ class Pool {
   bool killing_ = false;
   bool finished_ = false;
   ExitCode exit_code_ = ExitCode::kOk;
-  microseconds delivering_since_{0};  // since when only deliveries are left
+  microseconds delivering_since_{0};  // time since which only deliveries are left
 };
 
 }  // namespace legopt::worker

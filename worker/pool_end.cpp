@@ -11,7 +11,7 @@ namespace legopt::worker {
 namespace {
 
 constexpr microseconds kLeaseAnswer = std::chrono::seconds(1);  // time that a leaving worker waits for a lease reply
-constexpr microseconds kStopLimit = std::chrono::milliseconds(9'500);     // within docker's 10 s
+constexpr microseconds kStopLimit = std::chrono::milliseconds(9'500);     // less than docker's 10 s
 constexpr microseconds kLastDelivery = std::chrono::milliseconds(1'500);  // time to release jobs after the drain
 
 }  // namespace

@@ -14,7 +14,7 @@ namespace {
 using Clock = LineChannel::Clock;
 
 constexpr auto kStopCheckInterval = std::chrono::milliseconds(50);
-constexpr std::int64_t kMostProgressLines = 100'000;  // per solve; each line is stored
+constexpr std::int64_t kMostProgressLines = 100'000;  // maximum per solve; each line is stored
 constexpr int kMostRepeats = 1000;                    // consecutive requests for one point; they cost no effort
 constexpr int kSeedBits = 53;                         // integers that JSON parsers of all languages read exactly
 
