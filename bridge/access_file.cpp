@@ -35,7 +35,7 @@ std::string TextOf(const Access& access) {
   return text;
 }
 
-// One line after the first into `access`; what is wrong with it, empty when nothing is.
+// Parses one line after the first into `access`. Returns its fault; empty if there is none.
 std::string TakeLine(const std::string& line, Access& access) {
   const std::size_t space = line.find(' ');
   const std::string word = line.substr(0, space);
@@ -58,7 +58,7 @@ std::string TakeLine(const std::string& line, Access& access) {
   return "";
 }
 
-// At most kMostFileBytes, so that an endless file costs no memory.
+// Reads at most kMostFileBytes, so that an endless file costs no memory.
 std::string ContentOf(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream && files::IsShortage(errno)) throw std::system_error(errno, std::generic_category(), file);
@@ -70,7 +70,7 @@ std::string ContentOf(const std::string& file) {
   return text;
 }
 
-// Without its line end. Removes both from `text`.
+// Returns the first line without its line end and removes both from `text`.
 std::string_view TakeFirstLine(std::string_view& text) {
   const std::size_t end = std::min(text.find('\n'), text.size());
   const std::string_view line = text.substr(0, end);

@@ -22,10 +22,10 @@
 namespace legopt::bridge {
 namespace {
 
-constexpr int kMostPerRound = 256;  // datagrams of the link, so that the bus gets its turn
+constexpr int kMostPerRound = 256;  // maximum number of link datagrams per round, so that the bus is not starved
 constexpr microseconds kLongestRound = std::chrono::seconds(1);
 
-// Signals are for the program's own thread.
+// Starts a thread that blocks all signals, so that the program's own thread handles them.
 std::thread StartWithoutSignals(std::function<void()> work) {
   sigset_t all, before;
   sigfillset(&all);
@@ -37,7 +37,7 @@ std::thread StartWithoutSignals(std::function<void()> work) {
 
 }  // namespace
 
-// The sockets and the thread; what to do with datagrams is the link end's matter.
+// Thread with the sockets. The link end decides what to do with datagrams.
 class Bridge::Loop final : private Carrier, private bus::DatagramReceiver {
  public:
   using MakeEnd = std::function<std::unique_ptr<LinkEnd>(const Membership&, Carrier&)>;
@@ -51,7 +51,7 @@ class Bridge::Loop final : private Carrier, private bus::DatagramReceiver {
   }
   ~Loop() {
     const std::uint64_t one = 1;
-    if (::write(stop_fd_, &one, sizeof one) != sizeof one) std::terminate();  // an eventfd takes it
+    if (::write(stop_fd_, &one, sizeof one) != sizeof one) std::terminate();  // an eventfd accepts it
     thread_.join();
     ::close(stop_fd_);
     bus_.SetReceiver(nullptr, 0);
@@ -80,7 +80,7 @@ class Bridge::Loop final : private Carrier, private bus::DatagramReceiver {
   }
 
   void DrainLink() {
-    // One byte more than the largest, so that larger ones are seen to be.
+    // One byte larger than the largest envelope, to detect datagrams that are too large.
     std::array<std::uint8_t, kMaxEnvelopeBytes + 1> room{};
     for (int i = 0; i < kMostPerRound; ++i) {
       LinkAddress from = 0;

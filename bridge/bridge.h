@@ -10,21 +10,21 @@
 
 namespace legopt::bridge {
 
-/// One end of a link at work: a thread between LCM on this host and a UDP socket. It ends with this object. The
-/// transport that it makes for itself hears what every party of the bus hears.
+/// Running end of a link: a thread that forwards datagrams between LCM on this host and a UDP socket, until this object
+/// is destroyed. Its transport receives the datagrams for all parties on the bus.
 class Bridge {
  public:
-  /// The server's end. Throws bus::BusError.
+  /// Runs the server's end. Throws bus::BusError.
   static std::unique_ptr<Bridge> RunHub(const bus::LcmOptions& bus, LinkSocket socket);
-  /// The end of another host; `hub` are all addresses of the server's end. Throws bus::BusError.
+  /// Runs the end on another host; `hub` are all addresses of the server's end. Throws bus::BusError.
   static std::unique_ptr<Bridge> RunSpoke(const bus::LcmOptions& bus, LinkSocket socket, std::vector<LinkAddress> hub);
   ~Bridge();
   Bridge(const Bridge&) = delete;
   Bridge& operator=(const Bridge&) = delete;
 
-  /// As of a moment ago. Any thread.
+  /// Recent counters. Callable from any thread.
   PassageCounters counters() const;
-  /// Whether the other end answers, as of a moment ago; a hub has none to wait for. Any thread.
+  /// Whether the other end answered recently; always true for a hub. Callable from any thread.
   bool linked() const;
 
  private:

@@ -10,7 +10,7 @@
 namespace legopt::bridge {
 namespace {
 
-constexpr std::uint32_t kMagic = 0x4C474252;  // "LGBR"; a frame begins otherwise, so no tag of the one fits the other
+constexpr std::uint32_t kMagic = 0x4C474252;  // "LGBR"; frames begin differently, so their tags never match
 constexpr std::uint8_t kEnvelopeVersion = 1;
 constexpr std::size_t kEnvelopeTagOffset = 48;
 

@@ -66,7 +66,7 @@ void Hub::OnLink(LinkAddress from, std::span<const std::uint8_t> datagram, micro
       break;
   }
   const EnvelopeHeader& header = envelope.header;
-  // A hub's own words, sent back to it.
+  // Rejects an envelope of a hub that was sent back to it.
   if (header.hub != 0) {
     ++counters_.rejected_direction;
     return;
@@ -102,7 +102,7 @@ void Hub::TakeFrame(LinkAddress from, const EnvelopeView& envelope, microseconds
   }
   const std::optional<bus::KeyRole> role = MayPass(envelope.frame, membership_, counters_);
   if (!role) return;
-  // A spoke with a derived key has frames of that key alone.
+  // A spoke with a derived key may send only frames made with that key.
   const bus::KeyRole link_role = envelope.header.role;
   const bool is_of_link = link_role == bus::KeyRole::kOperator || link_role == *role;
   if (!is_of_link || !Learn(way.party, {from, envelope.header.link, link_role, *role, now, {}})) {
@@ -113,7 +113,7 @@ void Hub::TakeFrame(LinkAddress from, const EnvelopeView& envelope, microseconds
   carrier_.ToBus(envelope.header.port, envelope.frame);
 }
 
-// False when the address is that of a party with a key of another role.
+// Stores the route to a party. Returns false if the address belongs to a party with a key of another role.
 bool Hub::Learn(bus::EndpointId party, const Route& route) {
   const auto found = routes_.find(party);
   if (found != routes_.end()) {

@@ -11,21 +11,21 @@
 
 namespace legopt::bridge {
 
-/// Bounds of a hub.
+/// Limits of a hub.
 struct HubOptions {
-  std::size_t max_links = 16'384;                     ///< spokes remembered; the longest silent is forgotten first
-  std::size_t max_routes = 65'536;                    ///< parties remembered; the longest silent is forgotten first
-  microseconds route_life = std::chrono::minutes(2);  ///< of a party that says nothing; a worker speaks twice a second
+  std::size_t max_links = 16'384;   ///< spokes remembered; the one silent for the longest time is dropped first
+  std::size_t max_routes = 65'536;  ///< parties remembered; the one silent for the longest time is dropped first
+  microseconds route_life = std::chrono::minutes(2);  ///< maximum silence of a party; a worker sends twice a second
 };
 
-/// The end of all links on the server's host. Frames to the server that come over a link are put on the bus; frames
-/// of the server go to the one link over which their destination was last heard, or nowhere. A link is believed once it
-/// has returned this life's challenge under the key, and each of its envelopes is taken once (bus/replay_guard.h); only
-/// such an envelope makes a route. Nothing is answered that is not tagged with the key. Source: PROTOCOL.md,
-/// section 14.
+/// End of all links on the server's host. Puts frames for the server that arrive on a link on the bus. Sends frames of
+/// the server to the link on which their destination was last heard, or drops them. Trusts a link after it has returned
+/// this hub's challenge under the key, and accepts each of its envelopes once (bus/replay_guard.h). Only such envelopes
+/// set routes. Datagrams without a valid tag are not answered. Source: PROTOCOL.md, section 14.
 class Hub final : public LinkEnd {
  public:
-  /// `carrier` must outlive the hub. `seed` must differ from life to life: challenge and life number are drawn from it.
+  /// `carrier` must outlive the hub. `seed` must differ after each restart: the challenge and the hub's number are
+  /// derived from it.
   Hub(const Membership& membership, std::uint64_t seed, Carrier& carrier, const HubOptions& options = {});
 
   void OnBus(bus::Port port, std::span<const std::uint8_t> datagram, microseconds now) override;
@@ -35,7 +35,7 @@ class Hub final : public LinkEnd {
   const PassageCounters& counters() const override { return counters_; }
   bool linked() const override { return true; }
 
-  std::size_t num_routes() const { return routes_.size(); }  ///< parties that can be reached now
+  std::size_t num_routes() const { return routes_.size(); }  ///< number of parties that can be reached now
 
  private:
   struct Route {
@@ -60,7 +60,7 @@ class Hub final : public LinkEnd {
   std::int64_t life_;
   std::int64_t nonce_ = 0;
   std::unordered_map<bus::EndpointId, Route> routes_;
-  std::list<bus::EndpointId> recency_;  // longest silent first
+  std::list<bus::EndpointId> recency_;  // silent for the longest time first
   PassageCounters counters_;
 };
 

@@ -22,7 +22,7 @@ using bus::BusErrorCode;
 
 constexpr unsigned kPortBits = 16;
 constexpr std::uint32_t kLoopbackNet = 127;
-constexpr int kLinkBufferBytes = 4 << 20;  // bursts of a whole pool meet at the hub
+constexpr int kLinkBufferBytes = 4 << 20;  // large because the traffic of a whole pool meets at the hub
 
 LinkAddress Pack(std::uint32_t host, std::uint16_t port) { return (LinkAddress{host} << kPortBits) | port; }
 std::uint32_t HostOf(LinkAddress address) { return static_cast<std::uint32_t>(address >> kPortBits); }
@@ -38,7 +38,7 @@ sockaddr_in ToSocketAddress(LinkAddress address) {
 
 LinkAddress FromSocketAddress(const sockaddr_in& raw) { return Pack(ntohl(raw.sin_addr.s_addr), ntohs(raw.sin_port)); }
 
-// Root may have more than net.core.rmem_max; others are refused that and keep what SO_RCVBUF gave.
+// The FORCE options let root exceed net.core.rmem_max; other users keep the size from SO_RCVBUF.
 void AskForBuffers(int fd) {
   for (const int option : {SO_RCVBUF, SO_SNDBUF, SO_RCVBUFFORCE, SO_SNDBUFFORCE}) {
     ::setsockopt(fd, SOL_SOCKET, option, &kLinkBufferBytes, sizeof kLinkBufferBytes);

@@ -6,7 +6,7 @@
 namespace legopt::bridge {
 namespace {
 
-constexpr std::size_t kSenderOffset = 24;  // of a frame; its destination follows
+constexpr std::size_t kSenderOffset = 24;  // offset in a frame; its destination follows
 
 }  // namespace
 

@@ -12,90 +12,93 @@
 #include "bus/transport.h"
 
 /// @file
-/// What both ends of a link are made of: where datagrams go, which frames may pass which way, what is counted. No
-/// sockets and no clock: both are passed in.
+/// Common parts of both ends of a link: addresses, permitted directions of frames, counters. Uses no sockets and no
+/// clock; both are passed in.
 
-/// Joins the buses of hosts that share no multicast: one hub beside the server, one spoke on every other host.
+/// Connects the buses of hosts that share no multicast: one hub next to the server, one spoke on every other host.
 namespace legopt::bridge {
 
 using bus::microseconds;
 
-/// Where an end of a link is reached, for LinkSocket: IPv4 address and port. Only the socket looks inside.
+/// Address of an end of a link, for LinkSocket: IPv4 address and port. Only the socket interprets it.
 using LinkAddress = std::uint64_t;
 
-/// Takes what an end of a link sends.
+/// Sends the datagrams of an end of a link.
 class Carrier {
  public:
-  /// A frame for everybody on this host's bus.
+  /// Sends a frame to all parties on this host's bus.
   virtual void ToBus(bus::Port port, std::span<const std::uint8_t> frame) = 0;
-  /// An envelope for the other end of a link.
+  /// Sends an envelope to the other end of a link.
   virtual void ToLink(LinkAddress to, std::span<const std::uint8_t> envelope) = 0;
 
  protected:
   ~Carrier() = default;
 };
 
-/// Whose frames, and how they are checked.
+/// Deployment to which a link end belongs, and its key.
 struct Membership {
-  std::int64_t deployment = 0;           ///< whose frames pass; those of others are dropped
-  const bus::MessageKey* key = nullptr;  ///< tags envelopes and frames; null: tags find damage only. Outlives its user
+  std::int64_t deployment = 0;           ///< frames of other deployments are dropped
+  const bus::MessageKey* key = nullptr;  ///< null: tags only detect damage. Must outlive its user
 
-  /// Role of the key's holder.
+  /// Role of the key; kOperator without a key.
   bus::KeyRole role() const { return key == nullptr ? bus::KeyRole::kOperator : key->role(); }
 };
 
-/// What happened to datagrams. Each is counted once.
+/// Counters of datagrams. Each datagram is counted once.
 struct PassageCounters {
-  std::uint64_t forwarded_up = 0;         ///< frames on their way to the server
-  std::uint64_t forwarded_down = 0;       ///< frames on their way from the server
-  std::uint64_t not_for_the_bridge = 0;   ///< heard on the bus, to stay there
-  std::uint64_t no_route = 0;             ///< from the bus, for a party or hub that is not known (yet)
-  std::uint64_t rejected_malformed = 0;   ///< no envelope, or no frame within
-  std::uint64_t rejected_deployment = 0;  ///< of another deployment
-  std::uint64_t rejected_tag = 0;         ///< damaged, forged, or made with another key; envelope or frame
-  std::uint64_t rejected_unproven = 0;    ///< of a link that has not proven that it lives now
-  std::uint64_t rejected_replay = 0;      ///< seen before, or of an earlier life
-  std::uint64_t rejected_direction = 0;   ///< a frame or envelope that may not go this way
+  std::uint64_t forwarded_up = 0;         ///< frames forwarded to the server
+  std::uint64_t forwarded_down = 0;       ///< frames forwarded from the server
+  std::uint64_t not_for_the_bridge = 0;   ///< received from the bus and not forwarded
+  std::uint64_t no_route = 0;             ///< received from the bus for a party or hub that is not known (yet)
+  std::uint64_t rejected_malformed = 0;   ///< not an envelope, or no frame inside
+  std::uint64_t rejected_deployment = 0;  ///< another deployment
+  std::uint64_t rejected_tag = 0;         ///< envelope or frame damaged, forged, or made with another key
+  std::uint64_t rejected_unproven = 0;    ///< received on a link without a proof
+  std::uint64_t rejected_replay = 0;      ///< repeated, or from before a restart
+  std::uint64_t rejected_direction = 0;   ///< frame or envelope in a direction that is not permitted
 
   /// Names and values, for logs.
   std::vector<std::pair<std::string_view, std::uint64_t>> Listing() const;
 };
 
-/// One end of the links of a host. Thread rule: one thread.
+/// One end of a host's links. Thread rule: one thread.
 class LinkEnd {
  public:
   virtual ~LinkEnd() = default;
-  /// A datagram was heard on this host's bus.
+  /// Processes a datagram received from this host's bus.
   virtual void OnBus(bus::Port port, std::span<const std::uint8_t> datagram, microseconds now) = 0;
-  /// A datagram came over a link.
+  /// Processes a datagram received on a link.
   virtual void OnLink(LinkAddress from, std::span<const std::uint8_t> datagram, microseconds now) = 0;
-  /// Does what is due by time alone.
+  /// Performs actions that are due at `now`.
   virtual void Tick(microseconds now) = 0;
-  /// When Tick has something to do.
+  /// Next time for Tick.
   virtual microseconds next_deadline() const = 0;
-  /// What happened so far.
+  /// Counters since construction.
   virtual const PassageCounters& counters() const = 0;
-  /// Whether the other end answers; a hub has none to wait for.
+  /// Whether the other end answers; always true for a hub.
   virtual bool linked() const = 0;
 };
 
-/// Which way a frame goes, by its addresses: workers and clients call the server, the server calls nobody.
+/// Direction of a frame, according to its addresses: workers and clients call the server, the server calls no other
+/// party.
 enum class Direction : std::uint8_t {
-  kUp,    ///< from a worker or client to the server
-  kDown,  ///< from the server to a worker or client
-  kNone,  ///< nowhere: between servers, or no frame
+  kUp,    ///< towards the server
+  kDown,  ///< towards a worker or client
+  kNone,  ///< not forwarded: between servers, or not a frame
 };
 
-/// A frame's way and, for routing, the address of the party that is not the server. Looks at nothing but the addresses.
+/// Direction of a frame and, for routing, the address of the party that is not the server. Determined by the addresses
+/// only.
 struct Way {
-  Direction direction = Direction::kNone;  ///< which way
-  bus::EndpointId party = 0;               ///< sender upwards, destination downwards
+  Direction direction = Direction::kNone;
+  bus::EndpointId party = 0;  ///< sender if upwards, destination if downwards
 };
-/// The way of a datagram that claims to be a frame.
+/// Returns the direction of a datagram that should be a frame.
 Way WayOf(std::span<const std::uint8_t> frame);
 
-/// Role of the key that a frame is tagged with, if it is whole, of the deployment, and tagged as its members do; empty
-/// else, and the cause is counted. A frame of another protocol version passes: the server has to tell its sender.
+/// Returns the role of the key that made the frame's tag if the frame is complete, of this deployment, and its tag is
+/// valid. Otherwise counts the cause and returns nothing. Frames of another protocol version pass, so that the server
+/// can inform their sender.
 std::optional<bus::KeyRole> MayPass(std::span<const std::uint8_t> frame, const Membership& membership,
                                     PassageCounters& counters);
 

@@ -49,7 +49,7 @@ std::string Enter(const std::string& group) {
   return bus::ProbeMulticastRoute(group).problem;
 }
 
-// There is no way back out of a namespace: a process that is thrown away goes first.
+// Tests in a child process whether the namespace can be created, because a process cannot leave a namespace again.
 std::string Try(const std::string& group) {
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) return Refused("pipe");
@@ -75,7 +75,7 @@ std::string Try(const std::string& group) {
 
 std::string EnterPrivateBus(const std::string& group) {
   if (const std::string refused = Try(group); !refused.empty()) return refused;
-  // A change of user namespace may take back the signal that ends us with our parent.
+  // Entering a user namespace may clear the signal that ends this process when its parent ends.
   int signal_of_the_parents_end = 0;
   ::prctl(PR_GET_PDEATHSIG, &signal_of_the_parents_end);
   const std::string refused = Enter(group);

@@ -3,15 +3,15 @@
 #include <string>
 
 /// @file
-/// A bus that no other program of the host can hear: a network namespace with nothing but loopback.
+/// Bus that no other program of the host can receive: a network namespace with only loopback.
 
 namespace legopt::bridge {
 
-/// Moves this process, and those that it starts, into a network namespace of its own, in which loopback carries
-/// `group`. Without privileges a user namespace comes with it, in which files keep their owners' rights but those of
-/// other owners look like nobody's: what cares for owners, key files above all, has to be read before. Sockets made
-/// before stay outside. Returns what refused it, empty when it is done; a process that was refused is where it was. To
-/// be called before there is a second thread.
+/// Moves this process and its future child processes into a new network namespace, in which loopback carries `group`.
+/// Without privileges it also creates a user namespace. There, files keep the access rights of their owners, but the
+/// owners of other users' files are displayed as unknown. Files whose owner is checked, above all key files, must be
+/// read before. Existing sockets stay in the old namespace. Returns the failed step, or an empty text on success; on
+/// failure the process stays where it was. Must be called before a second thread starts.
 std::string EnterPrivateBus(const std::string& group);
 
 }  // namespace legopt::bridge

@@ -52,7 +52,7 @@ void Spoke::OnLink(LinkAddress from, std::span<const std::uint8_t> datagram, mic
       break;
   }
   const EnvelopeHeader& header = envelope.header;
-  if (header.role != membership_.role()) {  // a hub answers under the key of its spoke
+  if (header.role != membership_.role()) {  // a hub answers with the key of its spoke's role
     ++counters_.rejected_tag;
     return;
   }
@@ -62,7 +62,7 @@ void Spoke::OnLink(LinkAddress from, std::span<const std::uint8_t> datagram, mic
   }
   switch (header.kind) {
     case EnvelopeKind::kChallenge:
-      // An old one makes a proof that no hub takes.
+      // An outdated challenge is harmless: no hub accepts its proof.
       SendUp(from, EnvelopeKind::kProof, header.value);
       return;
     case EnvelopeKind::kAlive:
@@ -78,8 +78,8 @@ void Spoke::OnLink(LinkAddress from, std::span<const std::uint8_t> datagram, mic
   }
 }
 
-// It repeats a nonce of ours that was not repeated yet, so it was made after we sent that: no recording of an old one.
-// That somebody passes on a new one from elsewhere is kept away by taking it only from where the hub is said to be.
+// The answer contains a nonce of this spoke that was not answered before, so it was made after that knock and is no
+// recording. Accepting only addresses of the hub prevents another party from relaying answers from elsewhere.
 void Spoke::TakeAlive(LinkAddress from, const EnvelopeHeader& header, microseconds now) {
   if (header.value <= answered_ || header.value > nonce_) {
     ++counters_.rejected_replay;
@@ -89,7 +89,7 @@ void Spoke::TakeAlive(LinkAddress from, const EnvelopeHeader& header, microsecon
     ++counters_.rejected_direction;
     return;
   }
-  // Several addresses of one host answer at the start: the first one stays.
+  // At the start several addresses of the same host may answer; the first one is used.
   if (chosen_ && *chosen_ != from) return;
   answered_ = header.value;
   if (header.hub != hub_) {
@@ -106,7 +106,7 @@ void Spoke::TakeAlive(LinkAddress from, const EnvelopeHeader& header, microsecon
 void Spoke::TakeFrame(const EnvelopeView& envelope, microseconds now) {
   if (envelope.header.hub != hub_ || !window_.Take(envelope.header.nonce)) {
     ++counters_.rejected_replay;
-    if (envelope.header.hub != hub_) KnockSoon(now);  // perhaps a new life of the hub, whose first answer was lost
+    if (envelope.header.hub != hub_) KnockSoon(now);  // the hub may have been restarted, and its first answer lost
     return;
   }
   last_heard_ = now;
@@ -134,7 +134,7 @@ void Spoke::Tick(microseconds now) {
   next_knock_ = now + Jittered(knock_interval_);
 }
 
-// A factor in [0.75, 1.25): spokes that began together do not stay so.
+// Multiplies by a random factor in [0.75, 1.25), so that spokes started together do not stay synchronised.
 microseconds Spoke::Jittered(microseconds duration) {
   const std::int64_t half = duration.count() / 2;
   if (half == 0) return duration;

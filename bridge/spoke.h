@@ -11,22 +11,22 @@
 
 namespace legopt::bridge {
 
-/// How a spoke keeps its link.
+/// Intervals of a spoke.
 struct SpokeOptions {
-  microseconds first_knock = std::chrono::milliseconds(100);  ///< between knocks without an answer; doubles ...
+  microseconds first_knock = std::chrono::milliseconds(100);  ///< interval between unanswered knocks; doubles ...
   microseconds last_knock = std::chrono::seconds(1);          ///< ... up to this
-  microseconds keep_alive = std::chrono::seconds(2);          ///< between knocks that are answered
-  microseconds silence = std::chrono::seconds(5);             ///< after this all addresses are tried again
+  microseconds keep_alive = std::chrono::seconds(2);          ///< interval between answered knocks
+  microseconds silence = std::chrono::seconds(5);  ///< time without an answer after which all addresses are tried again
 };
 
-/// The end of a link on a host without the server. Knocks at all addresses of the hub until one answers under the key,
-/// then carries frames to the server there, and puts the server's frames from there on this host's bus. Believes an
-/// answer only if it repeats a number that this life of the spoke has drawn, and takes each envelope of that life of
-/// the hub once. Source: PROTOCOL.md, section 14.
+/// End of a link on a host without the server. Knocks at all addresses of the hub until one answers under the key. Then
+/// it forwards frames for the server to that address and puts the server's frames on this host's bus. Trusts an answer
+/// only if it contains a number that this spoke has generated since its start, and accepts each envelope of the hub
+/// once. Source: PROTOCOL.md, section 14.
 class Spoke final : public LinkEnd {
  public:
   /// `carrier` must outlive the spoke. `hub` are all addresses at which the hub may be reached, in the order in which
-  /// they are told to people. `seed` must differ from life to life.
+  /// they are displayed. `seed` must differ after each restart.
   Spoke(const Membership& membership, std::vector<LinkAddress> hub, std::uint64_t seed, Carrier& carrier,
         const SpokeOptions& options = {});
 
@@ -37,7 +37,7 @@ class Spoke final : public LinkEnd {
   const PassageCounters& counters() const override { return counters_; }
   bool linked() const override { return chosen_.has_value(); }
 
-  /// The address that answers; empty when none does.
+  /// Address that answers; empty if none does.
   std::optional<LinkAddress> connected() const { return chosen_; }
 
  private:
@@ -55,12 +55,12 @@ class Spoke final : public LinkEnd {
   std::mt19937_64 random_;
   std::int64_t link_;
   std::int64_t nonce_ = 0;
-  std::int64_t answered_ = 0;  // largest nonce that the hub has repeated
+  std::int64_t answered_ = 0;  // largest nonce that the hub has returned
   std::optional<LinkAddress> chosen_;
   std::int64_t hub_ = 0;
   bus::ReplayWindow window_{0};
   microseconds last_heard_{0};
-  bool unanswered_ = false;  // the last knock
+  bool unanswered_ = false;  // whether the last knock is unanswered
   microseconds knock_interval_;
   microseconds next_knock_{0};
   PassageCounters counters_;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr LinkAddress kAnyAddressAndPort = 0;
 
-// After all that is outside has been read and opened.
+// Called after everything outside the namespace has been read and opened.
 void ChooseBus(Uplink& uplink, BusPlace place) {
   bus::LcmOptions& network = uplink.network;
   if (!network.key_file.empty()) network.key = bus::MessageKey::Load(network.key_file);

@@ -10,31 +10,31 @@
 #include "bus/lcm_transport.h"
 
 /// @file
-/// The way of a worker or client to its server, with or without an access file.
+/// Connection of a worker or client to its server, with or without an access file.
 
 namespace legopt::bridge {
 
-/// How a party reaches its server: on the server's own bus, or over a bridge from a bus of the party's own.
+/// How a party reaches its server: on the server's bus, or with a bridge from its own bus.
 struct Uplink {
-  bus::LcmOptions network;                       ///< the bus that the party joins
-  std::string bus;                               ///< where that is, for people; empty: on the server's bus
-  std::string server_address;                    ///< for messages
-  std::vector<LinkAddress> hub;                  ///< where the bridge leads; empty: there is none
-  std::optional<LinkSocket> socket;              ///< of the bridge
-  bool bridged() const { return !hub.empty(); }  ///< over a bridge
+  bus::LcmOptions network;                       ///< bus that the party joins
+  std::string bus;                               ///< location of that bus, for humans; empty: the server's bus
+  std::string server_address;                    ///< address of the server, for messages
+  std::vector<LinkAddress> hub;                  ///< addresses of the hub; empty: no bridge
+  std::optional<LinkSocket> socket;              ///< socket of the bridge
+  bool bridged() const { return !hub.empty(); }  ///< whether a bridge is used
 };
 
-/// Where the bus of a bridged party is.
+/// Location of the bus of a party with a bridge.
 enum class BusPlace {
-  kOwnNamespace,  ///< a network namespace of this process where the kernel allows it, else as kOwnPorts: no second
-                  ///< thread may have begun, and this process has no other network afterwards
+  kOwnNamespace,  ///< a new network namespace of this process if the kernel permits it, else as kOwnPorts. Requires a
+                  ///< single thread; afterwards the process has no other network
   kOwnPorts       ///< free ports of this machine
 };
 
-/// With an access file: a bus of this party's own, and a socket outwards. Throws bus::BusError.
+/// Prepares the connection. With an access file: a separate bus and a socket to the outside. Throws bus::BusError.
 Uplink FindUplink(const bus::LcmOptions& network, const std::optional<std::string>& access_file, BusPlace place);
 
-/// The party's end of the bridge at work; null when there is none. Throws bus::BusError.
+/// Runs the party's end of the bridge; returns null if there is none. Throws bus::BusError.
 std::unique_ptr<Bridge> RunSpoke(Uplink uplink);
 
 }  // namespace legopt::bridge

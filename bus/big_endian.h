@@ -7,40 +7,40 @@
 #include <type_traits>
 
 /// @file
-/// Integers as bytes, the most significant first, in place: LCM's order, and that of bridges. The caller sees to the
-/// room. For bus and bridge.
+/// Reading and writing of big-endian integers in byte buffers, the byte order of LCM and of the bridge. The caller
+/// guarantees that the buffer is large enough. Used by bus and bridge.
 
 namespace legopt::bus {
 
-/// Writes one after another.
+/// Writes values to a buffer, one after another.
 class Writer {
  public:
-  /// At `at`, from there on.
+  /// Starts at `at`.
   explicit Writer(std::uint8_t* at) : at_(at) {}
-  /// As many bytes as the type has.
+  /// Writes the sizeof(Integer) bytes of `value`.
   template <class Integer>
   Writer& Put(Integer value) {
     auto bits = static_cast<std::make_unsigned_t<Integer>>(value);
     for (std::size_t i = sizeof(Integer); i-- > 0;) *at_++ = static_cast<std::uint8_t>(bits >> (8 * i));
     return *this;
   }
-  /// As they are.
+  /// Writes bytes unchanged.
   Writer& Bytes(std::span<const std::uint8_t> bytes) {
     at_ = std::copy(bytes.begin(), bytes.end(), at_);
     return *this;
   }
-  std::uint8_t* at() const { return at_; }  ///< behind what was written
+  std::uint8_t* at() const { return at_; }  ///< end of the written bytes
 
  private:
   std::uint8_t* at_;
 };
 
-/// Reads one after another.
+/// Reads values from a buffer, one after another.
 class Reader {
  public:
-  /// At `at`, from there on.
+  /// Starts at `at`.
   explicit Reader(const std::uint8_t* at) : at_(at) {}
-  /// As many bytes as the type has.
+  /// Reads sizeof(Integer) bytes.
   template <class Integer>
   Integer Get() {
     std::make_unsigned_t<Integer> bits = 0;
@@ -49,7 +49,7 @@ class Reader {
     }
     return static_cast<Integer>(bits);
   }
-  /// As they are, as many as `out` has.
+  /// Reads out.size() bytes unchanged.
   void Bytes(std::span<std::uint8_t> out) {
     std::copy_n(at_, out.size(), out.begin());
     at_ += out.size();

@@ -6,8 +6,8 @@
 namespace legopt::bus {
 namespace {
 
-// Datagrams that may be on their way to one receiver at a time, over all senders: larger bursts must be assumed lossy
-// (docs/reliability.md#what-lcm-and-udp-do).
+// Maximum number of datagrams in flight to one receiver, over all senders. Larger bursts must be expected to lose
+// datagrams (docs/reliability.md#what-lcm-and-udp-do).
 constexpr std::size_t kBurst = 60;
 constexpr std::size_t kLeastCredit = 2;
 
@@ -25,7 +25,7 @@ BulkReceiver::Objects::iterator BulkReceiver::Begin(const ObjectKey& key, const 
   object.reassembly = next_reassembly_++;
   object.total_bytes = total_bytes;
   object.hash = chunk.hash;
-  // Not initialised on purpose: pages that a liar never fills are never touched.
+  // Deliberately uninitialised, so that a sender that declares a large size but sends nothing uses no memory pages.
   object.bytes.reset(new std::uint8_t[total_bytes]);
   object.missing = NumChunks(total_bytes);
   object.received.resize(object.missing);
@@ -73,7 +73,7 @@ BulkReceiver::Outcome BulkReceiver::Accept(const ObjectKey& key, const ChunkView
     outcome.body.emplace(bytes.begin(), bytes.end());
     ++counters_.objects_received;
   } else {
-    ++counters_.rejected_object;  // start afresh with what is sent again
+    ++counters_.rejected_object;  // the sender starts again
   }
   Remove(found);
   return outcome;

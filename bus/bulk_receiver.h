@@ -12,42 +12,42 @@
 #include "bus/wire.h"
 
 /// @file
-/// Puts large bodies together from chunks and says what to acknowledge. Pure; private to bus. Source: PROTOCOL.md,
+/// Reassembles large bodies from chunks and generates acknowledgements. Pure; private to bus. Source: PROTOCOL.md,
 /// section 6.
 ///
-/// Memory is bounded by the declared sizes of incomplete bodies; a body that does not fit is not begun, so that its
-/// sender tries again later. Thread rule: one thread.
+/// The declared sizes of incomplete bodies bound the memory. A body that does not fit is ignored, so that its sender
+/// tries again later. Thread rule: one thread.
 
 namespace legopt::bus {
 
-/// All incomplete bodies that others send to this endpoint.
+/// All incomplete bodies being sent to this endpoint.
 class BulkReceiver {
  public:
-  /// Bounds of what is held.
+  /// Memory and time limits.
   struct Limits {
-    std::size_t max_incoming_bytes;  ///< declared sizes of incomplete bodies together
-    microseconds lifetime;           ///< of an incomplete body without a new chunk
+    std::size_t max_incoming_bytes;  ///< total of the declared sizes of incomplete bodies
+    microseconds lifetime;           ///< maximum time without a new chunk, after which an incomplete body is dropped
   };
-  /// What a chunk led to; both empty: nothing is to be done.
+  /// Result of a chunk; both empty: nothing to do.
   struct Outcome {
     std::optional<std::string> body;  ///< complete and verified
-    std::optional<ChunkAck> ack;      ///< to be sent, unless `body` is set (then the caller decides)
+    std::optional<ChunkAck> ack;      ///< acknowledgement to send, unless `body` is set; then the caller decides
   };
 
-  /// `first_reassembly`: any number that other lives of this party are unlikely to use.
+  /// `first_reassembly` should differ from the numbers used before a restart of this party.
   BulkReceiver(Counters& counters, const Limits& limits, std::int64_t first_reassembly)
       : counters_(counters), limits_(limits), next_reassembly_(first_reassembly) {}
 
-  /// Takes a chunk; begins a body with the first of it that comes. Counts chunks that contradict what is known.
+  /// Stores a chunk. The first chunk received of a body starts its reassembly. Counts contradictory chunks as rejected.
   Outcome Accept(const ObjectKey& key, const ChunkView& chunk, microseconds now);
-  /// What acknowledges a body that is complete.
+  /// Returns the acknowledgement of a complete body.
   ChunkAck CompleteAck(bool of_reply) const;
-  /// Forgets an incomplete body, e.g. of a call that is over.
+  /// Drops an incomplete body, e.g. of a finished call.
   void Drop(const ObjectKey& key);
-  /// Forgets what has been silent for `lifetime`.
+  /// Drops bodies that have received no new chunk for `lifetime`.
   void OnTimer(microseconds now);
-  std::optional<microseconds> next_timer() const;         ///< when OnTimer has something to do; empty: never
-  std::size_t held_bytes() const { return held_bytes_; }  ///< declared sizes of incomplete bodies together
+  std::optional<microseconds> next_timer() const;         ///< next time for OnTimer; empty: never
+  std::size_t held_bytes() const { return held_bytes_; }  ///< total of the declared sizes of incomplete bodies
 
  private:
   struct Object {

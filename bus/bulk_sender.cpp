@@ -8,7 +8,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-constexpr std::size_t kFirstCredit = 8;  // until the receiver has told its own
+constexpr std::size_t kFirstCredit = 8;  // initial value until the receiver has sent its own
 constexpr std::int32_t kAckEvery = 8;
 constexpr std::int64_t kReorderTolerance = 3;  // later transmissions acknowledged before a chunk counts as lost
 constexpr microseconds kFirstTimeout = milliseconds(100);
@@ -65,7 +65,7 @@ void BulkSender::Cancel(const ObjectKey& key, microseconds now) {
   const auto object = objects_.find(key);
   if (object == objects_.end()) return;
   Remove(object);
-  Fill(PeerOf(key), now);  // others may use the window
+  Fill(PeerOf(key), now);  // other bodies may use the window
 }
 
 void BulkSender::Remove(Objects::iterator object) {
@@ -102,7 +102,7 @@ void BulkSender::Fill(const PeerKey& peer_id, microseconds now) {
   }
   for (const ObjectKey& key : touched) Rearm(key, objects_.at(key), peer);
   constexpr std::size_t kManyPeers = 1024;
-  if (peer.waiting.empty() && peers_.size() > kManyPeers) peers_.erase(found);  // what was learnt is cheap to relearn
+  if (peer.waiting.empty() && peers_.size() > kManyPeers) peers_.erase(found);  // cheap to measure again
 }
 
 bool BulkSender::EmitNext(const ObjectKey& key, Object& object, Peer& peer, microseconds now) {
@@ -160,7 +160,7 @@ bool BulkSender::OnAck(const ObjectKey& key, const ChunkAck& ack, microseconds n
   return true;
 }
 
-// The receiver has lost what it had: it was restarted, gave up, or the pieces did not match the hash.
+// Restarts a body after the receiver has lost its chunks: it was restarted, timed out, or the hash did not match.
 void BulkSender::StartAfresh(Object& object, Peer& peer) {
   peer.in_flight -= object.flights.size();
   object.flights.clear();
@@ -178,14 +178,14 @@ void BulkSender::Acknowledge(Object& object, Peer& peer, std::int32_t index, mic
   object.last_progress = now;
   const auto flight =
       std::find_if(object.flights.begin(), object.flights.end(), [&](const Flight& f) { return f.index == index; });
-  if (flight == object.flights.end()) return;  // was given up as lost, and arrived after all
+  if (flight == object.flights.end()) return;  // was considered lost, but arrived late
   if (!flight->resent) MeasureRtt(peer, now - flight->sent);
   object.highest_acked_order = std::max(object.highest_acked_order, flight->order);
   object.flights.erase(flight);
   --peer.in_flight;
 }
 
-// RFC 6298, with samples of chunks sent once only.
+// Follows RFC 6298. Uses only samples of chunks that were sent once.
 void BulkSender::MeasureRtt(Peer& peer, microseconds sample) {
   sample = std::max(sample, microseconds(1));
   if (peer.smoothed_rtt.count() == 0) {

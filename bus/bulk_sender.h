@@ -19,54 +19,55 @@
 
 /// @file
 /// Sends large bodies as chunks: window, selective acknowledgement, loss detection, pacing. Pure: time and
-/// acknowledgements go in, chunks come out through `emit`. Private to bus. Source: PROTOCOL.md, section 6.
+/// acknowledgements are inputs, chunks are outputs through `emit`. Private to bus. Source: PROTOCOL.md, section 6.
 ///
 /// Thread rule: one thread.
 
 namespace legopt::bus {
 
-/// One body under way: of which call, in which direction, to or from which peer.
+/// Identifies a body being sent or received: the peer, the call and the direction.
 struct ObjectKey {
-  EndpointId peer = 0;       ///< to whom or from whom
-  std::int64_t session = 0;  ///< of the caller
-  std::int64_t call_id = 0;  ///< within the session
-  bool of_reply = false;     ///< else of the request
+  EndpointId peer = 0;       ///< sender or receiver of the body
+  std::int64_t session = 0;  ///< session of the caller
+  std::int64_t call_id = 0;  ///< number within the session
+  bool of_reply = false;     ///< true: body of the reply; false: body of the request
   /// Role of the caller's key.
   KeyRole role = KeyRole::kOperator;
   auto operator<=>(const ObjectKey&) const = default;
 };
 
-/// All bodies that this endpoint sends.
+/// All bodies that this endpoint is sending.
 class BulkSender {
  public:
-  /// Shared with whoever may need it again; must not change.
+  /// Encoded body, shared and immutable.
   using Body = std::shared_ptr<const std::string>;
-  /// Sends one chunk, at once.
+  /// Sends one chunk immediately.
   using Emit = std::function<void(const ObjectKey&, std::int16_t type, const ChunkView&)>;
-  /// `delivered` is false when the receiver showed no progress for kPatience.
+  /// Called at the end of a transfer. `delivered` is false if the receiver made no progress for kPatience.
   using Done = std::function<void(const ObjectKey&, bool delivered)>;
 
-  /// `emit` and `done` are called from within the other functions; `counters` must outlive this.
+  /// `emit` and `done` are called from within the other functions. `counters` must outlive this object.
   BulkSender(Counters& counters, Emit emit, Done done);
 
-  /// Starts, or starts again, to send `body` (not empty).
+  /// Starts or restarts sending `body` (not empty).
   void Start(const ObjectKey& key, std::int16_t type, Body body, microseconds now);
-  /// Sends the first chunk once more, unacknowledged, to hear how the receiver stands.
+  /// Repeats the first chunk, so that the receiver reports its state. Does not wait for an acknowledgement.
   void Remind(const ObjectKey& key, std::int16_t type, const Body& body);
-  /// Stops sending, without a word to `done`.
+  /// Stops sending without calling `done`.
   void Cancel(const ObjectKey& key, microseconds now);
-  /// False when nothing is being sent under `key`.
+  /// Processes an acknowledgement. Returns false if no body is being sent under `key`.
   bool OnAck(const ObjectKey& key, const ChunkAck& ack, microseconds now);
-  /// Sends again what is lost, and gives up what has shown no progress for kPatience.
+  /// Re-sends lost chunks. Gives up bodies without progress for kPatience.
   void OnTimer(microseconds now);
-  std::optional<microseconds> next_timer() const;  ///< when OnTimer has something to do; empty: never
-  bool Sending(const ObjectKey& key) const { return objects_.contains(key); }  ///< whether a body is under way
-  std::size_t held_bytes() const { return held_bytes_; }                       ///< of all bodies under way
+  std::optional<microseconds> next_timer() const;  ///< next time for OnTimer; empty: never
+  /// Returns whether the body of `key` is being sent.
+  bool Sending(const ObjectKey& key) const { return objects_.contains(key); }
+  std::size_t held_bytes() const { return held_bytes_; }  ///< total size of all bodies being sent
 
  private:
   struct Flight {
     std::int32_t index;
-    std::int64_t order;  // number of this transmission towards the peer
+    std::int64_t order;  // transmission number towards the peer
     microseconds sent;
     bool resent;
   };
@@ -74,26 +75,26 @@ class BulkSender {
     std::int16_t type = 0;
     Body body;
     ObjectHash hash{};
-    std::int64_t reassembly = 0;       // of the receiver, as it said last; 0 = not heard yet
-    std::int64_t past_reassembly = 0;  // the one before, whose late acknowledgements mean nothing
+    std::int64_t reassembly = 0;       // last number reported by the receiver; 0: none yet
+    std::int64_t past_reassembly = 0;  // previous number; late acknowledgements with it are ignored
     std::vector<bool> acked;
     std::int32_t first_unacked = 0;
     std::int32_t next_new = 0;
     std::vector<Flight> flights;
-    std::set<std::int32_t> lost;  // to be sent again, lowest first
+    std::set<std::int32_t> lost;  // chunks to re-send, lowest first
     std::int64_t highest_acked_order = 0;
-    int back_off = 0;  // time-outs in a row
+    int back_off = 0;  // consecutive time-outs
     microseconds last_progress{0};
     microseconds timer{0};
   };
-  // What all bodies to one peer share.
+  // State shared by all bodies to one peer.
   struct Peer {
     std::size_t credit;
     std::size_t in_flight = 0;
     std::int64_t order = 0;
-    microseconds smoothed_rtt{0};  // 0 = not measured yet
+    microseconds smoothed_rtt{0};  // 0: not measured yet
     microseconds rtt_deviation{0};
-    std::deque<ObjectKey> waiting;  // whose turn it is to fill the window
+    std::deque<ObjectKey> waiting;  // bodies that take turns to fill the window
   };
   using Objects = std::map<ObjectKey, Object>;
 

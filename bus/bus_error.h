@@ -5,29 +5,29 @@
 #include <string_view>
 
 /// @file
-/// The one exception of the bus: the network or an option is unusable, or a message that we built ourselves is illegal.
-/// What arrives from others never throws; it is counted (counters.h) and refused.
+/// The only exception of the bus: the network or an option is unusable, or a message built by this program is invalid.
+/// Received data never throws; invalid data is counted (counters.h) and rejected.
 
 namespace legopt::bus {
 
-/// What kind of fault it is.
+/// Kinds of errors.
 enum class BusErrorCode {
   kInvalidOption,     ///< an option or address is malformed or out of range
-  kNoMulticastRoute,  ///< no interface carries the group; the message says which command creates a route
+  kNoMulticastRoute,  ///< no interface carries the group; the message contains the command that creates a route
   kPortUnusable,      ///< a port cannot be bound: held exclusively by another program, or privileged
-  kNetworkUnusable,   ///< any other refusal by the system or by LCM, e.g. its self-test failed
-  kInvalidMessage,    ///< Encode() was given a message that its own validation refuses
+  kNetworkUnusable,   ///< any other failure of the system or of LCM, e.g. of its self-test
+  kInvalidMessage,    ///< Encode() was called with a message that its validation rejects
 };
 
 /// "invalid_option", "no_multicast_route", "port_unusable", "network_unusable", "invalid_message".
 std::string_view ToString(BusErrorCode code);
 
-/// The one exception of the bus; bus_error.h says when.
+/// The only exception of the bus; see bus_error.h.
 class BusError : public std::runtime_error {
  public:
-  /// `message` names the field, its value and the fix.
+  /// `message` contains the field, its value and the fix.
   BusError(BusErrorCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
-  BusErrorCode code() const { return code_; }  ///< for programs; what() is for people
+  BusErrorCode code() const { return code_; }
 
  private:
   BusErrorCode code_;

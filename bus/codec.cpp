@@ -12,7 +12,8 @@ namespace {
 
 constexpr std::size_t kFingerprintBytes = 8;
 
-// One message type as far as coding it goes. The generated types have no base: `message` points to one of the type.
+// Coding functions of one message type. The generated types have no common base: `message` points to an object of the
+// type.
 struct Coder {
   const char* (*name)();
   std::int64_t (*fingerprint)();
@@ -57,7 +58,7 @@ std::uint64_t FingerprintOf(std::string_view bytes) {
   return fingerprint;
 }
 
-// What is wrong with the bytes before anything is decoded; empty when nothing is.
+// Returns the fault of the encoded bytes before decoding; empty if there is none.
 std::string FaultOfBytes(const Coder& coder, std::string_view bytes) {
   if (bytes.size() < kFingerprintBytes) return "shorter than a fingerprint";
   if (bytes.size() > kMaxMessageBytes) return "above " + std::to_string(kMaxMessageBytes) + " bytes";
@@ -70,7 +71,7 @@ std::string FaultOfBytes(const Coder& coder, std::string_view bytes) {
   return {};
 }
 
-// Decodes into `message`; what is wrong with it, empty when nothing is.
+// Decodes into `message`. Returns its fault; empty if there is none.
 std::string DecodeChecked(const Coder& coder, std::string_view bytes, void* message) {
   if (std::string fault = FaultOfBytes(coder, bytes); !fault.empty()) return fault;
   try {

@@ -12,28 +12,29 @@
 /// @file
 /// Checked encoding and decoding of the messages of package legopt_msg.
 ///
-/// The generated coders trust their input: decoders throw on hostile lengths and accept trailing bytes, encoders
-/// believe the length field rather than the vector. Decode() therefore checks size, fingerprint and every length first,
-/// catches, requires that every byte was consumed, and validates every field; Encode() validates first. What Decode()
-/// returns and Encode() lets out obeys PROTOCOL.md, section 7. Thread rule: none, no state.
+/// The generated coders trust their input: decoders throw on hostile lengths and accept trailing bytes, encoders use
+/// the length field, not the size of the vector. Decode() therefore first checks size, fingerprint and every length. It
+/// catches exceptions, requires that every byte was consumed, and validates every field. Encode() validates before
+/// encoding. All messages that Decode() returns and Encode() accepts satisfy PROTOCOL.md, section 7. Thread rule: none,
+/// no state.
 
 namespace legopt::bus {
 
 /// Largest encoded message (an object, PROTOCOL.md section 6).
 inline constexpr std::size_t kMaxMessageBytes = std::size_t{64} << 20;
 
-/// The same for every message, by its place in AllMessages: made of the messages' fields in codec.cpp, once, rather
-/// than in every file that sends or receives.
+/// Coding functions by the message's index in AllMessages. They are instantiated only once, in codec.cpp, instead of in
+/// every file that sends or receives messages.
 namespace codec_internal {
 
-/// Empty when legal, else the fault (Validate).
+/// Returns the first fault (see Validate); empty if the message is valid.
 std::string FaultOf(std::size_t message_index, const void* message);
-/// Repairs what it may in `message`, then its bytes. Throws BusError (kInvalidMessage).
+/// Applies the sender's corrections to `message` and encodes it. Throws BusError (kInvalidMessage).
 std::string Encode(std::size_t message_index, void* message);
-/// False, with the fault in `why` unless that is null, when the bytes are not one legal message.
+/// Returns false if the bytes are not exactly one valid message; stores the fault in `why` unless it is null.
 bool Decode(std::size_t message_index, std::string_view bytes, void* message, std::string* why);
 
-/// Place of the message in AllMessages; what messages.def does not list does not compile.
+/// Returns the index of the message in AllMessages. Messages missing in messages.def cause a compile error.
 template <class Message>
 constexpr std::size_t IndexOf() {
   static_assert(kMessageIndex<Message> < AllMessages::kSize, "lcmtypes/messages.def does not list this message");
@@ -42,22 +43,23 @@ constexpr std::size_t IndexOf() {
 
 }  // namespace codec_internal
 
-/// Whether every field obeys its rule (message_fields.h): empty when legal, else "field: value: what is allowed".
+/// Checks every field against its rule (message_fields.h). Returns the fault as "FIELD: VALUE: RULE", or an empty text
+/// if the message is valid.
 template <class Message>
 std::string Validate(const Message& message) {
   return codec_internal::FaultOf(codec_internal::IndexOf<Message>(), &message);
 }
 
-/// Sets each num_* field from its array and cuts and cleans texts that are for humans (too long, NUL or invalid UTF-8
-/// must not keep a result from being delivered); in a result, infinite figures become NaN, and waypoints that are not
-/// all finite are left out, with a note in verdict_detail. Then validates and encodes. Throws BusError
-/// (kInvalidMessage) naming the field.
+/// Corrects a message, then validates and encodes it. Corrections: each num_* field is set from its array; texts for
+/// humans are truncated and cleaned, because text that is too long, contains NUL or is invalid UTF-8 must not prevent
+/// delivery of a result; in a result, infinite numbers become NaN, and waypoints with non-finite values are removed
+/// with a note in verdict_detail. Throws BusError (kInvalidMessage) naming the field.
 template <class Message>
 std::string Encode(Message message) {
   return codec_internal::Encode(codec_internal::IndexOf<Message>(), &message);
 }
 
-/// Empty when `bytes` is not exactly one legal message; `why`, if given, then names the fault.
+/// Returns nothing if `bytes` is not exactly one valid message; stores the fault in `why` if that is given.
 template <class Message>
 std::optional<Message> Decode(std::string_view bytes, std::string* why = nullptr) {
   std::optional<Message> message(std::in_place);

@@ -19,56 +19,57 @@
 /// @file
 /// Layer 2 of the bus: calls between parties over an unreliable Transport.
 ///
-/// A call is a request that is repeated, with exponential back-off and jitter, until its reply arrives or its time is
-/// up. The other side handles each call once, however often the request arrives, and repeats its reply from a cache.
-/// Bodies above one datagram travel as acknowledged chunks (window <= 32, hashed) on the bulk port; callers and
-/// handlers do not notice. Semantics and limits: lcmtypes/PROTOCOL.md.
+/// A call is a request that is repeated, with exponential back-off and jitter, until its reply arrives or its time-out
+/// expires. The other side handles each call once, however often the request arrives, and repeats its reply from a
+/// cache. Bodies larger than a datagram are sent as acknowledged chunks (window <= 32, hashed) on the bulk port,
+/// transparently for callers and handlers. Semantics and limits: lcmtypes/PROTOCOL.md.
 ///
-/// "Once" holds while both parties live: after a restart of the server, or when the reply cache overflows, a call may
-/// reach a handler again or be refused; handlers of changing requests are therefore idempotent by their own ids.
+/// Each call is handled once as long as both parties keep running. After a restart of the server, or if the reply cache
+/// overflows, a call may reach a handler again or be refused. Handlers of requests that change state are therefore
+/// idempotent, using their own ids.
 ///
-/// Thread rule: one thread makes, polls and destroys an endpoint; handlers and callbacks run inside Poll on that thread
-/// and may call everything but Poll; neither may destroy the endpoint. An exception from a handler is caught (see
-/// Serve); one from a call's callback leaves Poll, and the endpoint stays usable. To answer from elsewhere, hand the
-/// work back to this thread, e.g. by an eventfd given to PollWith.
+/// Thread rule: one thread creates, polls and destroys an endpoint. Handlers and callbacks run inside Poll on that
+/// thread. They may call everything except Poll and must not destroy the endpoint. Exceptions from a handler are caught
+/// (see Serve). An exception from a call's callback propagates out of Poll, and the endpoint stays usable. To answer
+/// from another thread, pass the work to this thread, e.g. with an eventfd given to PollWith.
 
 namespace legopt::bus {
 
-/// Why a request was refused, on the wire. PROTOCOL.md, section 8.
+/// Reason of a refusal, as sent. PROTOCOL.md, section 8.
 enum class ErrorCode : std::int16_t {
   kVersionRefused = 1,  ///< the peer speaks another protocol version
-  kUnknownType = 2,     ///< nobody serves this message type there
-  kMalformed = 3,       ///< body undecodable or a field out of range; the text names it
-  kHandlerFailed = 4,   ///< the handler threw
-  kTooLarge = 5,        ///< body or reply above the limit of an object
-  kBusy = 6,            ///< too many open requests; the caller goes on retrying, so this ends no call
-  kReplyGone = 7,       ///< handled before, but the reply is no longer cached
-  kProveSession = 8,    ///< with a key: answered by the bus itself, ends no call
-  kKeyNeeded = 9,       ///< the deployment has a key and the request was made without one
-  kRoleRefused = 10,    ///< the caller's key is that of a role which may not make this call
+  kUnknownType = 2,     ///< the peer has no handler for this message type
+  kMalformed = 3,       ///< body not decodable or a field out of range; the text names it
+  kHandlerFailed = 4,   ///< the handler threw an exception
+  kTooLarge = 5,        ///< body or reply larger than the limit of an object
+  kBusy = 6,            ///< too many open requests; the caller keeps retrying, so this ends no call
+  kReplyGone = 7,       ///< handled before, but the reply is no longer in the cache
+  kProveSession = 8,    ///< with a key: handled by the bus itself, ends no call
+  kKeyNeeded = 9,       ///< the deployment has a key, but the request was made without one
+  kRoleRefused = 10,    ///< the role of the caller's key does not permit this call
 };
-/// "version_refused", "unknown_type", ...: the enumerator's name; "unknown" for anything else.
+/// Returns the enumerator's name: "version_refused", "unknown_type", ...; "unknown" for any other value.
 std::string_view ToString(ErrorCode code);
 
-/// What a handler is given.
+/// Request passed to a handler.
 struct Request {
-  EndpointId sender = 0;  ///< who asks; answered by the Responder
-  KeyRole role{};         ///< role of the caller's key, which may make this call; without a key an operator
-  MessageType type{};     ///< of the call
-  std::string body;       ///< encoded as the sender had it; not checked yet
+  EndpointId sender = 0;  ///< address of the caller; use the Responder to answer
+  KeyRole role{};         ///< role of the caller's key, which permits this call; kOperator without a key
+  MessageType type{};     ///< message type of the call
+  std::string body;       ///< encoded as received, not validated
 };
 
 class EndpointCore;
 
-/// The right to answer one request, once. Copyable and movable; may be kept and used later (e.g. after a commit), on
-/// the endpoint's thread, also after the endpoint is gone (then it does nothing). Further answers are ignored. A
-/// request whose responders are all destroyed unanswered stays open until its caller gives up.
+/// Answers one request, once; further answers are ignored. Copyable and movable. May be kept and used later (e.g. after
+/// a commit) on the endpoint's thread, even after the endpoint is destroyed (without effect then). If all responders of
+/// a request are destroyed without an answer, the request stays open until its caller gives up.
 class Responder {
  public:
   Responder() = default;
-  /// Answers with an encoded message. One above the limit of an object becomes a refusal, kTooLarge.
+  /// Answers with an encoded message. A message larger than the limit of an object becomes a refusal (kTooLarge).
   void Reply(std::string body);
-  /// Ends the call with CallResult::kRejected; `text` (at most 500 bytes are sent) reaches the caller.
+  /// Ends the call with CallResult::kRejected and `text`, truncated to 500 bytes.
   void Reject(ErrorCode code, std::string_view text);
 
  private:
@@ -82,7 +83,7 @@ class Responder {
   KeyRole role_{};
 };
 
-/// How long and how often a call is tried.
+/// Time-out and retry intervals of a call.
 struct CallOptions {
   microseconds timeout = std::chrono::seconds(10);           ///< (0, 1 h]
   microseconds first_retry = std::chrono::milliseconds(50);  ///< > 0; doubles each time, +-25 % jitter
@@ -93,82 +94,84 @@ struct CallOptions {
 struct CallResult {
   /// How a call ended.
   enum Status {
-    kOk,       ///< with a reply
-    kTimeout,  ///< its effect is unknown
-    kRejected  ///< by an error reply
+    kOk,       ///< reply received
+    kTimeout,  ///< no reply; the effect of the call is unknown
+    kRejected  ///< error reply received
   };
-  Status status = kTimeout;  ///< how
-  std::string body;          ///< of the reply, kOk
-  ErrorCode code{};          ///< kRejected
-  std::string error;         ///< kRejected and kTimeout: a sentence for humans
+  Status status = kTimeout;
+  std::string body;   ///< body of the reply, for kOk
+  ErrorCode code{};   ///< set for kRejected
+  std::string error;  ///< message for humans, set for kRejected and kTimeout
 };
 
 using CallId = std::int64_t;  ///< positive, unique per endpoint
-/// Called once, with the end of a call.
+/// Called once, when a call ends.
 using CallCallback = std::function<void(CallResult&&)>;
-/// Called once for each new request; answers now or later.
+/// Called once for each new request; may answer immediately or later.
 using RequestHandler = std::function<void(Request&&, Responder)>;
 
-/// Limits of an endpoint's memory, in bytes where they do not count.
+/// Resource limits of an endpoint.
 struct EndpointOptions {
   std::size_t max_object_bytes = std::size_t{64} << 20;  ///< largest body, either direction
-  /// Replies kept for repeated requests. When exceeded, the oldest replies are forgotten.
+  /// Replies kept for repeated requests, in bytes. The oldest replies are dropped first.
   std::size_t max_cached_bytes = std::size_t{64} << 20;
-  /// Incomplete incoming bodies. A body that does not fit waits (its chunks are not acknowledged).
+  /// Total size of incomplete incoming bodies, in bytes. A body that does not fit waits (its chunks are not
+  /// acknowledged).
   std::size_t max_incoming_bytes = std::size_t{256} << 20;
-  std::size_t max_open_requests = 16384;  ///< requests handed to handlers and not answered; above: busy
-  std::size_t max_peers = 65'536;         ///< callers remembered; the longest silent one is forgotten first
-  microseconds incoming_object_lifetime = std::chrono::seconds(10);  ///< without a new chunk
+  std::size_t max_open_requests = 16384;  ///< requests passed to handlers and unanswered; more are refused as busy
+  std::size_t max_peers = 65'536;         ///< callers remembered; the one silent for the longest time is dropped first
+  microseconds incoming_object_lifetime = std::chrono::seconds(10);  ///< maximum time without a new chunk
 };
 
-/// One party: makes calls to others and serves theirs. endpoint.h says what holds, and the thread rule.
+/// One party of a deployment: makes calls to other parties and serves theirs. Guarantees and thread rule: endpoint.h.
 class Endpoint {
  public:
-  /// `transport` must outlive the endpoint and serve it alone. `self` is positive; `seed` decides jitter and the
+  /// `transport` must outlive the endpoint and be used by it only. `self` is positive. `seed` determines jitter and the
   /// session number (use RandomSeed() in programs, a fixed value in tests). Throws BusError (kInvalidOption).
   Endpoint(Transport& transport, EndpointId self, std::uint64_t seed, EndpointOptions options = {});
   ~Endpoint();
   Endpoint(const Endpoint&) = delete;
   Endpoint& operator=(const Endpoint&) = delete;
 
-  EndpointId id() const;     ///< as given at construction
-  microseconds now() const;  ///< the transport's steady clock
+  EndpointId id() const;
+  microseconds now() const;  ///< time of the transport's steady clock
 
-  /// Starts a call. `callback` runs once, inside a later Poll, never inside Call; it may be empty. Order of calls to
-  /// one peer is not kept. A body above max_object_bytes, or bad options, throw BusError (kInvalidOption).
+  /// Starts a call. `callback` runs once inside a later Poll, never inside Call; it may be empty. Calls to one peer may
+  /// be reordered. Throws BusError (kInvalidOption) for a body larger than max_object_bytes or invalid options.
   CallId Call(EndpointId to, MessageType type, std::string body, const CallOptions& options, CallCallback callback);
-  /// Forgets a call; its callback is destroyed without being run. Unknown or finished ids are ignored.
+  /// Abandons a call. Its callback is destroyed without being run. Unknown or finished ids are ignored.
   void Abandon(CallId call);
 
-  /// Registers the handler of a message type; an empty one unregisters. Callers whose role may not make the call are
-  /// refused before it (kRoleRefused). Exceptions from a handler are caught, counted
-  /// and answered with kHandlerFailed.
+  /// Registers the handler of a message type; an empty handler unregisters it. Callers whose role does not permit the
+  /// call are refused before the handler runs (kRoleRefused). Exceptions from a handler are caught, counted and
+  /// answered with kHandlerFailed.
   void Serve(MessageType type, RequestHandler handler);
 
-  /// Receives, retries and times out; returns after `max_wait`, or early when something was handled. Re-entering
-  /// aborts.
+  /// Receives, retries and times out. Returns after `max_wait`, or earlier if something was handled. Calling it from
+  /// within itself aborts.
   void Poll(microseconds max_wait);
-  /// The same, also returning when one of `extra` is ready (revents is filled in).
+  /// Like Poll, but also returns when one of `extra` is ready (sets revents).
   void PollWith(std::span<pollfd> extra, microseconds max_wait);
 
-  /// When Poll has something to do even if nothing arrives; empty when it has not. For drivers of virtual time.
+  /// Returns the next time at which Poll has work without any arrival; empty if there is none. For drivers of virtual
+  /// time.
   std::optional<microseconds> next_timer() const;
 
-  /// Calls of ours still open, and bytes held for replies, incoming and outgoing bodies (for tests and status).
+  /// Number of this endpoint's open calls.
   std::size_t num_open_calls() const;
-  /// See num_open_calls().
+  /// Bytes held for replies, incoming and outgoing bodies (for tests and status).
   std::size_t held_bytes() const;
 
-  /// Refreshed from the transport at each call.
+  /// Counters, updated from the transport at each call of this function.
   const Counters& counters() const;
 
  private:
   std::shared_ptr<EndpointCore> core_;
 };
 
-/// 63 random bits from the operating system, above the role addresses.
+/// Returns 63 random bits from the operating system, greater than the role addresses.
 EndpointId RandomEndpointId();
-/// 64 random bits from the operating system.
+/// Returns 64 random bits from the operating system.
 std::uint64_t RandomSeed();
 
 }  // namespace legopt::bus

@@ -56,7 +56,7 @@ const Counters& EndpointCore::counters() {
   return counters_;
 }
 
-// ---- Calls that we make ----
+// ---- Calls made by this endpoint ----
 
 CallId EndpointCore::Call(EndpointId to, MessageType type, std::string body, const CallOptions& options,
                           CallCallback callback) {
@@ -108,7 +108,7 @@ void EndpointCore::SendRequest(CallId id, const OpenCall& call) {
 
 void EndpointCore::SendWaiting() {
   while (!waiting_.empty()) {
-    const auto call = calls_.find(waiting_.front());  // may be abandoned or over by now
+    const auto call = calls_.find(waiting_.front());  // may be abandoned or finished by now
     if (call != calls_.end()) {
       if (!pacer_.Take(now())) return;
       SendRequest(call->first, call->second);
@@ -125,7 +125,7 @@ microseconds EndpointCore::Jittered(microseconds interval) {
 }
 
 void EndpointCore::ArmRetry(CallId id, OpenCall& call) {
-  // While a large body is under way its chunks repeat themselves; OnBodyDone arms the retry.
+  // While a large body is being sent, its chunks are repeated instead; OnBodyDone arms the retry.
   if (call.large && sender_.Sending(OwnObject(call.to, id, false))) {
     call.next_retry = call.deadline;
   } else {
@@ -174,7 +174,7 @@ void EndpointCore::OnBodyDone(const ObjectKey& key, bool delivered) {
 
 void EndpointCore::Finish(Calls::iterator call, CallResult result) {
   if (call->second.large) {
-    // Out of calls_ first: cancelling may emit chunks of other calls, which announce what is finished.
+    // Removed from calls_ first: cancelling may send chunks of other calls, whose headers report the finished calls.
     const ObjectKey key = OwnObject(call->second.to, call->first, false);
     finished_.emplace_back(std::move(call->second.callback), std::move(result));
     receiver_.Drop(OwnObject(key.peer, key.call_id, true));
@@ -260,7 +260,7 @@ void EndpointCore::PollWith(std::span<pollfd> extra, microseconds max_wait) {
   RunCallbacks();
 }
 
-// ---- Calls that others make ----
+// ---- Calls served by this endpoint ----
 
 void EndpointCore::RunHandler(const FrameHeader& header, std::string body) {
   const CallKey key = CallerKey(header);

@@ -25,42 +25,42 @@
 #include "bus/wire.h"
 
 /// @file
-/// What an Endpoint is made of. Private to bus; see endpoint.h for the contract.
+/// Implementation of Endpoint. Private to bus; see endpoint.h for the contract.
 
 namespace legopt::bus {
 
-/// The call that a frame of a caller belongs to.
+/// Returns the key of the call to which a caller's frame belongs.
 inline CallKey CallerKey(const FrameHeader& header) {
   return {header.sender, header.session, header.call_id, header.role};
 }
-/// The body that a frame of its peer belongs to.
+/// Returns the key of the body to which a peer's frame belongs.
 inline ObjectKey PeerObject(const FrameHeader& header, bool of_reply) {
   return {header.sender, header.session, header.call_id, of_reply, header.role};
 }
 
-/// What an Endpoint is made of.
+/// Implementation of Endpoint. Functions without a comment are documented there.
 class EndpointCore final : public DatagramReceiver, public std::enable_shared_from_this<EndpointCore> {
  public:
-  /// As Endpoint.
+  /// See Endpoint.
   EndpointCore(Transport& transport, EndpointId self, std::uint64_t seed, const EndpointOptions& options);
   ~EndpointCore();
   EndpointCore(const EndpointCore&) = delete;
   EndpointCore& operator=(const EndpointCore&) = delete;
 
-  EndpointId id() const { return self_; }                ///< as Endpoint
-  microseconds now() const { return transport_.now(); }  ///< as Endpoint
-  /// As Endpoint.
+  EndpointId id() const { return self_; }
+  microseconds now() const { return transport_.now(); }
+  /// See Endpoint::Call.
   CallId Call(EndpointId to, MessageType type, std::string body, const CallOptions& options, CallCallback callback);
-  void Abandon(CallId id);                               ///< as Endpoint
-  void Serve(MessageType type, RequestHandler handler);  ///< as Endpoint
-  /// As Endpoint.
+  void Abandon(CallId id);                               ///< see Endpoint
+  void Serve(MessageType type, RequestHandler handler);  ///< see Endpoint
+  /// See Endpoint::PollWith.
   void PollWith(std::span<pollfd> extra, microseconds max_wait);
-  std::optional<microseconds> next_timer() const;               ///< as Endpoint
-  std::size_t num_open_calls() const { return calls_.size(); }  ///< as Endpoint
-  std::size_t held_bytes() const;                               ///< as Endpoint
-  const Counters& counters();                                   ///< as Endpoint
+  std::optional<microseconds> next_timer() const;
+  std::size_t num_open_calls() const { return calls_.size(); }
+  std::size_t held_bytes() const;
+  const Counters& counters();
 
-  /// From a Responder. `error` 0: `body` is the reply; else it is the text of a refusal.
+  /// Answers a call for a Responder. If `error` is 0, `body` is the reply; otherwise the text of a refusal.
   void Answer(const CallKey& key, std::int16_t error, std::string body);
 
   void OnDatagram(Port port, std::span<const std::uint8_t> datagram) noexcept override;
@@ -77,7 +77,7 @@ class EndpointCore final : public DatagramReceiver, public std::enable_shared_fr
     microseconds interval{0};
     bool large = false;      // the body travels as chunks
     bool repeated = false;   // a small request was sent again
-    int prompt_repeats = 0;  // made at once after a proof, see OnChallenge
+    int prompt_repeats = 0;  // immediate repeats after a proof, see OnChallenge
   };
   using Calls = std::map<CallId, OpenCall>;  // ordered: the first one tells completed_below
   struct Timer {
@@ -91,7 +91,7 @@ class EndpointCore final : public DatagramReceiver, public std::enable_shared_fr
   void SendSmall(const FrameHeader& header, std::string_view payload, Port port = Port::kControl);
   void SendRequest(CallId id, const OpenCall& call);
   void SendReply(const CallKey& key, const ReplyCache::Reply& reply);
-  // A body of one of our calls.
+  // Returns the key of a body of one of this endpoint's calls.
   ObjectKey OwnObject(EndpointId peer, CallId id, bool of_reply) const { return {peer, session_, id, of_reply, role_}; }
   void SendError(const CallKey& key, std::int16_t type, ErrorCode code, std::string_view text);
   void SendProof(const FrameHeader& challenged, std::int64_t challenge);
@@ -105,13 +105,13 @@ class EndpointCore final : public DatagramReceiver, public std::enable_shared_fr
   // Receiving.
   void Dispatch(const FrameView& frame);
   void CountFault(FrameFault fault, const FrameView& frame);
-  bool Admit(const FrameHeader& header);  // with a key: false when the request is to be dropped
+  bool Admit(const FrameHeader& header);  // returns false if the request must be dropped (only with a key)
   bool IsBelieved(const FrameView& frame) const;
   bool RefuseRole(const FrameHeader& header);
   void OnProof(const FrameView& frame);
   void OnChallenge(Calls::iterator call, const FrameHeader& header, std::span<const std::uint8_t> payload);
   void OnRequest(const FrameHeader& header, std::string body);
-  Calls::iterator FindOwnCall(const FrameHeader& header);  // counts when there is none
+  Calls::iterator FindOwnCall(const FrameHeader& header);  // counts frames without an open call
   void OnReply(const FrameHeader& header, std::span<const std::uint8_t> payload);
   void LearnFromAnswer(const OpenCall& call);
   void OnError(const FrameHeader& header, std::span<const std::uint8_t> payload);
@@ -138,7 +138,7 @@ class EndpointCore final : public DatagramReceiver, public std::enable_shared_fr
 
   Transport& transport_;
   EndpointId self_;
-  KeyRole role_;  // role of our own key, used for our calls
+  KeyRole role_;  // role of the own key, used for the own calls
   EndpointOptions options_;
   std::mt19937_64 random_;
   std::int64_t session_;
@@ -147,7 +147,7 @@ class EndpointCore final : public DatagramReceiver, public std::enable_shared_fr
   BulkSender sender_;
   BulkReceiver receiver_;
   ReplyCache replies_;
-  std::optional<ReplayGuard> guard_;  // with a key
+  std::optional<ReplayGuard> guard_;  // set only with a key
   microseconds next_key_hint_{0};
   std::array<std::shared_ptr<const RequestHandler>, kLastMessageType + 1> handlers_;
   Calls calls_;
@@ -155,10 +155,10 @@ class EndpointCore final : public DatagramReceiver, public std::enable_shared_fr
   std::priority_queue<Timer, std::vector<Timer>, std::greater<>> timers_;
   Pacer pacer_;
   Patience patience_;
-  std::int64_t last_challenge_ = 0;  // that we have proven, and when
+  std::int64_t last_challenge_ = 0;  // last proven challenge; last_proof_ is its time
   microseconds last_proof_{0};
-  std::deque<CallId> waiting_;                                // small requests that the pacer holds back
-  std::deque<std::pair<CallCallback, CallResult>> finished_;  // callbacks to run once no foreign frame is on the stack
+  std::deque<CallId> waiting_;                                // small requests delayed by the pacer
+  std::deque<std::pair<CallCallback, CallResult>> finished_;  // callbacks to run once no caller's frame is on the stack
   bool polling_ = false;
   DatagramBuffer buffer_{};
 };

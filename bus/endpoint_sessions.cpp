@@ -1,5 +1,5 @@
-// The part of an endpoint that only a deployment with a key has: sessions prove themselves, replays are refused
-// (PROTOCOL.md, section 11).
+// Parts of an endpoint that only deployments with a key need: proofs of sessions and rejection of replays (PROTOCOL.md,
+// section 11).
 #include <algorithm>
 #include <string_view>
 
@@ -38,7 +38,7 @@ void EndpointCore::OnProof(const FrameView& frame) {
   }
 }
 
-// Answers a caller whose role may not make its call; false when it may.
+// Refuses a call that the caller's role does not permit; returns false if it is permitted.
 bool EndpointCore::RefuseRole(const FrameHeader& header) {
   const auto type = static_cast<MessageType>(header.type);
   if (MayCall(header.role, type)) return false;
@@ -48,8 +48,8 @@ bool EndpointCore::RefuseRole(const FrameHeader& header) {
   return true;
 }
 
-// Tells a caller without a key, which could not understand a tagged refusal, what it needs. Rarely enough that a flood
-// of unsigned requests makes no flood of answers.
+// Informs a caller without a key, which cannot verify a tagged refusal, that a key is required. The rate is limited, so
+// that a flood of unsigned requests does not cause a flood of answers.
 void EndpointCore::SendKeyHint(const FrameHeader& header) {
   constexpr microseconds kInterval = std::chrono::milliseconds(100);
   constexpr std::string_view kHint = "this deployment uses a key: give the same one with --key-file or LEGOPT_KEY_FILE";
@@ -70,9 +70,10 @@ void EndpointCore::SendProof(const FrameHeader& challenged, std::int64_t challen
   transport_.Send(Port::kControl, Seal(proof, kChallengeBytes));
 }
 
-// Proves, and repeats the request at once instead of after its interval. Only a few times per call, so that a party
-// that challenges for ever cannot keep us busy; large bodies repeat their own chunks. While a proof of the same
-// challenge may be on its way, no other one is sent: each of ten thousand callers would answer every repeat twice.
+// Sends a proof and repeats the request immediately instead of after its interval. Done only a few times per call, so
+// that a party that keeps sending challenges cannot keep this endpoint busy. Large bodies repeat their own chunks. No
+// second proof of the same challenge is sent while one may be in flight: otherwise each of ten thousand callers would
+// answer every repeat twice.
 void EndpointCore::OnChallenge(Calls::iterator call, const FrameHeader& header, std::span<const std::uint8_t> payload) {
   constexpr int kPromptRepeats = 4;
   const std::int64_t challenge = ReadChallenge(payload);

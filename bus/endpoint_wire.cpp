@@ -1,4 +1,4 @@
-// The receiving side of an endpoint, and how its frames are made.
+// Receiving side of an endpoint, and encoding of its frames.
 #include <algorithm>
 #include <cstring>
 #include <string>
@@ -69,7 +69,7 @@ void EndpointCore::OnDatagram(Port /*port*/, std::span<const std::uint8_t> datag
       CountFault(fault, frame);
     }
   } catch (...) {
-    ++counters_.handler_failures;  // out of memory at worst; the datagram is lost and will be repeated
+    ++counters_.handler_failures;  // worst case: out of memory; the datagram is lost and its sender repeats it
   }
 }
 
@@ -113,7 +113,8 @@ void EndpointCore::CountFault(FrameFault fault, const FrameView& frame) {
   }
 }
 
-// The server answers under the key of its caller. Another role's key, though derived from ours, is no server's.
+// The server replies with the key of the caller's role. A frame with another role's key, although derived from the same
+// full key, is no answer of the server.
 bool EndpointCore::IsBelieved(const FrameView& frame) const {
   switch (frame.header.kind) {
     case FrameKind::kReply:
@@ -122,7 +123,7 @@ bool EndpointCore::IsBelieved(const FrameView& frame) const {
       return frame.header.role == role_;
     case FrameKind::kRequest:
     case FrameKind::kRequestChunk:
-    case FrameKind::kChunkAck:  // OnAck looks further
+    case FrameKind::kChunkAck:  // OnAck checks the role
     case FrameKind::kProof:
       return true;
   }
@@ -194,7 +195,7 @@ void EndpointCore::OnReply(const FrameHeader& header, std::span<const std::uint8
 void EndpointCore::OnError(const FrameHeader& header, std::span<const std::uint8_t> payload) {
   const auto call = FindOwnCall(header);
   if (call == calls_.end()) return;
-  if (header.code == static_cast<std::int16_t>(ErrorCode::kBusy)) return;  // the retry goes on, ever slower
+  if (header.code == static_cast<std::int16_t>(ErrorCode::kBusy)) return;  // retried less and less often
   if (guard_ && header.code == static_cast<std::int16_t>(ErrorCode::kProveSession)) {
     OnChallenge(call, header, payload);
     return;
@@ -225,7 +226,7 @@ void EndpointCore::OnRequestChunk(const FrameHeader& header, const ChunkView& ch
   const CallKey key = CallerKey(header);
   const auto verdict = replies_.Find(key).verdict;
   if (!Serves(header.type)) {
-    if (chunk.ack_requested) OnRequest(header, {});  // refuses
+    if (chunk.ack_requested) OnRequest(header, {});  // is refused there
     return;
   }
   if (!MayCall(header.role, static_cast<MessageType>(header.type))) {
@@ -233,10 +234,10 @@ void EndpointCore::OnRequestChunk(const FrameHeader& header, const ChunkView& ch
     return;
   }
   if (verdict != ReplyCache::Verdict::kNew) {
-    // The body is here already. One answer per burst is enough.
+    // The body is already complete. One answer per burst is enough.
     ++counters_.duplicate_chunks;
     if (!chunk.ack_requested) return;
-    OnRequest(header, {});  // repeats the reply, if there is one
+    OnRequest(header, {});  // repeats the reply if there is one
     if (verdict == ReplyCache::Verdict::kOpen) SendAck(object, header.type, receiver_.CompleteAck(false));
     return;
   }
@@ -244,7 +245,7 @@ void EndpointCore::OnRequestChunk(const FrameHeader& header, const ChunkView& ch
   if (outcome.ack) SendAck(object, header.type, *outcome.ack);
   if (!outcome.body) return;
   OnRequest(header, std::move(*outcome.body));
-  // A reply acknowledges the request as well.
+  // A reply also acknowledges the request.
   if (replies_.Find(key).verdict == ReplyCache::Verdict::kOpen) {
     SendAck(object, header.type, receiver_.CompleteAck(false));
   }
@@ -272,7 +273,7 @@ void EndpointCore::OnReplyChunk(const FrameHeader& header, const ChunkView& chun
 void EndpointCore::OnAck(const FrameView& frame) {
   const FrameHeader& header = frame.header;
   ChunkAck ack;
-  // Bodies of our own calls are acknowledged under our own key.
+  // Bodies of this endpoint's calls are acknowledged under its own key.
   const bool of_own_call = header.session == session_ && header.role == role_;
   if (!ReadAck(frame.payload, ack) || (!ack.of_reply && !of_own_call)) {
     ++counters_.rejected_field;
@@ -280,7 +281,7 @@ void EndpointCore::OnAck(const FrameView& frame) {
   }
   const ObjectKey object = PeerObject(header, ack.of_reply);
   if (sender_.OnAck(object, ack, now()) || ack.of_reply || ack.complete) return;
-  // A reminder met a receiver that has lost the body, e.g. because it was restarted.
+  // The receiver of a reminder has lost the body, e.g. because it was restarted.
   const auto call = calls_.find(header.call_id);
   if (call == calls_.end() || call->second.to != header.sender || !call->second.large) return;
   SendRequest(call->first, call->second);

@@ -7,15 +7,15 @@
 #include "words/reply.h"
 
 /// @file
-/// What clients ask for: the calls submit, store_dataset, status, query, cancel and control. PROTOCOL.md, section 9.
+/// Fields of the clients' calls: submit, store_dataset, status, query, cancel and control. PROTOCOL.md, section 9.
 
 namespace legopt::bus::fields {
 
-inline constexpr std::int64_t kIdBytes = 128;                         ///< of a submission id
-inline constexpr std::int64_t kAnswerBytes = std::int64_t{48} << 20;  ///< of the rows of a query
-inline constexpr std::int64_t kMostRows = 1'000'000;                  ///< of a query
-inline constexpr std::int64_t kMostPriority = 1000;                   ///< either side of 0
-inline constexpr std::int64_t kReasonBytes = 1000;                    ///< why an experiment is held
+inline constexpr std::int64_t kIdBytes = 128;                         ///< length of a submission id
+inline constexpr std::int64_t kAnswerBytes = std::int64_t{48} << 20;  ///< size of the rows of a query
+inline constexpr std::int64_t kMostRows = 1'000'000;                  ///< rows of a query
+inline constexpr std::int64_t kMostPriority = 1000;                   ///< largest absolute value
+inline constexpr std::int64_t kReasonBytes = 1000;                    ///< length of the reason for a hold
 
 template <>
 struct Description<legopt_msg::submit_request> {
@@ -93,7 +93,7 @@ template <>
 struct Description<legopt_msg::control_request> {
   using M = legopt_msg::control_request;
 
-  /// Of a reason, name or tag; 0: the action takes none.
+  /// Maximum length of a reason, name or tag; 0 if the action takes none.
   static constexpr std::int64_t MostReason(const M& m) {
     constexpr std::int64_t kNameOfExperimentBytes = 200;
     constexpr std::int64_t kTagBytes = 100;

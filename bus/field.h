@@ -8,43 +8,43 @@
 #include "bus/field_check.h"
 
 /// @file
-/// The rows that say all that this program knows of the fields of a message, and which everything else follows from at
-/// compile time: the byte layout, validation, what a sender puts right, JSON, samples for tests and fuzzers. Private to
-/// bus and to who shows messages; whoever only sends and receives includes codec.h and does not pay for this.
-/// Thread rule: none, constants.
+/// Tables of the fields of all messages. Everything else about fields is derived from them at compile time: byte
+/// layout, validation, corrections by the sender, JSON, samples for tests and fuzzers. Private to bus and to code that
+/// displays messages. Code that only sends and receives includes codec.h, which compiles faster. Thread rule: none,
+/// constants.
 
 /// Fields of messages: rows, rules and limits.
 namespace legopt::bus::fields {
 
-/// The rule of a field that may hold anything.
+/// Rule of an unrestricted field.
 struct Anything {};
 
-/// What must hold between a field and others, checked right after the field's own rule.
+/// Checks a condition between a field and others, immediately after the field's own rule.
 template <class Message>
 using Condition = void (*)(const Message& message, FieldCheck& check);
 
-/// One row: name and member as in the .lcm file; the rule (field_rules.h); a condition, if there is one.
+/// Row of a table: name and member as in the .lcm file, the rule (field_rules.h), and an optional condition.
 template <class Message, class Value, class Rule = Anything>
 struct Field {
-  std::string_view name;                   ///< for errors and JSON
-  Value Message::*member;                  ///< where the value is
-  Rule rule{};                             ///< what it may be by itself
-  Condition<Message> condition = nullptr;  ///< what must hold beside others; null: nothing
+  std::string_view name;  ///< name in errors and JSON
+  Value Message::*member;
+  Rule rule{};                             ///< rule for the value alone
+  Condition<Message> condition = nullptr;  ///< condition that also involves other fields; null: none
 };
-/// Of a field that may hold anything.
+/// Deduces an unrestricted field.
 template <class Message, class Value>
 Field(std::string_view, Value Message::*) -> Field<Message, Value>;
-/// Of a field with a rule.
+/// Deduces a field with a rule.
 template <class Message, class Value, class Rule>
 Field(std::string_view, Value Message::*, Rule) -> Field<Message, Value, Rule>;
-/// Of a field with a rule and a condition.
+/// Deduces a field with a rule and a condition.
 template <class Message, class Value, class Rule>
 Field(std::string_view, Value Message::*, Rule, Condition<Message>) -> Field<Message, Value, Rule>;
 
-/// One specialisation per message: `kRows`, a std::tuple of Field in the order of the .lcm file, with the conditions
-/// and the limits that depend on other fields as static functions. It may have `static void PutRight(Message&)`: what a
-/// sender repairs beyond the rules, before they are applied. A message without a description does not compile where
-/// its fields are needed, and the tests compare each with its .lcm file.
+/// Table of one message: `kRows` is a std::tuple of Field in the order of the .lcm file. Conditions and limits that
+/// depend on other fields are static functions. An optional `static void PutRight(Message&)` applies the sender's
+/// corrections that no rule covers, before those of the rules. Using the fields of a message without a description is a
+/// compile error. The tests compare each description with its .lcm file.
 template <class Message>
 struct Description;
 
@@ -52,7 +52,7 @@ struct Description;
 
 namespace legopt::bus {
 
-/// The rows of a message.
+/// Rows of a message.
 template <class Message>
 inline constexpr const auto& kFields = fields::Description<Message>::kRows;
 

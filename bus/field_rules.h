@@ -14,92 +14,92 @@
 #include "words/words.h"
 
 /// @file
-/// What a field may hold. Each rule can Check() a value; some can also PutRight() what a sender need not care about:
-/// counts, texts for humans, figures that are not available. Thread rule: none, constants.
+/// Rules for the values of fields. Each rule checks a value with Check(). Some also correct values before sending with
+/// PutRight(): counts, texts for humans, numbers that are not available. Thread rule: none, constants.
 
 namespace legopt::bus::fields {
 
-/// A limit is a number, another field, a function of the message, or an If.
+/// Limit that depends on another field. Limits are numbers, other fields, functions of the message, or If.
 template <class Message, class Word>
 struct If {
-  std::underlying_type_t<Word> Message::*field;  ///< which field decides
-  Word word;                                     ///< which value of it
-  std::int64_t then;                             ///< the limit while the field has this value
-  std::int64_t otherwise;                        ///< the limit while it has any other
+  std::underlying_type_t<Word> Message::*field;  ///< field that decides
+  Word word;                                     ///< value of that field
+  std::int64_t then;                             ///< limit if the field has this value
+  std::int64_t otherwise;                        ///< limit if it has another value
 };
-/// From the arguments' types.
+/// Deduces the types.
 template <class Message, class Value, class Word>
 If(Value Message::*, Word, std::int64_t, std::int64_t) -> If<Message, Word>;
 
-/// The limit as a number, given the message it is for. A number is itself.
+/// Evaluates a limit for a message: a number is the limit itself.
 template <class Message>
 constexpr std::int64_t LimitOf(std::int64_t number, const Message& /*message*/) {
   return number;
 }
-/// Another field: its value.
+/// Evaluates a limit that is the value of another field.
 template <class Message, class Value>
 constexpr std::int64_t LimitOf(Value Message::*field, const Message& message) {
   return message.*field;
 }
-/// A function of the message.
+/// Evaluates a limit that is a function of the message.
 template <class Message>
 constexpr std::int64_t LimitOf(std::int64_t (*limit)(const Message&), const Message& message) {
   return limit(message);
 }
-/// An If: one of its two numbers.
+/// Evaluates a limit of type If.
 template <class Message, class Word>
 constexpr std::int64_t LimitOf(const If<Message, Word>& limit, const Message& message) {
   return message.*limit.field == static_cast<std::underlying_type_t<Word>>(limit.word) ? limit.then : limit.otherwise;
 }
 
-/// All numbers as one type, so that few rules are instantiated.
+/// Type of a stored limit: one type for all numbers, to reduce the number of instantiations.
 template <class Limit>
 using LimitType = std::conditional_t<std::is_integral_v<Limit>, std::int64_t, Limit>;
 
-/// An integer, inclusive.
+/// Rule: integer in an inclusive range.
 template <class Low, class High>
 struct Range {
-  Low low;    ///< least value
-  High high;  ///< greatest value
+  Low low;
+  High high;
 
-  /// A fault unless low <= value <= high.
+  /// Requires low <= value <= high.
   template <class Message>
   void Check(FieldCheck& check, std::string_view name, std::int64_t value, const Message& message) const {
     check.Range(name, value, LimitOf(low, message), LimitOf(high, message));
   }
 };
-/// From the limits, numbers as std::int64_t.
+/// Deduces the limits; numbers become std::int64_t.
 template <class Low, class High>
 Range(Low, High) -> Range<LimitType<Low>, LimitType<High>>;
 
-/// An integer that has no upper limit.
+/// Rule: integer without an upper limit.
 template <class Low>
 struct AtLeast {
-  Low low;  ///< least value
+  Low low;
 
-  /// A fault unless value >= low.
+  /// Requires value >= low.
   template <class Message>
   void Check(FieldCheck& check, std::string_view name, std::int64_t value, const Message& message) const {
     check.AtLeast(name, value, LimitOf(low, message));
   }
 };
-/// From the limit, a number as std::int64_t.
+/// Deduces the limit; a number becomes std::int64_t.
 template <class Low>
 AtLeast(Low) -> AtLeast<LimitType<Low>>;
 
-/// An integer that 0 does not stand for.
+/// Rule: integer that is not 0.
 struct NonZero {
-  /// A fault for 0.
+  /// Requires value != 0.
   template <class Message>
   void Check(FieldCheck& check, std::string_view name, std::int64_t value, const Message& /*message*/) const {
     check.NonZero(name, value);
   }
 };
 
-/// The number of an enumerator.
+/// Rule: number of an enumerator.
 template <Worded Enum>
 struct ValueOf {
-  /// A fault for a number that no enumerator has.
+  /// Requires the number of an enumerator.
   template <class Value, class Message>
   void Check(FieldCheck& check, std::string_view name, Value value, const Message& /*message*/) const {
     static_assert(std::is_same_v<Value, std::underlying_type_t<Enum>>, "the enumeration is as wide as the field");
@@ -107,10 +107,10 @@ struct ValueOf {
   }
 };
 
-/// The word of an enumerator.
+/// Rule: name of an enumerator.
 template <Worded Enum>
 struct WordOf {
-  /// A fault, with the words there are, for a text that is none of them.
+  /// Requires the name of an enumerator; the fault lists all names.
   template <class Message>
   void Check(FieldCheck& check, std::string_view name, const std::string& value, const Message& /*message*/) const {
     if (ParseWord<Enum>(value)) return;
@@ -120,43 +120,42 @@ struct WordOf {
   }
 };
 
-/// UTF-8 without NUL, of so many bytes.
+/// Rule: UTF-8 without NUL, of limited length.
 template <class Least, class Most>
 struct Text {
-  Least least;  ///< bytes
-  Most most;    ///< bytes
+  Least least;  ///< minimum, in bytes
+  Most most;    ///< maximum, in bytes
 
-  /// A fault for other lengths, NUL, and what is no UTF-8.
+  /// Requires a length within the limits, valid UTF-8 and no NUL.
   template <class Message>
   void Check(FieldCheck& check, std::string_view name, const std::string& value, const Message& message) const {
     check.Text(name, value, static_cast<std::size_t>(LimitOf(least, message)),
                static_cast<std::size_t>(LimitOf(most, message)));
   }
 };
-/// From the limits, numbers as std::int64_t.
+/// Deduces the limits; numbers become std::int64_t.
 template <class Least, class Most>
 Text(Least, Most) -> Text<LimitType<Least>, LimitType<Most>>;
 
-/// Which end of a text is worth keeping.
+/// End of a text that is kept when the text is truncated.
 enum class Keep : std::uint8_t {
-  kBeginning,  ///< what is said first
-  kEnd         ///< what was said last, as in a log
+  kBeginning,  ///< suits messages
+  kEnd         ///< suits logs
 };
 
-/// A text for humans: whatever it is, it does not keep the message from being delivered. A sender cuts and cleans it to
-/// `bytes`.
+/// Rule: text for humans. Its content never prevents delivery: a sender truncates it to `bytes` and cleans it.
 template <class Rule>
 struct Cleaned {
-  std::int64_t bytes = 0;        ///< at most, after PutRight
-  Rule rule;                     ///< what the receiver checks
-  Keep keep = Keep::kBeginning;  ///< which end of a longer text stays
+  std::int64_t bytes = 0;        ///< maximum after PutRight
+  Rule rule;                     ///< rule checked by the receiver
+  Keep keep = Keep::kBeginning;  ///< end of a longer text that is kept
 
-  /// As the rule has it.
+  /// Checks `rule`.
   template <class Message>
   void Check(FieldCheck& check, std::string_view name, const std::string& value, const Message& message) const {
     rule.Check(check, name, value, message);
   }
-  /// Cuts the text to `bytes`, and makes UTF-8 without NUL of it.
+  /// Truncates the text to `bytes` and replaces NUL and invalid UTF-8.
   template <class Message>
   void PutRight(Message& message, std::string Message::*member) const {
     std::string& text = message.*member;
@@ -165,96 +164,97 @@ struct Cleaned {
     text = CleanText(std::move(text), most);
   }
 };
-/// Keeps the beginning.
+/// Deduces a rule that keeps the beginning.
 template <class Rule>
 Cleaned(std::int64_t, Rule) -> Cleaned<Rule>;
-/// Keeps the end asked for.
+/// Deduces a rule that keeps the given end.
 template <class Rule>
 Cleaned(std::int64_t, Rule, Keep) -> Cleaned<Rule>;
 
-/// A text for humans of at most so many bytes.
+/// Returns the rule for a text for humans of at most `most` bytes.
 constexpr auto ForHumans(std::int64_t most, Keep keep = Keep::kBeginning) { return Cleaned{most, Text{0, most}, keep}; }
 
-/// Text of JSON that nests at most kMaxJsonNesting deep: who reads it, or shows it in an error, may recurse.
+/// Rule: JSON text with a nesting depth of at most kMaxJsonNesting, because readers may be recursive.
 template <class Least, class Most>
 struct Json {
-  Least least;  ///< bytes
-  Most most;    ///< bytes
+  Least least;  ///< minimum, in bytes
+  Most most;    ///< maximum, in bytes
 
-  /// A fault for other lengths, deeper nesting, NUL, and what is no UTF-8. Whether it is JSON is the reader's check.
+  /// Requires a length and nesting depth within the limits, valid UTF-8 and no NUL. The reader checks whether it is
+  /// JSON.
   template <class Message>
   void Check(FieldCheck& check, std::string_view name, const std::string& value, const Message& message) const {
     check.Json(name, value, static_cast<std::size_t>(LimitOf(least, message)),
                static_cast<std::size_t>(LimitOf(most, message)));
   }
 };
-/// From the limits, numbers as std::int64_t.
+/// Deduces the limits; numbers become std::int64_t.
 template <class Least, class Most>
 Json(Least, Most) -> Json<LimitType<Least>, LimitType<Most>>;
 
-/// 64 lower-case hexadecimal digits.
+/// Rule: 64 lower-case hexadecimal digits.
 struct Hash {
-  /// A fault for any other text.
+  /// Requires such a text.
   template <class Message>
   void Check(FieldCheck& check, std::string_view name, const std::string& value, const Message& /*message*/) const {
     check.Hash(name, value);
   }
 };
 
-/// A number, neither infinite nor NaN.
+/// Rule: number that is neither infinite nor NaN.
 struct Finite {
-  /// A fault for the others.
+  /// Requires a finite value.
   template <class Message>
   void Check(FieldCheck& check, std::string_view name, double value, const Message& /*message*/) const {
     if (!std::isfinite(value)) check.Finite(name, value);
   }
 };
 
-/// A figure; NaN when it is not available, which is also what a sender makes of an infinity.
+/// Rule: number, or NaN if it is not available. A sender replaces infinities by NaN.
 struct NanOrFinite {
-  /// A fault for an infinity.
+  /// Requires a value that is not infinite.
   template <class Message>
   void Check(FieldCheck& check, std::string_view name, double value, const Message& /*message*/) const {
     if (std::isinf(value)) check.NanOrFinite(name, value);
   }
-  /// Makes NaN of an infinity.
+  /// Replaces an infinity by NaN.
   template <class Message>
   void PutRight(Message& message, double Message::*member) const {
     if (std::isinf(message.*member)) message.*member = std::nan("");
   }
 };
 
-/// The load of a host, of a message that has this field.
+/// Condition: the load of a host is not negative. For messages with the field `load`.
 template <class Message>
 void LoadIsPossible(const Message& message, FieldCheck& check) {
   check.Require(!(message.load < 0), "load: must be at least 0, or NaN");
 }
 
-/// How many elements `array` has, at most `most`. A sender takes it from the array.
+/// Rule: size of `array`, at most `most`. A sender sets it from the array.
 template <class Message, class Array>
 struct CountOf {
-  Array Message::*array;  ///< which array
-  std::int64_t most;      ///< elements
+  Array Message::*array;
+  std::int64_t most;  ///< maximum
 
-  /// A fault when the number is another than the array has, or above `most`.
+  /// Requires that the value equals the size of the array and is at most `most`.
   void Check(FieldCheck& check, std::string_view name, std::int64_t value, const Message& message) const {
     check.Count(name, value, (message.*array).size(), most);
   }
-  /// Takes the number from the array.
+  /// Sets the value to the size of the array.
   void PutRight(Message& message, std::int32_t Message::*member) const {
     message.*member = static_cast<std::int32_t>((message.*array).size());
   }
 };
-/// From the arguments' types.
+/// Deduces the types.
 template <class Message, class Array>
 CountOf(Array Message::*, std::int64_t) -> CountOf<Message, Array>;
 
-/// Every element of an array obeys the rule. Messages within a message need no rule: they have their own.
+/// Rule for every element of an array. Nested messages need none: their own rules apply.
 template <class Rule>
 struct Each {
-  Rule element;  ///< the rule of one
+  Rule element;
 };
-/// From the rule's type.
+/// Deduces the type of the rule.
 template <class Rule>
 Each(Rule) -> Each<Rule>;
 

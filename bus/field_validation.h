@@ -8,26 +8,26 @@
 #include "bus/message_fields.h"
 
 /// @file
-/// The rules of a message's fields, applied to one. Private to bus: instantiated for every message in codec.cpp.
+/// Applies the rules of a message's fields to a message. Private to bus; instantiated for every message in codec.cpp.
 /// Thread rule: none, no state.
 
 namespace legopt::bus::fields {
 
-/// Whether a type is a std::vector.
+/// True if a type is a std::vector.
 template <class Value>
 inline constexpr bool kIsVector = false;
 template <class Element>
 inline constexpr bool kIsVector<std::vector<Element>> = true;
 
-/// Whether values of the type are messages of their own.
+/// True if values of the type are nested messages.
 template <class Value>
 inline constexpr bool kIsMessage = std::is_class_v<Value> && !std::is_same_v<Value, std::string> && !kIsVector<Value>;
 
-/// See below.
+/// Declared here for recursion.
 template <class Message>
 std::string FaultOf(const Message& message);
 
-/// The field's own rule and its condition; what arrays hold comes later.
+/// Checks a field's own rule and its condition, but not the elements of arrays.
 template <class Message, class Value, class Rule>
 void CheckField(const Field<Message, Value, Rule>& field, const Message& message, FieldCheck& check) {
   static_assert(!kIsMessage<Value>, "a message stands within another as an element of an array");
@@ -37,7 +37,7 @@ void CheckField(const Field<Message, Value, Rule>& field, const Message& message
   if (field.condition != nullptr && check.ok()) field.condition(message, check);
 }
 
-/// For arrays.
+/// Checks the elements of an array.
 template <class Message, class Element, class Rule>
 void CheckElements(const Field<Message, std::vector<Element>, Rule>& field, const Message& message, FieldCheck& check) {
   const std::vector<Element>& elements = message.*field.member;
@@ -49,11 +49,12 @@ void CheckElements(const Field<Message, std::vector<Element>, Rule>& field, cons
     }
   }
 }
-/// For all others: nothing is left to check.
+/// Does nothing for fields that are not arrays.
 template <class Message, class Value, class Rule>
 void CheckElements(const Field<Message, Value, Rule>& /*field*/, const Message& /*message*/, FieldCheck& /*check*/) {}
 
-/// Empty when the message is legal, else the first fault: of the fields in their order, then of what arrays hold.
+/// Returns the first fault, or an empty text if the message is valid. Checks all fields in their order before the
+/// elements of arrays.
 template <class Message>
 std::string FaultOf(const Message& message) {
   FieldCheck check;
@@ -66,7 +67,7 @@ std::string FaultOf(const Message& message) {
   return check.fault();
 }
 
-/// What a sender does before it sends (field_rules.h): counts, texts for humans, figures that are not available.
+/// Corrects a message before sending (field_rules.h): counts, texts for humans, numbers that are not available.
 template <class Message>
 void PutRight(Message& message) {
   if constexpr (requires { Description<Message>::PutRight(message); }) Description<Message>::PutRight(message);

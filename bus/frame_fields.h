@@ -7,7 +7,7 @@
 #include "bus/wire.h"
 
 /// @file
-/// The envelope and the pieces of large bodies: PROTOCOL.md, sections 3 and 6.
+/// Fields of frames and of the chunks of large bodies: PROTOCOL.md, sections 3 and 6.
 
 namespace legopt::bus::fields {
 

@@ -26,7 +26,7 @@ bool InterfaceWatch::TakeChanges() const {
   bool changed = false;
   std::array<char, 8192> notices{};
   while (fd_ >= 0) {
-    // ENOBUFS: there were more notices than fit.
+    // ENOBUFS means that notices were lost because there were too many.
     if (::recv(fd_, notices.data(), notices.size(), 0) < 0 && errno != ENOBUFS) {
       if (errno == EINTR) continue;
       return changed;

@@ -8,11 +8,12 @@
 #include "words/task.h"
 
 /// @file
-/// How jobs come to workers and stay there: the calls lease, method, dataset and heartbeat. PROTOCOL.md, section 9.
+/// Fields of the calls by which workers receive and keep jobs: lease, method, dataset and heartbeat. PROTOCOL.md,
+/// section 9.
 
 namespace legopt::bus::fields {
 
-inline constexpr std::int64_t kMostJobs = 1024;                               ///< in one lease reply
+inline constexpr std::int64_t kMostJobs = 1024;                               ///< jobs in one lease reply
 inline constexpr std::int64_t kLongestWall_us = 365 * (86'400 * kSecond_us);  ///< a year
 inline constexpr std::int64_t kLongestRetry_us = 3'600 * kSecond_us;          ///< an hour
 

@@ -10,23 +10,23 @@
 #include "words/words.h"
 
 /// @file
-/// The three roles of a key and the calls that each of them may make. PROTOCOL.md, section 11.
-/// Thread rule: none, types and constants.
+/// Roles of keys, and the calls that each role permits. PROTOCOL.md, section 11. Thread rule: none, types and
+/// constants.
 
 namespace legopt::bus {
 
-/// Role of the party that made a tag. Without a key everybody is an operator.
+/// Role of the key that made a tag. Without a key every party is an operator.
 enum class KeyRole : std::uint8_t {
-  kOperator,  ///< has the full key: every call
-  kWorker,    ///< has the key derived for workers
-  kClient,    ///< has the key derived for clients
+  kOperator,  ///< full key: every call
+  kWorker,    ///< key derived for workers
+  kClient,    ///< key derived for clients
 };
 /// Roles whose keys are derived from the full key.
 inline constexpr std::array<KeyRole, 2> kDerivedRoles = {KeyRole::kWorker, KeyRole::kClient};
 
 }  // namespace legopt::bus
 
-/// Words of key files and command lines.
+/// Names in key files and on command lines.
 template <>
 inline constexpr auto legopt::kWords<legopt::bus::KeyRole> =
     legopt::Words<legopt::bus::KeyRole>({{legopt::bus::KeyRole::kOperator, "operator"},
@@ -35,18 +35,18 @@ inline constexpr auto legopt::kWords<legopt::bus::KeyRole> =
 
 namespace legopt::bus {
 
-/// "operator", "worker", "client".
+/// Returns "operator", "worker" or "client".
 constexpr std::string_view ToString(KeyRole role) { return legopt::ToString(role); }
 
-/// Parties that may make a call, besides operators: the last column of lcmtypes/messages.def.
+/// Roles that may make a call besides operators: the last column of lcmtypes/messages.def.
 enum class Callers : std::uint8_t {
   kAnyone,    ///< workers and clients
-  kWorkers,   ///< workers alone
-  kClients,   ///< clients alone
-  kOperator,  ///< neither
+  kWorkers,   ///< workers only
+  kClients,   ///< clients only
+  kOperator,  ///< operators only
 };
 
-/// Callers of a message type; kOperator for a number that no call has.
+/// Returns the callers of a message type; kOperator for an unknown number.
 constexpr Callers CallersOf(MessageType type) {
   switch (type) {
 #define LEGOPT_PART(name)
@@ -58,8 +58,8 @@ constexpr Callers CallersOf(MessageType type) {
   return Callers::kOperator;
 }
 
-/// Whether the holder of a role's key may make a call. Of control, which clients may call, the server refuses some
-/// actions (server/permission.h).
+/// Returns whether a role's key permits a call. For control calls of clients the server additionally checks the action
+/// (server/permission.h).
 constexpr bool MayCall(KeyRole role, MessageType type) {
   const Callers callers = CallersOf(type);
   switch (role) {
@@ -73,8 +73,8 @@ constexpr bool MayCall(KeyRole role, MessageType type) {
   return false;
 }
 
-/// Message for a refused call or action: names the action and the key that permits it. `action` is a noun such as
-/// "submit" or "delete of an experiment"; `callers` are the roles with permission.
+/// Returns the message for a refused call or action, which names the action and the required key. `action` is a noun
+/// such as "submit" or "delete of an experiment"; `callers` are the permitted roles.
 std::string RoleRefusal(KeyRole role, std::string_view action, Callers callers);
 
 }  // namespace legopt::bus

@@ -40,7 +40,7 @@ class Walker {
     if (bytes_.size() < sizeof(value)) return std::nullopt;
     for (std::size_t i = 0; i < sizeof(value); ++i) value = (value << 8) | static_cast<std::uint8_t>(bytes_[i]);
     bytes_.remove_prefix(sizeof(value));
-    if (value > static_cast<std::uint32_t>(INT32_MAX)) return std::nullopt;  // negative on the wire
+    if (value > static_cast<std::uint32_t>(INT32_MAX)) return std::nullopt;  // negative
     return value;
   }
 

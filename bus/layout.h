@@ -11,37 +11,37 @@
 #include "bus/message_fields.h"
 
 /// @file
-/// Byte layout of each message, to bound what a generated decoder allocates before it runs.
+/// Byte layout of each message, used to limit the memory that a generated decoder allocates.
 ///
-/// The generated decoders size vectors by the count they read, before they look whether so many bytes are there: a
-/// datagram of 100 bytes could cost gigabytes. LayoutFits() walks the encoded bytes first. Grammar of a layout, in
-/// order of the fields: '1' '2' '4' '8' a number of so many bytes; 's' an LCM string (int32 length with its final NUL,
-/// bytes, NUL); "a(...)" an int32 count and then so many groups. The fingerprint is not part of it. Source: kFields
-/// (message_fields.h), at compile time; the tests compare each layout with the generated encoder. Private to bus.
-/// Thread rule: none, no state.
+/// The generated decoders allocate vectors of the declared size before checking that enough bytes follow: a datagram of
+/// 100 bytes could cost gigabytes. LayoutFits() therefore checks the encoded bytes first. Grammar of a layout, in the
+/// order of the fields: '1' '2' '4' '8' for a number with that many bytes; 's' for an LCM string (int32 length
+/// including the final NUL, bytes, NUL); "a(...)" for an int32 count and that many groups. The fingerprint is not
+/// included. Computed from kFields (message_fields.h) at compile time; the tests compare each layout with the generated
+/// encoder. Private to bus. Thread rule: none, no state.
 
 namespace legopt::bus {
 
-/// Whether `bytes` (after the fingerprint) is exactly one message of this layout.
+/// Returns whether `bytes` (after the fingerprint) is exactly one message of this layout.
 bool LayoutFits(std::string_view layout, std::string_view bytes);
 
 namespace layout_internal {
 
-/// A layout while it is written, at compile time.
+/// Builder of a layout at compile time.
 struct Text {
   std::array<char, 128> chars{};  ///< the layout's first `size` characters, then zeros
   std::size_t size = 0;           ///< characters written
 
-  /// Appends a character; more than fit do not compile.
+  /// Appends a character. Overflow is a compile error.
   constexpr void Add(char c) { chars.at(size++) = c; }
-  /// LCM writes the count of a vector as the field before it; here it belongs to the group.
+  /// Removes the count that LCM writes as the field before a vector; in the layout it is part of the group.
   constexpr void TakeBackCount() {
     if (size == 0 || chars.at(size - 1) != '4') throw "the field before a vector must be its int32 count";
     --size;
   }
 };
 
-/// Whether a type is a std::vector.
+/// True if a type is a std::vector.
 template <class Value>
 struct IsVector : std::false_type {};
 template <class Element>
@@ -82,7 +82,7 @@ constexpr void AddFields(Text& text) {
   std::apply([&text](const auto&... field) { (AddField(text, field), ...); }, kFields<Message>);
 }
 
-/// The layout of a message.
+/// Returns the layout of a message.
 template <class Message>
 constexpr Text Write() {
   Text text;
@@ -90,13 +90,13 @@ constexpr Text Write() {
   return text;
 }
 
-/// The same, made once.
+/// Layout of a message, computed once.
 template <class Message>
 inline constexpr Text kText = Write<Message>();
 
 }  // namespace layout_internal
 
-/// Of one message, as C++ knows it.
+/// Layout of a message as text.
 template <class Message>
 inline constexpr std::string_view kLayout{layout_internal::kText<Message>.chars.data(),
                                           layout_internal::kText<Message>.size};

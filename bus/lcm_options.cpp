@@ -16,12 +16,12 @@ namespace legopt::bus {
 namespace {
 
 constexpr int kLowestPort = 1024;
-constexpr int kHighestPort = 65534;  // bulk is one above
+constexpr int kHighestPort = 65534;  // the bulk port is one higher
 constexpr int kMaxTtl = 255;
 
 [[noreturn]] void Refuse(const std::string& fault) { throw BusError(BusErrorCode::kInvalidOption, fault); }
 
-// The number that all of `text` names.
+// Returns the number if `text` is entirely a number.
 std::optional<std::int64_t> WholeNumber(std::string_view text) {
   std::int64_t number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);

@@ -23,19 +23,18 @@
 namespace legopt::bus {
 namespace {
 
-constexpr int kMostPerPoll = 256;                   // datagrams delivered per Poll, so that timers get their turn
-constexpr std::chrono::seconds kFollowInterval(1);  // shortest time between two rejoins
+constexpr int kMostPerPoll = 256;  // maximum number of datagrams per Poll, so that timers are not starved
+constexpr std::chrono::seconds kFollowInterval(1);  // minimum time between two rejoins
 constexpr microseconds kStatisticsInterval = std::chrono::milliseconds(200);
 
-// `ready` is what poll returned. A wait that failed is no wait in which nothing happened: going on would be a busy
-// loop.
+// Throws if poll() failed; `ready` is its return value. Ignoring the failure would cause a busy loop.
 void RequireWaited(int ready) {
   if (ready < 0 && errno != EINTR) {
     throw std::system_error(errno, std::generic_category(), "cannot wait for messages (poll)");
   }
 }
 
-// FNV-1a of "group:port", positive. PROTOCOL.md, section 4.
+// Returns the FNV-1a hash of "group:port" as a positive number. PROTOCOL.md, section 4.
 std::int64_t DeriveDeployment(const LcmOptions& options) {
   constexpr std::uint64_t kOffset = 0xCBF29CE484222325ULL;
   constexpr std::uint64_t kPrime = 0x100000001B3ULL;
@@ -66,11 +65,11 @@ struct LcmTransport::Impl {
   std::int64_t deployment = 0;
   std::shared_ptr<const MessageKey> key;
   std::array<std::unique_ptr<PortLink>, 2> links;
-  std::optional<InterfaceWatch> watch;  // with TTL above 0
+  std::optional<InterfaceWatch> watch;  // set only if TTL > 0
   std::chrono::steady_clock::time_point follow_again;
   DatagramReceiver* receiver = nullptr;
   bool filtered = false;
-  int delivered = 0;  // within the current Poll
+  int delivered = 0;  // number delivered in the current Poll
   TransportCounters counts;
   std::uint64_t buffer_errors_at_start = 0;
   microseconds statistics_read{-kStatisticsInterval};
@@ -96,7 +95,7 @@ void LcmTransport::Impl::AttachFilters(EndpointId self) {
   for (const auto& link : links) filtered = link->AttachFilter(deployment, self) && filtered;
 }
 
-// Without the filter every host that reaches the ports is heard.
+// Requires a socket filter or a key for TTL 0. Otherwise every host that reaches the ports could send commands.
 void LcmTransport::Impl::RequireOnlyThisHost() const {
   if (filtered || options.ttl > 0 || options.hear_all_hosts || key != nullptr) return;
   throw BusError(BusErrorCode::kNetworkUnusable,
@@ -126,7 +125,7 @@ LcmTransport::LcmTransport(const LcmOptions& options) : impl_(std::make_unique<I
   if (impl_->key == nullptr && !options.key_file.empty()) impl_->key = MessageKey::Load(options.key_file);
   impl_->buffer_errors_at_start = ReceiveBufferErrors();
   if (options.ttl > 0) impl_->watch.emplace();
-  // New sockets are taken for LCM's, so two transports must not be opened at the same time.
+  // PortLink finds LCM's sockets as those that are new, so two transports must not be opened concurrently.
   static std::mutex one_at_a_time;
   const std::lock_guard lock(one_at_a_time);
   impl_->Open(Port::kControl);
@@ -153,7 +152,7 @@ void LcmTransport::SetReceiver(DatagramReceiver* receiver, EndpointId self) {
   impl_->AttachFilters(receiver == nullptr ? 0 : self);
 }
 
-// Waits with our own poll(); a link handles a packet only when it has announced one, so nothing here blocks.
+// Waits with its own poll(). A link handles a packet only after its descriptor became readable, so nothing here blocks.
 int LcmTransport::Poll(std::span<pollfd> extra, microseconds max_wait) {
   Impl& impl = *impl_;
   const std::size_t links = impl.links.size();
@@ -170,7 +169,7 @@ int LcmTransport::Poll(std::span<pollfd> extra, microseconds max_wait) {
   for (std::size_t i = 0; i < extra.size(); ++i)
     extra[i].revents = ready > 0 ? impl.waiting[links + 1 + i].revents : short{0};
   if (ready > 0 && impl.waiting[links].revents != 0) impl.FollowRoutes();
-  // A message of another channel counts as handled but is not delivered, so the bound is on rounds.
+  // Limits the number of rounds, because a message of another channel is handled but not delivered.
   for (int round = 0; ready > 0 && round < kMostPerPoll; ++round) {
     bool any = false;
     for (std::size_t i = 0; i < links; ++i) {
@@ -204,7 +203,7 @@ std::size_t LcmTransport::granted_receive_buffer_bytes() const {
 }
 
 std::string LcmTransport::receive_buffer_warning() const {
-  // The kernel doubles what it grants, to account for its own overhead.
+  // The kernel doubles the granted size to account for its own overhead.
   const std::size_t granted = granted_receive_buffer_bytes() / 2;
   if (granted == 0) return {};  // unknown
   const std::size_t asked = impl_->options.receive_buffer_bytes;

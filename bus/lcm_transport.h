@@ -11,53 +11,53 @@
 /// @file
 /// Transport over LCM's udpm provider: UDP multicast, control on `port`, bulk on `port + 1`, channel "LEGOPT".
 ///
-/// Reach: with TTL 0 nothing is sent to other hosts and nothing is heard from them. Sending and membership are bound to
-/// the loopback interface, whatever the routes say, and the socket filter drops packets from other interfaces. With a
-/// TTL above 0 both follow the route of the group, also when interfaces or routes change.
+/// Reach: with TTL 0 nothing is sent to or received from other hosts. Sending and membership are bound to the loopback
+/// interface, independently of the routes, and the socket filter drops packets from other interfaces. With TTL > 0 both
+/// follow the route of the group, also when interfaces or routes change.
 ///
-/// Construction fails within a second, with a BusError that names the fix, when the group cannot be used (loopback is
-/// down; with a TTL above 0: no route) or a port cannot be bound. With TTL 0 the group needs no route: LCM insists on
-/// one, so without it a socket on loopback takes LCM's place, with the same packets. LCM's own descriptors are
-/// close-on-exec and its two reader threads block all signals. Never fork without exec while a transport lives.
+/// The constructor fails within a second, with a BusError that contains the fix, if the group cannot be used (loopback
+/// is down; with TTL > 0: no route) or a port cannot be bound. With TTL 0 the group needs no route. LCM requires one,
+/// so without it a socket on loopback replaces LCM and sends the same packets. LCM's descriptors are close-on-exec, and
+/// its two reader threads block all signals. Never fork without exec while a transport exists.
 ///
-/// Socket filter (Linux, no privilege needed): the kernel hands over only short-form LCM packets of our channel that
-/// are not addressed to somebody else. That keeps the long-form packets that crash LCM 1.3.1 and random channel names,
-/// which it remembers for ever, away from the process, and spares a worker the traffic of its neighbours. Where the
-/// filter cannot be attached a deployment with TTL 0 and without a key is refused; the checks of Endpoint do not rely
-/// on the filter.
+/// Socket filter (Linux, no privilege needed): the kernel delivers only short-form LCM packets of the channel "LEGOPT"
+/// that are not addressed to another party. This protects the process from long-form packets, which crash LCM 1.3.1,
+/// and from random channel names, which LCM never frees. It also saves a worker the traffic of other workers. If the
+/// filter cannot be attached, a deployment with TTL 0 and without a key is refused. The checks of Endpoint do not
+/// depend on the filter.
 ///
-/// Thread rule: as Transport. Source: docs/reliability.md#what-lcm-and-udp-do.
+/// Thread rule: see Transport. Source: docs/reliability.md#what-lcm-and-udp-do.
 
 namespace legopt::bus {
 
-/// Where a deployment speaks, and with which key.
+/// Address and key of a deployment.
 struct LcmOptions {
   std::string group = "239.255.76.67";          ///< IPv4 multicast address, 224.0.0.0 - 239.255.255.255
-  int port = 7667;                              ///< control; bulk is port + 1. 1024 - 65534
-  int ttl = 0;                                  ///< hops, 0 - 255; 0: this host only, both ways
-  std::size_t receive_buffer_bytes = 4U << 20;  ///< asked of the kernel, per port; see granted_receive_buffer_bytes()
-  /// Hear other hosts also with TTL 0: for a program that listens and takes no commands.
+  int port = 7667;                              ///< control port, 1024 - 65534; bulk uses port + 1
+  int ttl = 0;                                  ///< hops, 0 - 255; 0: only this host, in both directions
+  std::size_t receive_buffer_bytes = 4U << 20;  ///< requested per port; see granted_receive_buffer_bytes()
+  /// Receive from other hosts even with TTL 0. For a program that only listens and accepts no commands.
   bool hear_all_hosts = false;
-  /// Which deployment; 0 derives it from group and port, so that all programs given the same address agree.
+  /// Number of the deployment; 0 derives it from group and port, so that all programs with the same address agree.
   std::int64_t deployment = 0;
-  /// File of the shared key (message_key.h), read when the transport is made; empty: messages carry checksums only.
+  /// File with the shared key (message_key.h), read by the constructor of the transport; empty: checksums only.
   std::string key_file;
-  /// The key, where key_file has been read before; else null.
+  /// The key, if key_file has already been read; otherwise null.
   std::shared_ptr<const MessageKey> key;
-  /// Without a key a TTL above 0 is refused, unless this says that everybody who can reach the group is trusted.
+  /// Permits TTL > 0 without a key: every party that can reach the group is trusted.
   bool trust_network = false;
 
-  /// Defaults overridden by LEGOPT_GROUP, LEGOPT_PORT, LEGOPT_DEPLOYMENT and LEGOPT_KEY_FILE of the environment. Throws
-  /// BusError (kInvalidOption).
+  /// Returns the defaults, overridden by the environment variables LEGOPT_GROUP, LEGOPT_PORT, LEGOPT_DEPLOYMENT and
+  /// LEGOPT_KEY_FILE. Throws BusError (kInvalidOption).
   static LcmOptions FromEnvironment();
-  /// Throws BusError (kInvalidOption) naming the field and its range.
+  /// Throws BusError (kInvalidOption) with the field and its range.
   void Validate() const;
 };
 
-/// LCM over UDP multicast; lcm_transport.h says what it keeps away and how it fails.
+/// LCM over UDP multicast. Filters and errors: see lcm_transport.h.
 class LcmTransport final : public Transport {
  public:
-  /// Throws BusError: kInvalidOption (also for what is wrong with the key file), kNoMulticastRoute, kPortUnusable,
+  /// Throws BusError: kInvalidOption (also for an invalid key file), kNoMulticastRoute, kPortUnusable,
   /// kNetworkUnusable.
   explicit LcmTransport(const LcmOptions& options);
   ~LcmTransport() override;
@@ -68,18 +68,18 @@ class LcmTransport final : public Transport {
   microseconds now() const override;
   std::int64_t deployment() const override;
   const MessageKey* key() const override;
-  /// kernel_drops: UDP receive-buffer overflows in this network namespace since construction (all sockets of it);
-  /// kernel_filtered: per-socket drops of /proc/net/udp, i.e. kept away by the filter or lost for lack of buffer.
+  /// kernel_drops: UDP receive-buffer overflows of all sockets in this network namespace since construction.
+  /// kernel_filtered: per-socket drops from /proc/net/udp: filtered, or lost because the buffer was full.
   TransportCounters counters() const override;
 
-  /// Receive buffer of one port as read back from the kernel, in bytes of payload and overhead (what SO_RCVBUF
-  /// reports). Less than twice the request means that net.core.rmem_max limits it; callers warn.
+  /// Receive buffer of one port as reported by SO_RCVBUF, in bytes of payload and overhead. Less than twice the
+  /// requested size means that net.core.rmem_max limits it; callers warn.
   std::size_t granted_receive_buffer_bytes() const;
-  /// What a warning should say when the grant is small; empty when it is as asked.
+  /// Text of a warning if the granted buffer is too small; otherwise empty.
   std::string receive_buffer_warning() const;
-  /// Whether the kernel took the filter on both ports; without it all datagrams reach the process.
+  /// Whether the kernel accepted the filter on both ports. Without it all datagrams reach the process.
   bool socket_filter_attached() const;
-  /// One line for the start of a program that has no key, saying who can command it; empty with a key.
+  /// One line to print at the start of a program without a key, saying who can send it commands; empty with a key.
   std::string missing_key_warning() const;
 
  private:
@@ -89,17 +89,17 @@ class LcmTransport final : public Transport {
 
 /// Result of ProbeMulticastRoute.
 struct MulticastRoute {
-  bool usable = false;    ///< the group can be sent to and heard
+  bool usable = false;    ///< the group can be sent to and received from
   std::string interface;  ///< name of the interface that carries the group, e.g. "eth0"
-  std::string problem;    ///< empty when usable; else what is wrong and the command that fixes it
+  std::string problem;    ///< problem and the command that fixes it; empty if usable
 };
 
-/// Finds out, in well under a second and without LCM, whether this host (network namespace) can send to and receive
-/// from the group. `ttl` 0 asks for loopback, other values for the interface of the route. For `legopt doctor` and
-/// start-up.
+/// Checks, in well under a second and without LCM, whether this host (network namespace) can send to and receive from
+/// the group. `ttl` 0 checks loopback, other values the interface of the route. For `legopt doctor` and the start of
+/// programs.
 MulticastRoute ProbeMulticastRoute(const std::string& group, int ttl = 0);
 
-/// A pair of ports (p, p + 1) that nobody uses now, from 20000 - 32767, drawn with `seed`. Throws BusError
+/// Returns a port p in 20000 - 32767 such that p and p + 1 are unused, chosen at random with `seed`. Throws BusError
 /// (kPortUnusable).
 int FindFreePortPair(std::uint64_t seed);
 

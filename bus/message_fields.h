@@ -7,6 +7,5 @@
 #include "bus/session_fields.h"
 
 /// @file
-/// Every field of every message: kFields<Message> is a std::tuple of rows with name, member and rule
-/// (field.h), in the order of the .lcm file. For who shows messages (`legopt tap`) and for who checks them
-/// (codec.cpp).
+/// All fields of all messages: kFields<Message> is a std::tuple of rows with name, member and rule (field.h), in the
+/// order of the .lcm file. For code that displays messages (`legopt tap`) or validates them (codec.cpp).

@@ -45,14 +45,15 @@ class Descriptor {
   int fd_;
 };
 
-// Text that held a secret.
+// Buffer for a secret text; cleared by the destructor.
 struct SecretText {
   std::array<char, kMostFileBytes + 1> bytes{};
   ~SecretText() { sodium_memzero(bytes.data(), bytes.size()); }
 };
 
-// systemd copies the credentials of a unit (LoadCredential=) to a folder of root, as files of mode 0440: the
-// group bits are the mask of the access control list that lets the unit's user in, and the folder is closed to others.
+// Returns whether the file is a systemd credential (LoadCredential=). systemd copies the credentials of a unit to a
+// folder owned by root, as files of mode 0440. The group bits are the mask of the access control list that grants
+// access to the unit's user; other users cannot enter the folder.
 bool IsCredential(const std::string& file, const struct stat& status) {
   const char* folder = std::getenv("CREDENTIALS_DIRECTORY");
   if (folder == nullptr || *folder != '/') return false;
@@ -66,7 +67,7 @@ bool IsCredential(const std::string& file, const struct stat& status) {
   return (status.st_mode & (S_IWGRP | S_IXGRP | S_IRWXO)) == 0;
 }
 
-// The number of "/dev/fd/N" and "/proc/self/fd/N"; -1: another name.
+// Returns the number in "/dev/fd/N" and "/proc/self/fd/N"; -1 for other names.
 int DescriptorNamed(const std::string& file) {
   for (const std::string_view folder : {"/dev/fd/", "/proc/self/fd/"}) {
     if (!file.starts_with(folder)) continue;
@@ -78,10 +79,11 @@ int DescriptorNamed(const std::string& file) {
   return -1;
 }
 
-// A descriptor that was handed over may lead to a file without a name, and is not for programs that we start.
+// Opens a key file for reading. An inherited descriptor may refer to a file without a name; child processes must not
+// inherit it.
 int OpenForReading(const std::string& file) {
   const int given = DescriptorNamed(file);
-  if (given < 0) return ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);  // no waiting for a pipe
+  if (given < 0) return ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);  // a pipe must not block
   const int copy = ::fcntl(given, F_DUPFD_CLOEXEC, 0);
   if (copy >= 0) ::fcntl(given, F_SETFD, FD_CLOEXEC);
   return copy;
@@ -127,7 +129,7 @@ void WriteAll(const std::string& file, int fd, std::span<const char> text) {
   }
 }
 
-// The role that a key file names before its digits, and the digits.
+// Role named in a key file, and the digits.
 struct KeyText {
   KeyRole role = KeyRole::kOperator;
   std::string_view digits;
@@ -144,7 +146,8 @@ KeyText SplitRole(std::string_view text) {
 
 using Bytes = std::array<std::uint8_t, MessageKey::kBytes>;
 
-// Frames have tags of 16 bytes, which BLAKE2b computes with other parameters: no tag tells anything of a derived key.
+// Frames have tags of 16 bytes, which BLAKE2b computes with other parameters. Tags therefore reveal nothing about
+// derived keys.
 Bytes DeriveKey(std::span<const std::uint8_t> full, KeyRole role) {
   const std::string message = "legopt " + std::string(ToString(role));
   Bytes derived{};

@@ -9,22 +9,22 @@
 #include "legopt_msg/all.hpp"
 
 /// @file
-/// Every generated message of package legopt_msg, and which call each belongs to, as lcmtypes/messages.def lists them.
-/// Thread rule: none, types and constants.
+/// All generated messages of package legopt_msg and the call to which each belongs, from lcmtypes/messages.def. Thread
+/// rule: none, types and constants.
 
 namespace legopt::bus {
 
-/// Version of the protocol that this build speaks. PROTOCOL.md, section 2.
+/// Protocol version of this build. PROTOCOL.md, section 2.
 inline constexpr std::int16_t kProtocolVersion = 6;
 
-/// Message type of a call: what stands in frame.type.
+/// Message type of a call: the value of frame.type.
 enum class MessageType : std::int16_t {
 #define LEGOPT_PART(name)
 #define LEGOPT_CALL(number, Name, name, callers) k##Name = number,
 #include "lcmtypes/messages.def"
 };
 
-/// CallOf<Request>::kType and CallOf<Request>::Reply: which call a request message opens, and what answers it.
+/// Maps the request of a call to its message type (CallOf<Request>::kType) and its reply (CallOf<Request>::Reply).
 template <class Request>
 struct CallOf;
 #define LEGOPT_PART(name)
@@ -36,35 +36,35 @@ struct CallOf;
   };
 #include "lcmtypes/messages.def"
 
-/// A list of message types, to walk over: `[]<class... M>(MessageList<M...>) { ... }(AllMessages())`.
+/// List of message types for iteration: `[]<class... M>(MessageList<M...>) { ... }(AllMessages())`.
 template <class... Message>
 struct MessageList {
-  /// Messages in the list.
+  /// Number of messages in the list.
   static constexpr std::size_t kSize = sizeof...(Message);
 };
-/// The messages of both lists, those of `a` first.
+/// Concatenates two lists.
 template <class... A, class... B>
 constexpr MessageList<A..., B...> operator+(MessageList<A...> /*a*/, MessageList<B...> /*b*/) {
   return {};
 }
 
-/// The request of every call, by message type: kProbe first.
+/// Requests of all calls, by message type: kProbe first.
 using Requests = decltype(MessageList<>()
 #define LEGOPT_PART(name)
 #define LEGOPT_CALL(number, Name, name, callers) +MessageList<legopt_msg::name##_request>()
 #include "lcmtypes/messages.def"
 );
-/// The types of calls are 1 .. kLastMessageType.
+/// Largest message type; the types of calls are 1 .. kLastMessageType.
 inline constexpr auto kLastMessageType = static_cast<std::int16_t>(Requests::kSize);
 
-/// Every message, in the order of messages.def; a request before its reply.
+/// All messages, in the order of messages.def; a request precedes its reply.
 using AllMessages = decltype(MessageList<>()
 #define LEGOPT_PART(name) +MessageList<legopt_msg::name>()
 #define LEGOPT_CALL(number, Name, name, callers) +MessageList<legopt_msg::name##_request, legopt_msg::name##_reply>()
 #include "lcmtypes/messages.def"
 );
 
-/// "probe", "hello", ...; "unknown" for anything else.
+/// Returns "probe", "hello", ...; "unknown" for any other value.
 constexpr std::string_view ToString(MessageType type) {
   switch (type) {
 #define LEGOPT_PART(name)
@@ -78,7 +78,7 @@ constexpr std::string_view ToString(MessageType type) {
 
 namespace messages_internal {
 
-/// Whether the calls have the numbers 1, 2, 3, ...
+/// Returns whether the calls have the numbers 1, 2, 3, ...
 template <class... Request>
 constexpr bool AreNumberedInOrder(MessageList<Request...> /*requests*/) {
   std::int16_t number = 0;
@@ -86,7 +86,7 @@ constexpr bool AreNumberedInOrder(MessageList<Request...> /*requests*/) {
 }
 static_assert(AreNumberedInOrder(Requests()), "lcmtypes/messages.def: the calls' numbers are 1, 2, 3, ...");
 
-/// Place of a message in a list; the length of the list when it is not there.
+/// Returns the index of a message in a list, or the length of the list if it is missing.
 template <class Message, class... All>
 constexpr std::size_t IndexIn(MessageList<All...> /*all*/) {
   constexpr std::array<bool, sizeof...(All)> kIsIt = {std::is_same_v<Message, All>...};
@@ -97,7 +97,7 @@ constexpr std::size_t IndexIn(MessageList<All...> /*all*/) {
 
 }  // namespace messages_internal
 
-/// Where a message stands in AllMessages.
+/// Index of a message in AllMessages.
 template <class Message>
 inline constexpr std::size_t kMessageIndex = messages_internal::IndexIn<Message>(AllMessages());
 

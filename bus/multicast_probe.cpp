@@ -60,7 +60,7 @@ ProbeResult NoRoute(const std::string& group) {
   return CannotCarry(group, "no interface of this host (network namespace) carries multicast group " + group);
 }
 
-// With TTL 0 the group needs no route.
+// Result if loopback is down. With TTL 0 the group needs no route, so this is the only cause.
 ProbeResult LoopbackDown(const std::string& group) {
   return CannotCarry(group,
                      "the loopback interface of this host (network namespace) is down, so nothing carries "
@@ -69,14 +69,14 @@ ProbeResult LoopbackDown(const std::string& group) {
 }
 
 ProbeResult SystemFailure(const std::string& group, int port, const char* step, int error) {
-  // No fault of the network.
+  // A shortage is not caused by the network.
   if (files::IsShortage(error)) throw std::system_error(error, std::generic_category(), step);
   return Failure(BusErrorCode::kNetworkUnusable, "multicast " + group + ":" + std::to_string(port) + ": " + step +
                                                      ": " + std::strerror(error) +
                                                      "; check firewall and container network settings");
 }
 
-// One short-form LCM packet on LCM's self-test channel, with our own content.
+// Returns a short-form LCM packet on LCM's self-test channel, with content that is unique to this probe.
 std::string ProbeDatagram() {
   using std::string_view_literals::operator""sv;
   std::string packet(
@@ -94,7 +94,7 @@ bool Arrives(int receive_fd, const std::string& expected, milliseconds patience)
     const int count = ::poll(&ready, 1, std::max(0, static_cast<int>(left.count()) + 1));
     if (count < 0 && errno != EINTR) throw std::system_error(errno, std::generic_category(), "poll");
     if (count <= 0) {
-      // Only now, so that after a pause of this process what came in time counts.
+      // Checked only after poll(), so that a datagram that arrived during a pause of this process counts.
       if (steady_clock::now() >= end) return false;
       continue;
     }
@@ -121,7 +121,7 @@ ProbeResult BindAndJoin(int fd, const std::string& group, int ttl, sockaddr_in& 
   }
   socklen_t length = sizeof(address);
   ::getsockname(fd, reinterpret_cast<sockaddr*>(&address), &length);
-  const int interface = ttl == 0 ? LoopbackIndex() : 0;  // 0: by the route
+  const int interface = ttl == 0 ? LoopbackIndex() : 0;  // 0: chosen by the route
   if (!JoinGroup(fd, address.sin_addr, interface)) {
     if (errno == ENODEV || errno == ENETUNREACH) return Unreachable(group, ttl);
     return SystemFailure(group, port, "join group", errno);
@@ -150,7 +150,7 @@ ProbeResult ProbeMulticast(const std::string& group, int port, milliseconds pati
   ::setsockopt(sender.fd(), IPPROTO_IP, IP_MULTICAST_TTL, &no_hops, sizeof(no_hops));
   if (ttl == 0 && !SendThrough(sender.fd(), LoopbackIndex())) return LoopbackDown(group);
   const std::string datagram = ProbeDatagram();
-  constexpr int kTries = 4;  // a busy receiver may lose one
+  constexpr int kTries = 4;  // a busy receiver may lose some
   for (int i = 0; i < kTries; ++i) {
     if (::sendto(sender.fd(), datagram.data(), datagram.size(), 0, Generic(address), sizeof(address)) < 0) {
       if (errno == ENETUNREACH || errno == ENODEV) return Unreachable(group, ttl);
@@ -172,14 +172,15 @@ MulticastRoute ProbeMulticastRoute(const std::string& group, int ttl) {
 }
 
 int FindFreePortPair(std::uint64_t seed) {
-  // Below 32768, from where the kernel gives out ports to whoever sends: a pair must still be free when it is bound.
+  // Below 32768, where the kernel's range of automatically assigned ports begins: the pair must still be free when it
+  // is bound.
   constexpr int kLowest = 20000;
   constexpr std::uint64_t kPairs = 6384;
   constexpr int kTries = 200;
   std::mt19937_64 random(seed);
   for (int i = 0; i < kTries; ++i) {
     const int port = kLowest + 2 * static_cast<int>(random() % kPairs);
-    // Without SO_REUSEADDR a bind fails as soon as anybody holds the port, multicast listeners included.
+    // Without SO_REUSEADDR, bind fails if any socket uses the port, including multicast listeners.
     const Socket control;
     const Socket bulk;
     sockaddr_in address{};

@@ -25,7 +25,7 @@ bool WriteWhole(const char* file, const std::string& text) {
 
 }  // namespace
 
-// Root needs no user namespace, and would lose its access to files of other users in one.
+// Root needs no user namespace. In one, it would lose access to other users' files.
 std::string EnterNetworkNamespace() {
   if (::unshare(CLONE_NEWNET) == 0) return "";
   const std::string user = std::to_string(::geteuid()), group = std::to_string(::getegid());

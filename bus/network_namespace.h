@@ -3,16 +3,16 @@
 #include <string>
 
 /// @file
-/// Network namespaces of Linux: a process in its own has no interface but loopback.
+/// Linux network namespaces: a process in its own namespace has no interface except loopback.
 
 namespace legopt::bus {
 
-/// Moves this process, and those that it starts, into a network namespace of its own. Without privileges a user
-/// namespace comes with it, in which other users' files appear to belong to user nobody. Sockets made before stay
-/// outside. Returns what refused it, empty when it is done. To be called before there is a second thread.
+/// Moves this process and its future child processes into a new network namespace. Without privileges it also creates a
+/// user namespace, in which other users' files seem to belong to user "nobody". Existing sockets stay in the old
+/// namespace. Returns the failed step, or an empty text on success. Must be called before a second thread starts.
 std::string EnterNetworkNamespace();
 
-/// Brings up the loopback interface of this network namespace. Returns what refused it, empty when it is up.
+/// Brings up the loopback interface of this network namespace. Returns the failed step, or an empty text on success.
 std::string RaiseLoopback();
 
 }  // namespace legopt::bus

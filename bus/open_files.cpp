@@ -11,7 +11,8 @@
 namespace legopt::bus {
 namespace {
 
-// Without /proc: descriptors are the lowest free numbers, so all open ones lie below a new one, but for gaps.
+// Fallback without /proc. New descriptors get the lowest free numbers, so all open ones are below a new one, except for
+// gaps.
 std::set<int> DescriptorsByTrial() {
   constexpr int kGaps = 64;
   std::set<int> descriptors;

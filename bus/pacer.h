@@ -5,20 +5,21 @@
 #include <cstdint>
 
 /// @file
-/// A token bucket that keeps bursts of small requests below what a receiver's buffer takes without loss. Private to
-/// bus. Larger bursts must be assumed lossy, paced traffic is not: docs/reliability.md#what-lcm-and-udp-do.
+/// Token bucket that limits bursts of small requests to a size that a receiver's buffer holds without loss. Larger
+/// bursts must be expected to lose datagrams; paced traffic does not: docs/reliability.md#what-lcm-and-udp-do. Private
+/// to bus.
 
 namespace legopt::bus {
 
-/// A token bucket for small requests.
+/// Token bucket for small requests.
 class Pacer {
  public:
-  /// Of the transport's steady clock.
+  /// Time of the transport's steady clock.
   using microseconds = std::chrono::microseconds;
-  static constexpr int kBurst = 48;             ///< sent without waiting
-  static constexpr microseconds kInterval{25};  ///< then one per interval: 40,000 / s
+  static constexpr int kBurst = 48;             ///< requests sent without waiting
+  static constexpr microseconds kInterval{25};  ///< minimum interval after that: 40,000 requests / s
 
-  /// Whether one may be sent now; counts it if so.
+  /// Takes a token for one request. Returns false if the request must wait.
   bool Take(microseconds now) {
     const auto earned = (now - refilled_) / kInterval;
     if (earned > 0) {
@@ -29,7 +30,7 @@ class Pacer {
     --tokens_;
     return true;
   }
-  /// When the next one may be sent, after Take() has refused.
+  /// Time of the next token after Take() returned false.
   microseconds next() const { return refilled_ + kInterval; }
 
  private:

@@ -28,12 +28,13 @@ namespace legopt::bus {
 namespace {
 
 constexpr char kChannelName[] = "LEGOPT";
-constexpr int kQueueCapacity = 16384;                     // messages between LCM's reader thread and us, at most 20 MB
-constexpr std::chrono::milliseconds kProbePatience(400);  // per port; both together stay within a second
-// LCM writes in front of a datagram: magic, sequence number, channel and a zero byte.
+constexpr int kQueueCapacity = 16384;  // messages between LCM's reader thread and this one, at most 20 MB
+constexpr std::chrono::milliseconds kProbePatience(400);  // per port; both ports together stay below a second
+// Header that LCM writes before a datagram: magic, sequence number, channel and a zero byte.
 constexpr std::string_view kShortFormMagic = "LC02";
 constexpr std::size_t kShortFormBytes = kShortFormMagic.size() + sizeof(std::uint32_t) + sizeof kChannelName;
-// Packets that were queued before the filter was attached are gone by then, whatever the wall clock does.
+// Time after which no packet from before the filter was attached is left in a queue. Measured on the steady clock
+// because the wall clock may jump.
 constexpr std::chrono::seconds kSettling(2);
 
 bool IsBoundTo(int fd, int port) {
@@ -50,8 +51,8 @@ bool IsUdpSocket(int fd) {
          ::getsockopt(fd, SOL_SOCKET, SO_TYPE, &type, &length) == 0 && type == SOCK_DGRAM;
 }
 
-// Blocks every signal of the calling thread for its life, so that LCM's threads, which inherit the mask, never take
-// one.
+// Blocks all signals in the calling thread during its lifetime, so that LCM's threads, which inherit the mask, handle
+// none.
 class SignalsBlocked {
  public:
   SignalsBlocked() {
@@ -67,7 +68,7 @@ class SignalsBlocked {
   sigset_t before_{};
 };
 
-// Keeps this host a member of the group on loopback while LCM tests the group with itself.
+// Keeps this host a member of the group on loopback during LCM's self-test of the group.
 class LoopbackMembership {
  public:
   explicit LoopbackMembership(const in_addr& group) : fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
@@ -95,7 +96,8 @@ std::int64_t WallClock_us() {
   return std::chrono::duration_cast<microseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
-// Asking for more than the kernel gives makes LCM complain on stderr; receive_buffer_warning() reports it.
+// Limits the size, because LCM prints an error to stderr if the kernel grants less; receive_buffer_warning() reports
+// that.
 std::size_t BufferToAskFor(std::size_t wanted) {
   const std::uint64_t largest = 2 * LargestReceiveBuffer();
   return largest == 0 ? wanted : std::min<std::size_t>(wanted, largest);
@@ -150,12 +152,12 @@ void PortLink::OpenLcm() {
   }
 }
 
-// Before LCM opens its receiving socket it has one socket, with which it sends.
+// Called before LCM opens its receiving socket: the only UDP socket opened so far is the sending one.
 void PortLink::BindSendersToLoopback(const OpenFilesBefore& before) {
   bool bound = false;
   for (const int fd : before.OpenedSince()) {
     if (!IsUdpSocket(fd)) continue;
-    LeaveGroup(fd, group_, 0);  // LCM joins with this socket as well
+    LeaveGroup(fd, group_, 0);  // LCM also joins the group with the sending socket
     bound = SendThrough(fd, LoopbackIndex()) || bound;
   }
   if (bound) return;
@@ -165,7 +167,7 @@ void PortLink::BindSendersToLoopback(const OpenFilesBefore& before) {
                  "use a machine with /proc, or --ttl 1 and a key");
 }
 
-// Finds what LCM has opened and keeps to itself.
+// Finds LCM's receiving socket, which LCM does not expose.
 void PortLink::Inspect(const OpenFilesBefore& before) {
   for (const int fd : before.OpenedSince()) {
     ::fcntl(fd, F_SETFD, FD_CLOEXEC);  // job processes must not inherit the socket
@@ -178,7 +180,7 @@ void PortLink::TakeReceiver(int fd) {
   struct stat status {};
   if (::fstat(fd, &status) == 0) inode_ = status.st_ino;
   const int wanted = static_cast<int>(options_.receive_buffer_bytes);
-  // Beyond net.core.rmem_max where we are privileged; refused otherwise, which is fine.
+  // Exceeds net.core.rmem_max if the process is privileged; otherwise the kernel refuses, which is harmless.
   ::setsockopt(fd, SOL_SOCKET, SO_RCVBUFFORCE, &wanted, sizeof(wanted));
 }
 
@@ -199,7 +201,7 @@ void PortLink::OpenLoopbackSocket() {
   ::setsockopt(own_fd_, SOL_SOCKET, SO_RCVBUF, &buffer, sizeof buffer);
   ::setsockopt(own_fd_, IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof ttl);
   TakeReceiver(own_fd_);
-  AttachFilter(0, 0);  // before anything can arrive
+  AttachFilter(0, 0);  // before any packet can arrive
   const sockaddr_in address = AddressOf({}, udp_port_);
   if (!SendThrough(own_fd_, LoopbackIndex()) || !JoinGroup(own_fd_, group_, LoopbackIndex()) ||
       ::bind(own_fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
@@ -249,7 +251,7 @@ void PortLink::HandleLoopbackSocket() {
 
 void PortLink::OnMessage(const lcm_recv_buf_t* message, const char* /*channel*/, void* link) {
   const auto* self = static_cast<const PortLink*>(link);
-  // Before the filter was attached anybody could be heard.
+  // Packets received before the filter was attached may come from any host.
   const bool early =
       message->recv_utime < self->filtered_since_us_ && std::chrono::steady_clock::now() < self->settled_at_;
   if (early && self->hears_locally()) return;
@@ -268,8 +270,9 @@ bool PortLink::AttachFilter(std::int64_t deployment, std::int64_t self) {
 
 void PortLink::FollowRoute() {
   const int interface = RouteOf(group_);
-  if (interface == 0 || receive_fd_ < 0) return;  // until there is a route again
-  // Also on the same interface: the kernel forgets members when an interface is removed and added again.
+  if (interface == 0 || receive_fd_ < 0) return;  // wait until there is a route again
+  // Done even if the interface is the same, because the kernel drops memberships when an interface is removed and
+  // re-added.
   LeaveGroup(receive_fd_, group_, joined_);
   if (JoinGroup(receive_fd_, group_, interface)) joined_ = interface;
 }

@@ -17,32 +17,31 @@
 
 namespace legopt::bus {
 
-/// Sends and receives LCM's short form on one port of the group: through LCM, or, with TTL 0 and no route for the
-/// group, which LCM insists on, through a socket of its own on loopback. What both send is the same on the wire.
-/// Thread rule: one thread.
+/// Sends and receives LCM's short-form packets on one port of the group. Uses LCM or, with TTL 0 and without the route
+/// that LCM requires, its own socket on loopback. Both send the same packets. Thread rule: one thread.
 class PortLink {
  public:
-  /// Takes the payload of a packet on our channel.
+  /// Receives the payload of a packet on this program's channel.
   using Sink = std::function<void(std::span<const std::uint8_t>)>;
 
-  /// Throws BusError: kNoMulticastRoute, kPortUnusable, kNetworkUnusable.
+  /// Opens the port. Throws BusError: kNoMulticastRoute, kPortUnusable, kNetworkUnusable.
   PortLink(const LcmOptions& options, int udp_port, Sink sink);
   ~PortLink();
   PortLink(const PortLink&) = delete;
   PortLink& operator=(const PortLink&) = delete;
 
-  /// False when the system refuses the datagram.
+  /// Sends a datagram. Returns false if the system refuses it.
   bool Send(std::span<const std::uint8_t> datagram);
-  int wait_descriptor() const { return wait_fd_; }  ///< readable when Handle has something to do
-  /// Gives one packet to the sink, if it is on our channel. Call only when wait_descriptor() is readable.
+  int wait_descriptor() const { return wait_fd_; }  ///< readable if Handle has something to do
+  /// Passes one packet to the sink if it is on this program's channel. Call only if wait_descriptor() is readable.
   void Handle();
-  /// Attaches the socket filter (socket_filter.h): the kernel then drops packets for other parties than `self`, and
-  /// with TTL 0 packets of other hosts.
+  /// Attaches the socket filter (socket_filter.h). The kernel then drops packets for other parties than `self` and,
+  /// with TTL 0, packets of other hosts.
   bool AttachFilter(std::int64_t deployment, std::int64_t self);
-  /// Joins the group on the interface to which the routes send it now. For TTL above 0, after changes.
+  /// Joins the group on the interface to which the routes currently send it. For TTL > 0, after changes.
   void FollowRoute();
 
-  std::size_t granted_buffer() const;             ///< receive buffer as SO_RCVBUF reports it, in bytes
+  std::size_t granted_buffer() const;             ///< receive buffer as reported by SO_RCVBUF, in bytes
   std::uint64_t inode() const { return inode_; }  ///< inode of the receiving socket; 0: not found
 
  private:
@@ -64,11 +63,11 @@ class PortLink {
   lcm_t* lcm_ = nullptr;
   int own_fd_ = -1;      // socket used without LCM
   int wait_fd_ = -1;     // LCM's notification pipe, or own_fd_
-  int receive_fd_ = -1;  // LCM's socket, found by looking, or own_fd_; -1 when not found
+  int receive_fd_ = -1;  // LCM's receiving socket or own_fd_; -1: not found
   std::uint64_t inode_ = 0;
   std::uint32_t sequence_ = 0;
-  int joined_ = 0;                      // interface of the membership
-  std::int64_t filtered_since_us_ = 0;  // wall clock, as LCM stamps packets
+  int joined_ = 0;                      // interface on which the group was joined
+  std::int64_t filtered_since_us_ = 0;  // wall-clock time, as in LCM's time stamps
   std::chrono::steady_clock::time_point settled_at_;
 };
 

@@ -13,7 +13,7 @@
 namespace legopt::bus {
 namespace {
 
-// A request for the route of one IPv4 address, as rtnetlink takes it.
+// Request to rtnetlink for the route of one IPv4 address.
 struct RouteRequest {
   nlmsghdr header{};
   rtmsg route{};

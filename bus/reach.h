@@ -5,32 +5,33 @@
 #include <string>
 
 /// @file
-/// The interface that a deployment uses, for sending and for receiving. With TTL 0 it is loopback, whatever the routes
-/// say: the kernel discards a multicast packet of TTL 0 only on interfaces where this host is a member of the group, so
-/// a socket that follows the route would send to the network as soon as the route moves. Private to bus.
+/// Interface on which a deployment sends and receives. With TTL 0 it is loopback, independently of the routes. The
+/// kernel discards a multicast packet with TTL 0 only on interfaces where this host is a member of the group, so a
+/// socket that follows the route would send to the network after a change of the route. Private to bus.
 
 namespace legopt::bus {
 
-/// Index of the loopback interface of this network namespace; 0: there is none.
+/// Index of the loopback interface of this network namespace; 0: none.
 int LoopbackIndex();
 
-/// Index of the interface to which the routes send `group`; 0: there is no route.
+/// Returns the index of the interface to which the routes send `group`; 0: no route.
 int RouteOf(const in_addr& group);
 
-/// Whether any route leads to `group`, as LCM asks it.
+/// Returns whether any route leads to `group`; the same check as in LCM.
 bool HasRoute(const in_addr& group);
 
-/// "lo" for 1; empty for an index that no interface has.
+/// Returns the name of an interface, e.g. "lo" for 1; empty for an unknown index.
 std::string InterfaceName(int interface);
 
-/// Sends the multicasts of a socket through one interface. False, with errno, when the kernel refuses.
+/// Sets the interface for a socket's outgoing multicasts. Returns false and sets errno if the kernel refuses.
 bool SendThrough(int socket_fd, int interface);
 
-/// Adds a socket to the group on one interface; true also if it is a member there already. False, with errno, when the
-/// kernel refuses.
+/// Adds a socket to the group on one interface. Returns true also if it is already a member there. Returns false and
+/// sets errno if the kernel refuses.
 bool JoinGroup(int socket_fd, const in_addr& group, int interface);
 
-/// Removes a socket from the group: on one interface, which may have vanished, or with 0 wherever it joined first.
+/// Removes a socket from the group: on one interface, which may no longer exist, or for 0 on the interface joined
+/// first.
 void LeaveGroup(int socket_fd, const in_addr& group, int interface);
 
 }  // namespace legopt::bus

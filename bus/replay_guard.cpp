@@ -3,7 +3,7 @@
 namespace legopt::bus {
 
 bool ReplayWindow::Take(std::int64_t nonce) {
-  // In this order: the difference cannot overflow, because highest_ is never negative.
+  // This order prevents overflow of the difference, because highest_ is never negative.
   if (nonce < 1 || highest_ - nonce >= kReplayWindow) return false;
   if (nonce > highest_) {
     if (nonce - highest_ >= kReplayWindow) {
@@ -43,14 +43,14 @@ ReplayGuard::Verdict ReplayGuard::Check(EndpointId caller, std::int64_t session,
 bool ReplayGuard::Prove(EndpointId caller, std::int64_t session, std::int64_t nonce, std::int64_t answer,
                         KeyRole role) {
   const Key key{caller, session, role};
-  if (sessions_.contains(key)) return true;  // a repeat must not move the window
+  if (sessions_.contains(key)) return true;  // repeated proof; the window must not move
   if (answer != challenge_ || nonce < 1) return false;
   while (sessions_.size() >= max_sessions_ && !recency_.empty()) {
     sessions_.erase(recency_.front());
     recency_.pop_front();
     DrawChallenge();
   }
-  // Everything that the caller sent before its proof may have been handled by an earlier life of ours.
+  // Requests sent before the proof may have been handled before a restart of this endpoint.
   const auto recency = recency_.insert(recency_.end(), key);
   sessions_.emplace(key, Session{ReplayWindow(nonce), recency});
   return true;

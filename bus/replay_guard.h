@@ -11,26 +11,27 @@
 #include "bus/transport.h"
 
 /// @file
-/// Which requests are fresh, where a key is configured. Pure; for bus and bridge.
+/// Detects replayed requests if a key is configured. Pure; used by bus and bridge.
 ///
-/// A session (caller and its session number) is admitted once it has proven that it lives now, by returning this
-/// endpoint's challenge under the key; what was recorded before, also before a restart of ours, is refused then. After
-/// that a window over its nonces takes each frame once: nonces beyond the highest one, and those of the last
-/// kReplayWindow not seen yet. The longest silent session is forgotten first, and the challenge changes with it, so
-/// that its old proof is worth nothing. Thread rule: one thread. Source: PROTOCOL.md, section 11.
+/// A session (caller and its session number) is admitted after it has returned this endpoint's challenge under the key,
+/// which proves that it is live. Recorded requests are therefore rejected, even those from before a restart of this
+/// endpoint. After that, a sliding window over the session's nonces accepts each frame once: nonces above the highest
+/// one, and unseen ones among the last kReplayWindow. If there are too many sessions, the one silent for the longest
+/// time is dropped, and the challenge is replaced to invalidate its old proof. Thread rule: one thread. Source:
+/// PROTOCOL.md, section 11.
 
 namespace legopt::bus {
 
-/// Nonces remembered per session. Callers send at most 48 requests at once and one every 25 us after that, so frames
-/// that the network delays by less than 100 ms are still inside.
+/// Number of nonces remembered per session. Callers send bursts of at most 48 requests and then one every 25 us, so
+/// frames delayed by less than 100 ms are within the window.
 inline constexpr std::int64_t kReplayWindow = 4096;
 
-/// Which nonces of one session have been seen.
+/// Sliding window of the nonces seen in one session.
 class ReplayWindow {
  public:
-  /// Refuses everything up to `floor`.
+  /// Treats all nonces up to `floor` as seen.
   explicit ReplayWindow(std::int64_t floor) : highest_(floor) { seen_.fill(~std::uint64_t{0}); }
-  /// True the first time that a nonce comes, if it is not too old.
+  /// Accepts a nonce once. Returns false if it was seen before or is too old.
   bool Take(std::int64_t nonce);
 
  private:
@@ -41,24 +42,24 @@ class ReplayWindow {
   std::array<std::uint64_t, kReplayWindow / kWordBits> seen_{};  // bit nonce % kReplayWindow
 };
 
-/// The sessions admitted, each with its window.
+/// Admitted sessions with their windows.
 class ReplayGuard {
  public:
-  /// What a request is.
+  /// Result of checking a request.
   enum class Verdict {
-    kFresh,     ///< take it
+    kFresh,     ///< accept it
     kReplayed,  ///< seen before, or too old: drop it
-    kUnproven   ///< its session has to return challenge() first
+    kUnproven   ///< the session must first return challenge()
   };
 
-  /// Remembers at most `max_sessions`; challenges are drawn from `seed`, which must differ from life to life.
+  /// Remembers at most `max_sessions`. Challenges are random numbers from `seed`, which must differ after each restart.
   ReplayGuard(std::size_t max_sessions, std::uint64_t seed);
 
-  /// A request with a good tag arrived, made with the key of `role`. Sessions of different roles never meet.
+  /// Checks a request with a valid tag, made with the key of `role`. Sessions of different roles are separate.
   Verdict Check(EndpointId caller, std::int64_t session, std::int64_t nonce, KeyRole role = KeyRole::kOperator);
-  /// What a session that is not known has to return. Positive, unlike that of any other life.
+  /// Number that an unknown session must return. Positive, and different after each restart.
   std::int64_t challenge() const { return challenge_; }
-  /// A proof with a good tag arrived; true when the session is admitted now or was before.
+  /// Processes a proof with a valid tag. Returns whether the session is now admitted.
   bool Prove(EndpointId caller, std::int64_t session, std::int64_t nonce, std::int64_t answer,
              KeyRole role = KeyRole::kOperator);
 

@@ -6,7 +6,7 @@
 namespace legopt::bus {
 namespace {
 
-// What an entry costs beside its body, roughly: map node, list node, control block.
+// Approximate overhead of an entry in addition to its body: map node, list node, control block.
 constexpr std::size_t kEntryBytes = 192;
 
 std::size_t Cost(const ReplyCache::Reply& reply) { return kEntryBytes + (reply.body ? reply.body->size() : 0); }
@@ -94,7 +94,7 @@ void ReplyCache::ForgetPeer(Peers::iterator peer) {
   peers_.erase(peer);
 }
 
-// The newest reply always stays, so that a single large one can be delivered.
+// The newest reply is always kept, so that a single large one can be delivered.
 void ReplyCache::Evict() {
   while (held_bytes_ > limits_.max_cached_bytes && answered_.size() > 1) {
     const CallKey oldest = answered_.front();

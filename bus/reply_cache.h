@@ -14,68 +14,68 @@
 #include "bus/transport.h"
 
 /// @file
-/// Duplicate suppression and replies of the calls that others make to us. Pure; private to bus.
+/// Duplicate suppression and cached replies for the calls served by this endpoint. Pure; private to bus.
 ///
-/// Per caller (address and session) it knows which calls are open, answered or over. A caller tells with every request
-/// below which number all its calls are finished (completed_below); their replies are forgotten then. Memory is
-/// bounded: when the replies exceed the limit the oldest go first, and a repeat of such a call is answered "reply
-/// gone". Thread rule: one thread. Source: PROTOCOL.md, section 5.
+/// Stores, for each caller (address and session), which calls are open, answered or finished. Every request contains
+/// the number below which all calls of its caller are finished (completed_below); their replies are dropped. Memory is
+/// bounded: above the limit the oldest replies are dropped first, and a repeat of such a call is answered with
+/// kReplyGone. Thread rule: one thread. Source: PROTOCOL.md, section 5.
 
 namespace legopt::bus {
 
-/// One call, as the served party knows it.
+/// Identifies a call at the serving party.
 struct CallKey {
-  EndpointId caller = 0;     ///< address
-  std::int64_t session = 0;  ///< of the caller's endpoint, in this life
-  std::int64_t call_id = 0;  ///< within the session
-  /// Role of the caller's key. Calls of different roles never meet, whatever address and session they claim.
+  EndpointId caller = 0;     ///< address of the caller
+  std::int64_t session = 0;  ///< session of the caller's endpoint, new after each restart
+  std::int64_t call_id = 0;  ///< number within the session
+  /// Role of the caller's key. Calls of different roles are separate, even with equal addresses and sessions.
   KeyRole role = KeyRole::kOperator;
 };
 
-/// The calls that others make to this endpoint.
+/// Calls that this endpoint serves.
 class ReplyCache {
  public:
-  /// Bounds of what is held.
+  /// Memory limits.
   struct Limits {
-    std::size_t max_cached_bytes;   ///< of answered calls; the newest reply stays whatever its size
-    std::size_t max_open_requests;  ///< not answered yet, of all callers
+    std::size_t max_cached_bytes;   ///< bytes of answered calls; the newest reply is always kept
+    std::size_t max_open_requests;  ///< unanswered requests of all callers
     std::size_t max_peers;          ///< callers (address and session) remembered
   };
-  /// Shared with the sender of large bodies; must not change.
+  /// Encoded body, shared with the sender of large bodies and immutable.
   using Body = std::shared_ptr<const std::string>;
 
-  /// What a request turned out to be.
+  /// State of the call of an incoming request.
   enum class Verdict {
-    kNew,       ///< opened now: hand it to its handler
-    kOpen,      ///< being handled
-    kAnswered,  ///< see reply
-    kOver,      ///< the caller itself called it finished
-    kGone,      ///< answered long ago, reply forgotten
-    kBusy,      ///< too many open requests
+    kNew,       ///< opened now: pass it to its handler
+    kOpen,      ///< a handler is processing it
+    kAnswered,  ///< see Lookup::reply
+    kOver,      ///< the caller reported it as finished
+    kGone,      ///< answered, but the reply has been dropped
+    kBusy,      ///< refused: too many open requests
   };
-  /// An answer as it was given.
+  /// Stored answer.
   struct Reply {
     std::int16_t type = 0;   ///< MessageType of the call
-    std::int16_t error = 0;  ///< 0: body is the reply; else an ErrorCode and body its text
+    std::int16_t error = 0;  ///< 0: body is the reply; otherwise an ErrorCode, and body is its text
     Body body;               ///< encoded message, or the text of a refusal
   };
-  /// What is known of a call.
+  /// State of a call.
   struct Lookup {
-    Verdict verdict = Verdict::kNew;  ///< how it stands
-    Reply reply;                      ///< kAnswered
+    Verdict verdict = Verdict::kNew;
+    Reply reply;  ///< set for kAnswered
   };
 
-  /// `counters` must outlive this.
+  /// `counters` must outlive this object.
   ReplyCache(Counters& counters, const Limits& limits) : counters_(counters), limits_(limits) {}
 
-  /// A request arrived. Opens it when it is new.
+  /// Looks up the call of a request and opens it if it is new.
   Lookup Open(const CallKey& key, std::int16_t type, std::int64_t completed_below);
-  /// How a call stands, without opening it.
+  /// Looks up a call without opening it.
   Lookup Find(const CallKey& key) const;
-  /// Stores the reply of an open request and returns it; empty when it is not open (any more).
+  /// Stores the reply of an open request and returns it; returns nothing if the request is not open (any more).
   std::optional<Reply> Answer(const CallKey& key, std::int16_t error, Body body);
 
-  std::size_t held_bytes() const { return held_bytes_; }  ///< of cached replies, with what their entries cost
+  std::size_t held_bytes() const { return held_bytes_; }  ///< cached replies, including the overhead of their entries
 
  private:
   struct PeerKey {
@@ -90,13 +90,13 @@ class ReplyCache {
   struct Entry {
     bool answered = false;
     Reply reply;
-    std::list<CallKey>::iterator age;  // in answered_, when answered
+    std::list<CallKey>::iterator age;  // position in answered_, if answered
   };
   struct Peer {
     std::int64_t completed_below = 1;
     std::int64_t evicted_below = 1;
     std::map<std::int64_t, Entry> calls;
-    std::list<PeerKey>::iterator recency;  // in recency_
+    std::list<PeerKey>::iterator recency;  // position in recency_
   };
   using Peers = std::unordered_map<PeerKey, Peer, PeerKeyHash>;
 
@@ -109,7 +109,7 @@ class ReplyCache {
   Counters& counters_;
   Limits limits_;
   Peers peers_;
-  std::list<PeerKey> recency_;   // longest silent first
+  std::list<PeerKey> recency_;   // silent for the longest time first
   std::list<CallKey> answered_;  // oldest first
   std::size_t held_bytes_ = 0;
   std::size_t num_open_ = 0;

@@ -11,15 +11,15 @@
 #include "words/reply.h"
 
 /// @file
-/// What became of an attempt: the call result. PROTOCOL.md, section 9.
+/// Fields of the call result, which reports the outcome of an attempt. PROTOCOL.md, section 9.
 
 namespace legopt::bus::fields {
 
-inline constexpr std::int64_t kLogBytes = std::int64_t{64} << 10;       ///< of a log's tail
-inline constexpr std::int64_t kMostSignals = 64;                        ///< number of a signal
-inline constexpr std::int64_t kMostWaypoints = 1'000'000;               ///< of a solution
-inline constexpr std::int64_t kMostTraceBytes = std::int64_t{1} << 20;  ///< of a trace, compressed
-inline constexpr std::int64_t kMostWaypointNumbers = 4096;              ///< of a waypoint, n + 7
+inline constexpr std::int64_t kLogBytes = std::int64_t{64} << 10;       ///< length of the end of a log
+inline constexpr std::int64_t kMostSignals = 64;                        ///< largest number of a signal
+inline constexpr std::int64_t kMostWaypoints = 1'000'000;               ///< waypoints of a solution
+inline constexpr std::int64_t kMostTraceBytes = std::int64_t{1} << 20;  ///< compressed size of a trace
+inline constexpr std::int64_t kMostWaypointNumbers = 4096;              ///< numbers of a waypoint, n + 7
 
 template <>
 struct Description<legopt_msg::result_request> {

@@ -7,7 +7,7 @@
 #include "words/reply.h"
 
 /// @file
-/// Who is there: the calls probe, hello and shutdown.
+/// Fields of the calls that start and end sessions: probe, hello and shutdown.
 
 namespace legopt::bus::fields {
 

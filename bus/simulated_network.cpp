@@ -12,7 +12,7 @@ namespace legopt::bus {
 
 namespace {
 
-// PROTOCOL.md, section 3: bytes 32 .. 39 of the frame; 0, which is nobody's address, when it is too short.
+// Returns bytes 32 .. 39 of a frame (PROTOCOL.md, section 3); 0, which no party uses, if it is too short.
 EndpointId DestinationOf(std::span<const std::uint8_t> datagram) {
   constexpr std::size_t kOffset = 32;
   constexpr unsigned kBitsPerByte = 8;
@@ -30,7 +30,7 @@ struct SimulatedNetwork::Station {
   DatagramReceiver* receiver = nullptr;
   int partition = 0;
   TransportCounters counters;
-  std::multimap<microseconds, std::pair<Port, Bytes>> inbox;  // equal times keep the order of sending
+  std::multimap<microseconds, std::pair<Port, Bytes>> inbox;  // datagrams with equal times keep the order of sending
 };
 
 Misfortune Misfortune::StandardChaos() {
@@ -46,7 +46,7 @@ SimulatedNetwork::SimulatedNetwork(std::uint64_t seed, const Misfortune& misfort
     : random_(seed), misfortune_(misfortune) {}
 SimulatedNetwork::~SimulatedNetwork() = default;
 
-// Our own draws: std:: distributions differ between libraries.
+// Does not use std:: distributions, because their results differ between standard libraries.
 bool SimulatedNetwork::Chance(double probability) {
   constexpr double kUnit = 1.0 / 9007199254740992.0;  // 2^-53
   if (probability <= 0) return false;
@@ -136,7 +136,7 @@ bool SimulatedNetwork::Run(std::span<Endpoint* const> endpoints, const std::func
       const auto timer = endpoint->next_timer();
       if (timer && (!next || *timer < *next)) next = timer;
     }
-    // Nothing scheduled: only `done` itself, or nobody, can change anything.
+    // Without a next event, jumps to the end; only `done` can change its result then.
     AdvanceTo(std::min(end, next.value_or(end)));
   }
 }

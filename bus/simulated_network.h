@@ -13,13 +13,13 @@
 #include "bus/transport.h"
 
 /// @file
-/// A seeded network in virtual time: the same Transport interface, every misfortune on demand, the same history each
-/// time.
+/// Seeded network in virtual time behind the Transport interface. Injects configurable faults; every run with the same
+/// seed is identical.
 ///
-/// Use: make a SimulatedNetwork, then one SimulatedTransport per party. Poll() of a simulated transport never waits: it
-/// delivers what is due at the network's now(). The driver polls every party and then advances time:
+/// Use: create a SimulatedNetwork, then one SimulatedTransport per party. Poll() of a simulated transport never waits:
+/// it delivers the datagrams that are due at the network's now(). The driver polls every party and then advances time:
 ///     while (!done) { for (auto* e : endpoints) e->Poll(0us); network.AdvanceTo(earliest timer or delivery); }
-/// Run() does that for endpoints.
+/// Run() does this for endpoints.
 ///
 /// Thread rule: one thread for a network and all its transports.
 
@@ -28,57 +28,61 @@ namespace legopt::bus {
 class Endpoint;
 class SimulatedTransport;
 
-/// Probabilities are per datagram and receiver, each in [0, 1]. The defaults are a perfect, instant network.
+/// Fault probabilities per datagram and receiver, each in [0, 1]. The defaults are a perfect network without delay.
 struct Misfortune {
   double drop = 0;            ///< never delivered
-  double duplicate = 0;       ///< delivered once more, with its own delay
-  double reorder = 0;         ///< held back by an extra delay of up to `reorder_delay`
+  double duplicate = 0;       ///< delivered a second time, with an independent delay
+  double reorder = 0;         ///< delayed additionally by up to `reorder_delay`
   double corrupt = 0;         ///< 1 - 3 random bytes changed
-  double truncate = 0;        ///< cut at a random length
-  microseconds min_delay{0};  ///< of every datagram
-  microseconds max_delay{0};  ///< of every datagram, >= min_delay; uniform between the two
+  double truncate = 0;        ///< truncated to a random length
+  microseconds min_delay{0};  ///< minimum delay of a datagram
+  microseconds max_delay{0};  ///< maximum delay, >= min_delay; uniformly distributed
   /// Longest extra delay.
   microseconds reorder_delay{50'000};
-  /// Datagrams that may wait for a party, those under way included; more are lost, as in a kernel's receive buffer.
+  /// Maximum number of datagrams queued for a party, including those in flight. More are lost, as in a kernel's receive
+  /// buffer.
   std::size_t receive_buffer = SIZE_MAX;
 
-  /// Standard chaos (docs/reliability.md#the-figures): 20 % loss, 5 % duplication, 10 % reordering, 0 - 50 ms delay.
+  /// Returns the standard faults (docs/reliability.md#the-figures): 20 % loss, 5 % duplication, 10 % reordering, 0 - 50
+  /// ms delay.
   static Misfortune StandardChaos();
 };
 
-/// The wire, and the time, of all parties.
+/// Simulated network and clock of all parties.
 class SimulatedNetwork {
  public:
-  /// Equal seeds and equal use give equal histories.
+  /// Equal seeds and equal calls give equal histories.
   explicit SimulatedNetwork(std::uint64_t seed, const Misfortune& misfortune = {});
   ~SimulatedNetwork();
   SimulatedNetwork(const SimulatedNetwork&) = delete;
   SimulatedNetwork& operator=(const SimulatedNetwork&) = delete;
 
   microseconds now() const { return now_; }                                        ///< virtual time since the start
-  void set_misfortune(const Misfortune& misfortune) { misfortune_ = misfortune; }  ///< for what is sent from now on
+  void set_misfortune(const Misfortune& misfortune) { misfortune_ = misfortune; }  ///< affects future datagrams
 
-  /// Moves time forward (never back) to `time`; delivers nothing by itself.
+  /// Advances the virtual time to `time`, never backwards. Delivers nothing.
   void AdvanceTo(microseconds time);
-  /// AdvanceTo the time that comes `duration` later.
+  /// Advances the virtual time by `duration`.
   void Advance(microseconds duration) { AdvanceTo(now_ + duration); }
-  /// When the earliest datagram under way is due; empty when none is.
+  /// Time at which the earliest datagram in flight is due; empty if there is none.
   std::optional<microseconds> next_delivery() const;
 
-  /// Parties of different partitions do not hear each other; all start in 0. What is under way still arrives.
+  /// Moves a party to a partition. Parties in different partitions do not receive from each other; all start in 0.
+  /// Datagrams in flight still arrive.
   void SetPartition(const SimulatedTransport& transport, int partition);
 
-  /// As with a socket filter at every party: a datagram reaches only the party that its frame is for. A fleet is
-  /// simulated in a time that grows with what is said, not with who could hear it. To be set before anything is sent.
+  /// Simulates a socket filter at every party: a datagram is delivered only to the destination of its frame. The
+  /// simulation time of a fleet then grows with the number of datagrams, not with that of possible receivers. Must be
+  /// called before anything is sent.
   void SetFiltered() { filtered_ = true; }
 
-  /// Puts a datagram on the wire as if a stranger had sent it.
+  /// Sends a datagram that comes from no attached party.
   void Inject(Port port, std::span<const std::uint8_t> datagram);
-  /// Called for every datagram sent, before misfortune strikes; for size checks and recordings.
+  /// Sets a function that is called for every datagram sent, before faults are applied; for size checks and recordings.
   void SetTap(std::function<void(Port, std::span<const std::uint8_t>)> tap) { tap_ = std::move(tap); }
 
-  /// Polls the endpoints and advances time until `done` returns true or `limit` of virtual time has passed since the
-  /// call; returns whether `done` was reached.
+  /// Polls the endpoints and advances time until `done` returns true or `limit` of virtual time has passed. Returns
+  /// whether `done` returned true.
   bool Run(std::span<Endpoint* const> endpoints, const std::function<bool()>& done, microseconds limit);
 
  private:
@@ -102,11 +106,11 @@ class SimulatedNetwork {
   std::function<void(Port, std::span<const std::uint8_t>)> tap_;
 };
 
-/// One party's end of the network.
+/// Transport of one party.
 class SimulatedTransport final : public Transport {
  public:
-  /// `network` must outlive the transport. Transports of one network with different deployments hear each other and
-  /// ignore it.
+  /// `network` must outlive the transport. Transports with different deployments receive each other's datagrams and
+  /// ignore them.
   explicit SimulatedTransport(SimulatedNetwork& network, std::int64_t deployment = 1,
                               std::shared_ptr<const MessageKey> key = nullptr);
   ~SimulatedTransport() override;
@@ -117,13 +121,12 @@ class SimulatedTransport final : public Transport {
   microseconds now() const override;
   std::int64_t deployment() const override;
   const MessageKey* key() const override { return key_.get(); }
-  /// kernel_drops: the full receive buffer; the rest as sent and delivered.
+  /// kernel_drops counts overflows of the receive buffer; the other counters work as usual.
   TransportCounters counters() const override;
 
-  /// Poll delivers at most `datagrams` from now on, as to a party that takes its time for each; the rest waits in its
-  /// receive buffer.
+  /// Limits the datagrams delivered by each Poll, to simulate a slow party. The others wait in its receive buffer.
   void LimitPolls(std::size_t datagrams) { most_per_poll_ = datagrams; }
-  /// When this party's next datagram is due, perhaps in the past; empty when none is under way.
+  /// Time at which this party's next datagram is due, possibly in the past; empty if none is in flight.
   std::optional<microseconds> next_arrival() const;
 
  private:

@@ -21,7 +21,7 @@ constexpr std::uint32_t kDeployment = kFrame + 16;
 constexpr std::uint32_t kDestination = kFrame + 32;
 constexpr std::uint32_t kDestinationEnd = kDestination + 8;
 
-// Metadata of a packet, which the kernel offers at offsets outside of any packet.
+// Metadata of a packet, which the kernel exposes at special offsets.
 constexpr auto kInterface = static_cast<std::uint32_t>(SKF_AD_OFF + SKF_AD_IFINDEX);
 constexpr auto kPacketType = static_cast<std::uint32_t>(SKF_AD_OFF + SKF_AD_PKTTYPE);
 
@@ -30,14 +30,14 @@ constexpr std::uint32_t Word(char a, char b, char c, char d) {
          (static_cast<std::uint32_t>(c) << 8U) | static_cast<std::uint32_t>(d);
 }
 
-// Writes tests one after another. Jumps go to the next test, over it, or to two exits at the end; Attach() resolves
-// them.
+// Builds a filter from a sequence of tests. Jumps lead to the next test, over it, or to one of two exits at the end;
+// Attach() resolves them.
 class Program {
  public:
   enum class Exit : std::uint8_t { kNext, kSkipTest, kAccept, kDrop };
 
-  // Loads the word at `offset` (a packet too short for it is dropped by the kernel), masks it, compares, and leaves by
-  // `equal` or `other`.
+  // Loads the word at `offset`, masks it, compares it and jumps to `equal` or `other`. The kernel drops packets that
+  // are too short.
   void Test(std::uint32_t offset, std::uint32_t value, Exit equal, Exit other, std::uint32_t mask = ~0U) {
     code_.push_back(BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offset));
     exits_.push_back({});
@@ -48,7 +48,7 @@ class Program {
     code_.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, value, 0, 0));
     exits_.push_back({equal, other});
   }
-  // Goes on when the packet has at least `bytes`, else leaves by `shorter`.
+  // Continues with the next test if the packet has at least `bytes`; otherwise jumps to `shorter`.
   void AtLeast(std::uint32_t bytes, Exit shorter) {
     code_.push_back(BPF_STMT(BPF_LD | BPF_W | BPF_LEN, 0));
     exits_.push_back({});
@@ -62,7 +62,7 @@ class Program {
     const std::size_t drop = accept + 1;
     for (std::size_t i = 0; i < accept; ++i) {
       const auto jump = [&](Exit exit) -> std::uint8_t {
-        constexpr std::uint8_t kTestInstructions = 2;  // load and compare; an unmasked test
+        constexpr std::uint8_t kTestInstructions = 2;  // instructions of an unmasked test: load and compare
         if (exit == Exit::kNext) return 0;
         if (exit == Exit::kSkipTest) return kTestInstructions;
         return static_cast<std::uint8_t>((exit == Exit::kAccept ? accept : drop) - i - 1);
@@ -103,7 +103,8 @@ bool AttachSocketFilter(int socket_fd, std::int64_t deployment, std::int64_t sel
   program.Test(kChannel, Word('L', 'E', 'G', 'O'), Exit::kNext, Exit::kDrop);
   program.Test(kChannel + 4, Word('P', 'T', '\0', '\0'), Exit::kNext, Exit::kDrop, kThreeBytes);
   if (self != 0) {
-    // Only a well-formed frame of our deployment for somebody else stays out; what is odd comes in and is counted.
+    // Drops only well-formed frames of this deployment for another party. Malformed packets pass, so that they are
+    // counted.
     program.AtLeast(kDestinationEnd, Exit::kAccept);
     program.Test(kFrame, High(fingerprint), Exit::kNext, Exit::kAccept);
     program.Test(kFrame + 4, Low(fingerprint), Exit::kNext, Exit::kAccept);

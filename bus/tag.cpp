@@ -25,7 +25,7 @@ Tag ComputeTag(std::span<const std::uint8_t> datagram, std::size_t offset, const
   return tag;
 }
 
-// In constant time: a forger must not learn how many bytes were right.
+// Takes constant time: a forger must not learn how many bytes were correct.
 bool TagIsRight(std::span<const std::uint8_t> datagram, std::size_t offset, const MessageKey* key) {
   const Tag right = ComputeTag(datagram, offset, key);
   return sodium_memcmp(right.data(), datagram.subspan(offset).data(), right.size()) == 0;

@@ -9,8 +9,8 @@ namespace {
 
 using std::size_t;
 
-// Length of the UTF-8 character at the front of `text`, 0 when there is none (RFC 3629: no surrogates, nothing
-// overlong).
+// Returns the length of the UTF-8 character at the beginning of `text`; 0 if there is none (RFC 3629: no surrogates, no
+// overlong forms).
 size_t CharacterBytes(std::string_view text) {
   const auto at = [&](size_t i) { return static_cast<std::uint8_t>(text[i]); };
   const auto tail = [&](size_t i) { return i < text.size() && (at(i) & 0xC0U) == 0x80U; };

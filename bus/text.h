@@ -8,10 +8,11 @@
 
 namespace legopt::bus {
 
-/// UTF-8 without NUL.
+/// Returns whether `text` is UTF-8 without NUL.
 bool IsText(const std::string& text);
 
-/// `text` with at most `limit` bytes (whole characters), NULs and bytes that are not UTF-8 replaced by '?'.
+/// Returns `text` truncated to at most `limit` bytes (whole characters), with NULs and invalid UTF-8 bytes replaced by
+/// '?'.
 std::string CleanText(std::string text, std::size_t limit);
 
 }  // namespace legopt::bus

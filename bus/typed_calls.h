@@ -9,21 +9,21 @@
 #include "bus/messages.h"
 
 /// @file
-/// Calls in terms of messages rather than bytes: encodes, decodes and checks on both sides, so that neither a handler
-/// nor a callback ever sees an illegal message. An undecodable request is refused with kMalformed and counted; an
-/// undecodable reply ends its call with kRejected, kMalformed.
+/// Calls with messages instead of bytes: encodes, decodes and validates on both sides, so that handlers and callbacks
+/// receive only valid messages. An undecodable request is refused with kMalformed and counted. An undecodable reply
+/// ends its call with kRejected, kMalformed.
 ///
 ///     ServeMessage<legopt_msg::lease_request>(endpoint,
 ///         [&](const legopt_msg::lease_request& request, EndpointId sender, ReplyTo<legopt_msg::lease_reply> reply)
 ///         {...});
 ///     CallMessage(endpoint, kServer, request, {}, [&](CallOutcome<legopt_msg::lease_reply> outcome) {...});
 ///
-/// Thread rule: as Endpoint.
+/// Thread rule: see Endpoint.
 
 namespace legopt::bus {
 
-/// A Responder that takes a message. Send() throws BusError (kInvalidMessage) when the message is illegal; thrown from
-/// a handler, that becomes a kHandlerFailed refusal.
+/// Responder for a message. Send() throws BusError (kInvalidMessage) if the message is invalid. If a handler lets this
+/// exception out, the call is refused with kHandlerFailed.
 template <class Reply>
 class ReplyTo {
  public:
@@ -31,14 +31,15 @@ class ReplyTo {
   explicit ReplyTo(Responder responder) : responder_(std::move(responder)) {}
   /// Encodes and replies.
   void Send(Reply message) { responder_.Reply(Encode(std::move(message))); }
-  /// As Responder::Reject.
+  /// See Responder::Reject.
   void Reject(ErrorCode code, std::string_view text) { responder_.Reject(code, text); }
 
  private:
   Responder responder_;
 };
 
-/// Serves the call of a request: handler(const Message&, EndpointId sender, ReplyTo<Reply>), for legal ones only.
+/// Registers handler(const Message&, EndpointId sender, ReplyTo<Reply>) for a call. The handler receives only valid
+/// requests.
 template <class Message, class Handler>
 void ServeMessage(Endpoint& endpoint, Handler handler) {
   using Reply = typename CallOf<Message>::Reply;
@@ -53,17 +54,17 @@ void ServeMessage(Endpoint& endpoint, Handler handler) {
   });
 }
 
-/// CallResult, the reply decoded.
+/// CallResult with the decoded reply.
 template <class Reply>
 struct CallOutcome {
-  CallResult::Status status = CallResult::kTimeout;      ///< kRejected also when the reply is not legal
-  Reply reply{};                                         ///< kOk
-  ErrorCode code{};                                      ///< kRejected
-  std::string error;                                     ///< otherwise
-  bool ok() const { return status == CallResult::kOk; }  ///< whether `reply` counts
+  CallResult::Status status = CallResult::kTimeout;  ///< kRejected also if the reply is invalid
+  Reply reply{};                                     ///< set for kOk
+  ErrorCode code{};                                  ///< set for kRejected
+  std::string error;                                 ///< message for humans if not kOk
+  bool ok() const { return status == CallResult::kOk; }
 };
 
-/// Throws BusError (kInvalidMessage) when `request` is illegal, and as Endpoint::Call.
+/// Makes a call with a message. Throws BusError (kInvalidMessage) if `request` is invalid, and as Endpoint::Call does.
 template <class Message>
 CallId CallMessage(Endpoint& endpoint, EndpointId to, Message request, const CallOptions& options,
                    std::function<void(CallOutcome<typename CallOf<Message>::Reply>&&)> callback) {

@@ -4,18 +4,19 @@
 #include <span>
 
 /// @file
-/// What the kernel knows of lost datagrams. Private to bus. Source: proc(5); Linux only, zero elsewhere.
+/// Kernel statistics of lost datagrams. Private to bus. Source: proc(5); Linux only, zero on other systems.
 
 namespace legopt::bus {
 
-/// Sum of the "drops" column of /proc/net/udp over the sockets with these inodes: filtered away or no buffer space.
+/// Returns the sum of the "drops" column of /proc/net/udp over the sockets with these inodes: filtered, or lost because
+/// the buffer was full.
 std::uint64_t SocketDrops(std::span<const std::uint64_t> inodes);
 
-/// "RcvbufErrors" of the Udp lines of /proc/net/snmp: datagrams lost for lack of receive buffer, all sockets of this
-/// network namespace.
+/// "RcvbufErrors" in the Udp lines of /proc/net/snmp: datagrams of all sockets in this network namespace that were lost
+/// because the receive buffer was full.
 std::uint64_t ReceiveBufferErrors();
 
-/// net.core.rmem_max: the largest receive buffer that the kernel grants to a request; 0 when unknown.
+/// net.core.rmem_max: largest receive buffer that the kernel grants; 0 if unknown.
 std::uint64_t LargestReceiveBuffer();
 
 }  // namespace legopt::bus

@@ -86,7 +86,7 @@ FrameFault OpenFrame(std::span<const std::uint8_t> datagram, std::int64_t deploy
   if (reader.Get<std::int64_t>() != legopt_msg::frame::getHash()) return FrameFault::kMalformed;
   frame.header = ReadHeader(reader);
   Tag tag;
-  reader.Bytes(tag);  // looked at in its place
+  reader.Bytes(tag);  // checked below, in the datagram
   const auto payload_bytes = reader.Get<std::int32_t>();
   if (payload_bytes < 0 || static_cast<std::size_t>(payload_bytes) != datagram.size() - kFrameHeaderBytes) {
     return FrameFault::kMalformed;

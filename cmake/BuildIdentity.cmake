@@ -1,20 +1,21 @@
-# Run at every build: writes OUT from TEMPLATE, where the content differs, with what is known only now: the commit and a
-# hash of the sources that decide results. Given besides: SOURCE, the tree; VERSION, COMPILER, FLAGS, LIBRARIES.
+# Runs at every build. Writes OUT from TEMPLATE if the content changes, with facts that are unknown at configuration:
+# the commit and a hash of the sources that determine results. Further parameters: SOURCE, the tree; VERSION, COMPILER,
+# FLAGS, LIBRARIES.
 set(COMMIT "")
 find_program(git git)
 if(git)
-  # The tree may belong to somebody else (containers, a build as root); git would refuse to read it.
+  # The tree may belong to another user (containers, a build as root); git would refuse to read it.
   execute_process(COMMAND ${git} -c safe.directory=* describe --always --dirty --abbrev=10
     WORKING_DIRECTORY ${SOURCE} OUTPUT_VARIABLE COMMIT OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
 endif()
 
-# All that legopt-worker is compiled from. Names first: a file that moves is another source.
+# All sources of legopt-worker. Paths are hashed as well, so moving a file changes the hash.
 set(listing "")
 foreach(room words files legopt lcmtypes bus programs worker)
   file(GLOB_RECURSE files RELATIVE ${SOURCE}
     ${SOURCE}/${room}/*.h ${SOURCE}/${room}/*.inc ${SOURCE}/${room}/*.cpp ${SOURCE}/${room}/*.lcm
     ${SOURCE}/${room}/*.def)
-  list(FILTER files EXCLUDE REGEX "^legopt/statistics/")  # judges results, computes none
+  list(FILTER files EXCLUDE REGEX "^legopt/statistics/")  # evaluates results, computes none
   list(SORT files)
   foreach(file IN LISTS files)
     file(SHA256 ${SOURCE}/${file} hash)

@@ -1,24 +1,25 @@
-# legopt_options: what whoever compiles our headers must compile them with, we or those who link the installed library.
+# legopt_options: compiler options required for our headers, both in this build and for users of the installed library.
 add_library(legopt_options INTERFACE)
 target_include_directories(legopt_options INTERFACE
   $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/legopt>)
 target_compile_features(legopt_options INTERFACE cxx_std_20)
 if(LEGOPT_ARCH AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
-  # Decides how Eigen aligns its fixed-size types, and so the layout of ours.
+  # Determines the alignment of Eigen's fixed-size types, and therefore the layout of our types.
   target_compile_options(legopt_options INTERFACE -march=${LEGOPT_ARCH})
 endif()
-# No fusing of products and sums that the source does not ask for: it would depend on what is inlined where, and the same
-# seed would give other bits in another build (sources compiled one at a time or some). Eigen's kernels fuse explicitly.
+# Disables implicit fusing of products and sums: it would depend on inlining, so the same seed would give different bits
+# in another build (e.g. with single or combined sources). Eigen's kernels fuse explicitly.
 target_compile_options(legopt_options INTERFACE -ffp-contract=off)
 
-# Warnings are for our own code: of the folder, so that nobody inherits them. Third-party code is never compiled here.
+# Warnings apply to our own code only: they are set for the folder, so that no user inherits them. Third-party code is
+# never compiled here.
 add_compile_options(
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wold-style-cast -Wcast-qual -Woverloaded-virtual
   $<$<BOOL:${LEGOPT_WERROR}>:-Werror>)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-  # False alarms of g++ 12: the first two inside Eigen's assignments of 3-vectors, the others for "literal" + std::string.
+  # False alarms of g++ 12: the first two in Eigen's assignments of 3-vectors, the others for "literal" + std::string.
   add_compile_options(-Wno-array-bounds -Wno-maybe-uninitialized -Wno-restrict -Wno-stringop-overflow)
-  # g++ collects its own garbage from 128 MB on, which takes a sixth of a build; later where each compiler has 3 GB.
+  # g++ starts its garbage collection at 128 MB, which costs a sixth of a build. Starts later if each compiler has 3 GB.
   cmake_host_system_information(RESULT memory_mib QUERY TOTAL_PHYSICAL_MEMORY)
   cmake_host_system_information(RESULT processors QUERY NUMBER_OF_LOGICAL_CORES)
   math(EXPR memory_mib "${memory_mib} / ${processors}")
@@ -40,7 +41,7 @@ if(LEGOPT_SANITIZE)
   add_link_options(-fsanitize=${LEGOPT_SANITIZE})
 endif()
 
-# What may change the bits of a result, for people and the build's id.
+# Flags that may change the bits of a result; displayed to users and part of the build's id.
 string(TOUPPER "${CMAKE_BUILD_TYPE}" build_type)
 set(LEGOPT_NUMERIC_FLAGS ${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${build_type}})
 get_target_property(interface_flags legopt_options INTERFACE_COMPILE_OPTIONS)
@@ -51,9 +52,9 @@ endif()
 list(REMOVE_DUPLICATES LEGOPT_NUMERIC_FLAGS)
 list(JOIN LEGOPT_NUMERIC_FLAGS " " LEGOPT_NUMERIC_FLAGS)
 
-# legopt_optimize_rooms(LEVEL): what follows is compiled with this level in Release builds. All numerics is in legopt/,
-# which has the highest; elsewhere a job's time is spent in system calls and SQLite, and the compiler's time is a
-# newcomer's. No link-time optimisation: it took a quarter of a build, and solves are as fast without.
+# legopt_optimize_rooms(LEVEL): compiles the following targets with this level in Release builds. All numerics is in
+# legopt/, which uses the highest level. Elsewhere a job's time is spent in system calls and SQLite, and a lower level
+# shortens builds. Link-time optimisation is off: it took a quarter of a build, and solves are as fast without it.
 macro(legopt_optimize_rooms level)
   set(CMAKE_CXX_FLAGS_RELEASE "${level} -DNDEBUG")
 endmacro()

@@ -1,7 +1,6 @@
-# legopt_planted_fault(NAME SEEDS MAIN LIBRARIES): a test that its checker can fail.
-# The checker must be able to fail: each file of planted/ is a fault planted in a copy of one source file, and a program
-# in which the histories must find it. (Its object stands before the library that has the same source unchanged
-# and compiled alone.)
+# legopt_planted_fault(NAME SEEDS MAIN LIBRARIES): tests that a checker detects faults. Each file of planted/ describes
+# a fault planted in a copy of one source file. The histories must find it in the resulting program. (Its object
+# precedes the library, in which the same source is unchanged and compiled alone.)
 function(legopt_planted_fault name seeds main libraries)
   set(description ${CMAKE_CURRENT_SOURCE_DIR}/planted/${name}.txt)
   file(READ ${description} text)

@@ -21,7 +21,7 @@ function(legopt_add_suites program timeout labels results apart)
   string(REPLACE "\n" ";" lines "${text}")
   foreach(line IN LISTS lines)
     if(line MATCHES "^[^ ].*\\.$")
-      set(suite "${line}")  # with its dot
+      set(suite "${line}")  # including its dot
       if(NOT apart)
         _legopt_add_entry(${program} "${suite}*" ${timeout} "${labels}" ${results})
       endif()

@@ -8,7 +8,7 @@
 namespace legopt::files {
 namespace {
 
-// Empty: there is none.
+// Returns the limit on file sizes as text; empty if there is none.
 std::string FileSizeLimit() {
   rlimit limit{};
   if (::getrlimit(RLIMIT_FSIZE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return {};

@@ -6,18 +6,18 @@
 
 namespace legopt::files {
 
-/// True for the errors by which the machine, not the file, refuses: too many open files (EMFILE, ENFILE), no memory
-/// (ENOMEM). Programs end with exit code 71 then.
+/// Returns whether the error is a shortage of the machine, not a fault of the file: too many open files (EMFILE,
+/// ENFILE) or no memory (ENOMEM). Programs end with exit code 71 then.
 bool IsShortage(int error);
 
-/// The system's text for an error number, and what to do about it: "No space left on device; make room".
+/// Returns the system's text for an error number and a remedy: "No space left on device; make room".
 std::string Explain(int error);
 
-/// The advice for a write that failed for a cause that is not known: names the limit on file sizes, if there is one,
-/// else `usual`.
+/// Returns the advice for a write that failed for an unknown reason: the limit on file sizes, if there is one, else
+/// `usual`.
 std::string WriteAdvice(const std::string& usual);
 
-/// A file cannot be created, written or locked. what() is "PATH: CAUSE; FIX", ready to be printed.
+/// Error: a file cannot be created, written or locked. what() is "PATH: CAUSE; FIX", ready to be printed.
 class FileError : public std::runtime_error {
  public:
   /// "PATH: cannot be written: Permission denied; ..." for `action` "cannot be written".
@@ -25,7 +25,7 @@ class FileError : public std::runtime_error {
 
   int error() const { return error_; }                   ///< errno
   const std::string& reason() const { return reason_; }  ///< text after the path
-  bool shortage() const { return IsShortage(error_); }   ///< see IsShortage
+  bool shortage() const { return IsShortage(error_); }
 
  private:
   std::string reason_;

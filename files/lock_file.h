@@ -6,12 +6,12 @@ namespace legopt::files {
 
 /// Opens a lock file for reading and writing, or creates it (0644 before the umask); the caller closes the descriptor.
 ///
-/// Refuses what can be no lock file of this program, without changing it: a symbolic link, anything but a regular file,
-/// a file of another user (but root), a file with further hard links, a file with other content than
-/// kLockFileBeginning. Throws FileError.
+/// Refuses, without changing it, a path that cannot be a lock file of this program: a symbolic link, anything but a
+/// regular file, a file of another user except root, a file with further hard links, a file whose content does not
+/// begin with kLockFileBeginning. Throws FileError.
 int OpenLockFile(const std::filesystem::path& path);
 
-/// How the text of a lock file begins.
+/// Beginning of the text in a lock file.
 inline constexpr char kLockFileBeginning[] = "process ";
 
 }  // namespace legopt::files

@@ -21,9 +21,9 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr const char* kCannotBeWritten = "cannot be written";
-constexpr int kAttempts = 100;  // number of names tried
+constexpr int kAttempts = 100;  // number of file names to try
 
-/// A descriptor that is closed at the end.
+/// File descriptor, closed by the destructor.
 class OpenFile {
  public:
   explicit OpenFile(int fd) : fd_(fd) {}
@@ -38,7 +38,7 @@ class OpenFile {
   int fd_;
 };
 
-// 0 or errno.
+// Returns 0 or errno.
 int WriteAll(int fd, std::string_view bytes) {
   while (!bytes.empty()) {
     const ssize_t count = ::write(fd, bytes.data(), bytes.size());
@@ -50,7 +50,7 @@ int WriteAll(int fd, std::string_view bytes) {
   return 0;
 }
 
-// 0 or errno; some file systems cannot sync.
+// Returns 0 or errno. Some file systems do not support sync; that is no error.
 int Sync(int fd) { return ::fsync(fd) == 0 || errno == EINVAL || errno == EROFS ? 0 : errno; }
 
 int OpenNew(const fs::path& path, mode_t mode) {
@@ -65,14 +65,14 @@ std::string RandomDigits() {
   return {digits.data(), end};
 }
 
-// A file beside `target` with an unpredictable name.
+// Returns an unpredictable file name in the folder of `target`.
 fs::path TemporaryBeside(const fs::path& target) {
   constexpr std::size_t kMostOfName = 200;  // a name has at most 255 bytes
   const std::string name = target.filename().string().substr(0, kMostOfName);
   return target.parent_path() / (name + "." + RandomDigits() + ".new");
 }
 
-// What `path` names once its symbolic links are followed; a dangling link names the file it would create.
+// Returns the path after following symbolic links. For a dangling link it is the file that the link would create.
 fs::path FollowLinks(fs::path path) {
   constexpr int kMaxLinks = 40;
   std::error_code error;
@@ -82,13 +82,14 @@ fs::path FollowLinks(fs::path path) {
   return path;
 }
 
-// The folder's entry for a file that was renamed; not every file system can do it, and the file itself is safe.
+// Syncs the folder's entry of a renamed file. Ignores failures: some file systems cannot do it, and the file itself is
+// synced.
 void SyncFolder(const fs::path& folder) {
   const OpenFile opened(::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (opened.get() >= 0) ::fsync(opened.get());
 }
 
-// "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1": 1.
+// Returns the descriptor named by "/dev/stdout", "/dev/fd/1" or "/proc/self/fd/1"; here: 1.
 std::optional<int> OwnDescriptor(const fs::path& path) {
   const std::string name = path.string();
   if (name == "/dev/stdout") return STDOUT_FILENO;

@@ -10,7 +10,7 @@
 namespace legopt::programs {
 namespace {
 
-// The kernel refuses a mask that is too small for its own: machines with more than 1024 processors.
+// The kernel rejects a mask smaller than its own, e.g. on machines with more than 1024 processors.
 constexpr int kFirstSize = 1024, kLastSize = 1 << 20;
 
 class Mask {
@@ -58,7 +58,7 @@ std::vector<int> AffinityMask() {
 
 std::vector<int> OneOfEachCore(std::span<const int> processors, const std::filesystem::path& root) {
   std::vector<int> cores;
-  std::set<std::string> seen;  // lists of the processors that share a core, as the kernel writes them
+  std::set<std::string> seen;  // lists of processors that share a core, as written by the kernel
   for (const int processor : processors) {
     const std::string folder = "sys/devices/system/cpu/cpu" + std::to_string(processor);
     std::string siblings;

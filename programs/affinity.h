@@ -7,20 +7,20 @@
 
 namespace legopt::programs {
 
-/// Numbers of the processors that this thread may run on, ascending; empty: not known.
+/// Processors on which this thread may run, ascending; empty: unknown.
 std::vector<int> AffinityMask();
 
-/// The first of `processors` on each physical core, in their order: two that share a core take its time from each
-/// other. Files are looked for below `root` (tests bring a tree of their own); a processor of which nothing is known
-/// counts as a core.
+/// Returns the first of `processors` on each physical core, in their order, because two processors of a core slow each
+/// other down. Reads files below `root` (tests use their own tree). A processor without information counts as a core.
 std::vector<int> OneOfEachCore(std::span<const int> processors, const std::filesystem::path& root = "/");
 
-/// Which processor each of `slots` is pinned to: one core each, when they fill the granted cores. Else none is (empty):
-/// of more cores than slots others may use some, and the kernel knows which; fewer cores are taken in turns.
+/// Returns the processor to which each of `slots` is pinned: one core per slot, if the slots use all granted cores.
+/// Otherwise none is pinned (empty). With more cores than slots other programs may use some, and the kernel can choose.
+/// With fewer cores than slots the slots share them.
 std::vector<int> PlacesOfSlots(int slots, const std::vector<int>& cores);
 
-/// Keeps this thread on one processor while it lives: what is started meanwhile stays there. Where the kernel refuses,
-/// as the grant has changed, it stays where it may. Thread rule: one thread.
+/// Pins this thread to one processor during its lifetime; child processes started meanwhile inherit that. If the kernel
+/// refuses because the grant has changed, the thread is not pinned. Thread rule: one thread.
 class PinnedThread {
  public:
   explicit PinnedThread(int processor);

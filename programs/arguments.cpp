@@ -21,14 +21,14 @@ constexpr int kWrongUsage = StatusOf(ExitCode::kUsage);
 
 using Words = std::vector<std::string>;
 
-// A command line as far as it names commands: "legopt dataset check ...".
+// Command named on a command line: "legopt dataset check ...".
 struct NamedCommand {
   CLI::App* app = nullptr;
   std::string path;       // "legopt dataset check"
-  std::size_t end = 0;    // index of the first word after its name
+  std::size_t end = 0;    // index of the first word after the command's name
   bool complete = false;  // needs no further command
-  std::string unknown;    // the word that should have been one
-  std::string fault;      // of an option that stands before a command
+  std::string unknown;    // word that is not the name of a command
+  std::string fault;      // fault of an option before a command
 };
 
 Words CommandNames(const CLI::App& app) {
@@ -42,7 +42,7 @@ bool IsOption(const std::string& word) {
          word[1] != '.';
 }
 
-// "--port" of "--port=7667", "-v" of "-vx".
+// Returns "--port" for "--port=7667", "-v" for "-vx".
 std::string OptionName(const std::string& word) {
   return word.rfind("--", 0) == 0 ? word.substr(0, word.find('=')) : word.substr(0, 2);
 }
@@ -50,7 +50,7 @@ std::string OptionName(const std::string& word) {
 std::string UnknownOption(const CLI::App& app, const std::string& word) {
   Words names;
   for (const auto* option : app.get_options()) {
-    if (option->get_group().empty()) continue;  // hidden from people
+    if (option->get_group().empty()) continue;  // hidden from users
     for (const auto& name : option->get_lnames()) names.push_back(name);
   }
   const std::string typed = word.substr(0, word.find('='));
@@ -85,7 +85,7 @@ bool WantsMore(const Words& words) {
   return std::any_of(words.begin(), words.end(), [](const auto& word) { return word == "--verbose" || word == "-v"; });
 }
 
-// "help run" is "run --help". Only as the first word: behind an option it is that option's value.
+// Converts "help run" to "run --help". Only for the first word, because after an option "help" is the option's value.
 Words WithoutHelpCommand(Words words) {
   if (words.empty()) return words;
   if (words.front() == "version") return WantsMore(words) ? Words{"--version", "--verbose"} : Words{"--version"};
@@ -105,7 +105,7 @@ std::string UnknownCommand(const NamedCommand& command, std::span<const Synonym>
   return "unknown command '" + command.unknown + "'; " + SuggestName(typed, names);
 }
 
-// Before anything else is complained about: a misspelt option also leaves arguments over or a required one missing.
+// Checked before other errors, because a misspelt option also causes left-over arguments or a missing required one.
 std::string FindUnknownOption(const NamedCommand& command, const Words& words) {
   for (std::size_t i = command.end; i < words.size() && words[i] != "--"; ++i) {
     if (!IsOption(words[i])) continue;
@@ -117,7 +117,7 @@ std::string FindUnknownOption(const NamedCommand& command, const Words& words) {
   return {};
 }
 
-// What is left over, in the order in which it was typed; CLI11 has its own.
+// Returns the left-over arguments in the order in which they were typed; CLI11 uses another order.
 std::string Unexpected(const CLI::App& app, const Words& words) {
   Words left = app.remaining(true), typed;
   for (const auto& word : words) {
@@ -131,7 +131,7 @@ std::string Unexpected(const CLI::App& app, const Words& words) {
   return text;
 }
 
-// "Could not convert: ID = abc" for an option without a check of its own.
+// Converts "Could not convert: ID = abc" for an option without a check.
 std::string NotConverted(const CLI::App& app, const std::string& words) {
   constexpr char kBegin[] = "Could not convert: ", kEquals[] = " = ";
   const std::size_t equals = words.find(kEquals);

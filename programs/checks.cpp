@@ -10,7 +10,7 @@
 namespace legopt::programs {
 namespace {
 
-// from_chars, because stream conversion depends on the locale and accepts trailing text.
+// Uses from_chars, because stream conversion depends on the locale and accepts trailing text.
 template <class Value>
 std::optional<Value> Parse(const std::string& word) {
   Value value{};

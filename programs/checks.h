@@ -11,23 +11,23 @@
 
 namespace legopt::programs {
 
-/// What the value of an option may be. The error names the option, what it takes, and what it got: "--workers: must be
-/// a whole number from 1 to 1024 (got 'many')".
+/// Check of an option's value. The error contains the option, the permitted values, and the given one: "--workers: must
+/// be a whole number from 1 to 1024 (got 'many')".
 struct ValueCheck {
-  std::function<std::string(const std::string& word)> fault;  ///< of a word as it was typed; empty: none
-  std::string range;                                          ///< in the help, behind the option; empty: nothing
+  std::function<std::string(const std::string& word)> fault;  ///< returns the fault of a word as typed; empty: none
+  std::string range;                                          ///< shown in the help after the option; empty: nothing
 };
 
-/// A decimal whole number in [low, high]; without `high`, "of at least LOW".
+/// Check for a decimal integer in [low, high]; without `high`, the error says "of at least LOW".
 ValueCheck WholeNumber(std::int64_t low, std::int64_t high = std::numeric_limits<std::int64_t>::max());
 
-/// A finite number in [low, high].
+/// Check for a finite number in [low, high].
 ValueCheck Number(double low, double high);
 
-/// One of some words; the error names the nearest one.
+/// Check for one of some words; the error contains the nearest one.
 ValueCheck OneOf(std::vector<std::string> words);
 
-/// The words of an enumeration, in its order.
+/// Returns the names of an enumeration, in its order.
 template <Worded Enum>
 std::vector<std::string> WordsOf() {
   std::vector<std::string> words;
@@ -35,7 +35,7 @@ std::vector<std::string> WordsOf() {
   return words;
 }
 
-/// Likewise, each with its value, for Command::AddChoice.
+/// Returns the names of an enumeration with their enumerators, for Command::AddChoice.
 template <Worded Enum>
 std::vector<std::pair<std::string, Enum>> WordChoicesOf() {
   std::vector<std::pair<std::string, Enum>> choices;
@@ -43,9 +43,9 @@ std::vector<std::pair<std::string, Enum>> WordChoicesOf() {
   return choices;
 }
 
-/// "a, b or c".
+/// Returns "a, b or c".
 std::string Alternatives(const std::vector<std::string>& words);
-/// "a, b, c".
+/// Returns "a, b, c".
 std::string Joined(const std::vector<std::string>& words);
 
 }  // namespace legopt::programs

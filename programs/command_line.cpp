@@ -45,8 +45,8 @@ std::string FaultOfNumber(const std::string& word) {
   return kind + " (got '" + word + "')";
 }
 
-// CLI11 reads 010 as 8 and takes 0x10, " 1" and, without a sign, -1. It is handed the decimal number that was meant,
-// and no other word. Option::Check replaces the second validator by one that names the range.
+// CLI11 reads 010 as 8 and accepts 0x10, " 1" and, for unsigned numbers, -1. This function passes it the decimal
+// number, and rejects other words. Option::Check replaces the second validator by one that prints the range.
 template <class Number>
 void ReadAsDecimal(CLI::Option& option) {
   const auto normalize = [](std::string& word) {
@@ -70,7 +70,7 @@ Option Option::Check(ValueCheck check) const {
   const auto fault = [fault = std::move(check.fault)](const std::string& word) { return fault(word); };
   try {
     option_->get_validator(kAnyNumber)->active(false);
-  } catch (const CLI::OptionNotFound&) {  // no number
+  } catch (const CLI::OptionNotFound&) {  // not a number
   }
   option_->check(CLI::Validator(fault, check.range));
   return *this;

@@ -17,78 +17,79 @@ class App;
 class Option;
 }  // namespace CLI
 
-/// What a program takes on its command line: commands, options bound to variables, checks of their values, help. The
-/// library behind it, CLI11, stays out of sight: its headers cost seconds in each file that sees them. Not thread-safe.
+/// Definition of a program's command line: commands, options bound to variables, checks of their values, help. Hides
+/// the library CLI11, whose headers take seconds to compile in each file that includes them. Not thread-safe.
 namespace legopt::programs {
 
-/// Handle of an option, to say more about it: `command.AddOption(...).Required().Check(WholeNumber(1))`. Valid as long
+/// Handle of an option, for further settings: `command.AddOption(...).Required().Check(WholeNumber(1))`. Valid as long
 /// as its Program.
 class Option {
  public:
   explicit Option(CLI::Option* option) : option_(option) {}
 
   Option Required() const;
-  /// In the order in which they were added.
+  /// Adds a check. Checks run in the order in which they were added.
   Option Check(ValueCheck check) const;
-  /// The heading that it stands under in the help; empty: people are not told of it.
+  /// Sets the heading of the option in the help; empty: hidden.
   Option Group(const std::string& heading) const;
-  /// What the help shows for its value, e.g. "WORD".
+  /// Sets the placeholder of the value in the help, e.g. "WORD".
   Option ValueName(const std::string& name) const;
-  /// Of several values: each use of the flag takes one argument, so that it does not swallow the next ones.
+  /// Each use of an option with several values takes one argument, so that it does not consume the following ones.
   Option OneArgumentEach() const;
-  /// Its value may be left out and is `value` then.
+  /// Makes the value optional; the default is `value`.
   Option ValueMayBeLeftOut(const std::string& value) const;
-  /// The help shows the value that the variable has now.
+  /// Shows the current value of the variable in the help.
   Option ShowDefault() const;
   Option Excludes(Option other) const;
-  /// The other option has to be given beside it.
+  /// The other option must also be given.
   Option Needs(Option other) const;
 
  private:
   CLI::Option* option_;
 };
 
-/// Handle of a command, or of the program itself. Valid as long as its Program. What an option is bound to must outlive
-/// the parse.
+/// Handle of a command, or of the program itself. Valid as long as its Program. Variables bound to options must outlive
+/// parsing.
 class Command {
  public:
   explicit Command(CLI::App* app) : app_(app) {}
 
-  /// "--name", "-n,--name", or "NAME" for an argument by its place. `Value` is int, std::int64_t, std::uint64_t,
-  /// double, std::string, std::filesystem::path, or a std::optional or std::vector of one (as far as command_line.cpp
-  /// instantiates it).
+  /// Adds an option "--name" or "-n,--name", or a positional argument "NAME". `Value` is int, std::int64_t,
+  /// std::uint64_t, double, std::string, std::filesystem::path, or a std::optional or std::vector of one (if
+  /// command_line.cpp instantiates it).
   template <class Value>
   Option AddOption(const std::string& name, Value& value, const std::string& help) const;
-  /// A list: values with commas between them (value_list.h), in one use of the flag or several. `check` tests each
-  /// value.
+  /// Adds a list option: values separated by commas (value_list.h), in one or several uses of the flag. `check` tests
+  /// each value.
   Option AddList(const std::string& name, std::vector<std::string>& values, const std::string& help,
                  const IsWholeValue& is_whole = {}, const ValueCheck& check = {}) const;
-  /// One whose value nobody wants.
+  /// Adds an option whose value is ignored.
   Option AddOption(const std::string& name, const std::string& help) const;
   Option AddFlag(const std::string& name, bool& value, const std::string& help) const;
-  /// `action` is called with the word that was typed, during the parse.
+  /// Adds an option; `action` is called with its word during parsing.
   Option AddAction(const std::string& name, const std::function<void(const std::string&)>& action,
                    const std::string& help) const;
   Option AddFlagAction(const std::string& name, std::function<void()> action, const std::string& help) const;
-  /// One of `choices`; the error names the nearest one. The help does not list them.
+  /// Adds an option with one of `choices` as value; the error contains the nearest one. The help does not list them.
   template <class Choice>
   Option AddChoice(const std::string& name, Choice& value, const std::string& help,
                    std::vector<std::pair<std::string, Choice>> choices) const;
-  /// The word of an enumerator, which `check` lets pass. `value` is an Enum, or a std::optional of one.
+  /// Adds an option with the name of an enumerator as value, restricted by `check`. `value` is an Enum, or a
+  /// std::optional of one.
   template <Worded Enum, class Value>
   Option AddWord(const std::string& name, Value& value, const std::string& help,
                  ValueCheck check = OneOf(WordsOf<Enum>())) const;
 
   Command AddCommand(const std::string& name, const std::string& help) const;
-  /// `action` is called at the end of a parse that chose this command.
+  /// `action` is called at the end of parsing if this command was chosen.
   void WhenChosen(std::function<void()> action) const;
-  /// One of its commands has to be given.
+  /// Requires one of its commands.
   void RequireCommand() const;
-  /// Its options may also stand behind the name of a command of its own.
+  /// Permits its options also after the name of one of its commands.
   void LetOptionsFollowCommands() const;
-  /// A flag of this command and of all below it.
+  /// Adds a flag to this command and all below it.
   void AddFlagThroughout(const std::string& name, bool& value, const std::string& help) const;
-  /// Below the help. Commands that are added later inherit it.
+  /// Sets the text below the help. Commands that are added later inherit it.
   void SetFooter(const std::string& text) const;
 
   /// For programs::ParseCommandLine.
@@ -101,7 +102,7 @@ class Command {
   CLI::App* app_;
 };
 
-/// The command line of a whole program.
+/// Command line of a whole program.
 class Program : public Command {
  public:
   Program(const std::string& name, const std::string& description);
@@ -109,7 +110,7 @@ class Program : public Command {
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
 
-  /// What --version and "version" print, and, with --verbose besides, what they print then.
+  /// Sets the outputs of --version and "version": `text`, and with --verbose `report`.
   void SetVersion(const std::string& text, const std::string& report);
   const std::string& version_report() const { return version_report_; }
 

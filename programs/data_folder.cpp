@@ -33,7 +33,7 @@ std::filesystem::path DataFolder() {
     throw InputError({"LEGOPT_DATA", "", environment, "no such folder",
                       "set it to the folder that holds suites/ and garage-easier/, or unset it"});
   }
-  // Beside an installed program, a built one, a built test.
+  // Locations of an installed program, a built program, and a built test.
   for (const char* place : {"../share/legopt/data", "legopt-data", "../legopt-data"}) {
     const auto folder = (ProgramFolder() / place).lexically_normal();
     if (IsFolder(folder)) return std::filesystem::canonical(folder);

@@ -5,12 +5,12 @@
 
 namespace legopt::programs {
 
-/// Whether a text is the content hash of a dataset: 64 lower-case hexadecimal digits. Thread-safe.
+/// Returns whether a text is a content hash of a dataset: 64 lower-case hexadecimal digits. Thread-safe.
 bool IsDatasetHash(const std::string& text);
 
-/// The folder of this user's dataset cache: $XDG_CACHE_HOME/legopt/datasets, else ~/.cache/legopt/datasets; where there
-/// is neither, legopt-UID/datasets in the folder for temporary files. Workers keep datasets there that they fetched, as
-/// FOLDER/HASH; the content has to be hashed again before use. To be asked before a process leaves its user namespace.
+/// Folder of this user's dataset cache: $XDG_CACHE_HOME/legopt/datasets, else ~/.cache/legopt/datasets, else
+/// legopt-UID/datasets in the folder for temporary files. Workers store fetched datasets there as FOLDER/HASH; the
+/// content must be hashed again before use. Must be called before a process enters another user namespace.
 std::filesystem::path DatasetCacheFolder();
 
 }  // namespace legopt::programs

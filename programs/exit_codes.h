@@ -7,33 +7,33 @@
 
 namespace legopt::programs {
 
-/// What the exit status of `legopt`, `legopt-server` and `legopt-worker` means: one set, so that a script can tell the
-/// causes apart whichever program reported them.
+/// Exit codes of `legopt`, `legopt-server` and `legopt-worker`: a common set, so that a script can distinguish causes
+/// regardless of the program.
 enum class ExitCode : int {
-  kOk = 0,                ///< done
-  kUsage = 2,             ///< wrong flag, bad input file (suite, dataset, solution file, SQL), or an output (standard
-                          ///< output, a file asked for) that cannot be written; a worker of another protocol version
-  kUnreachable = 3,       ///< no server answered in time, or waiting timed out
-  kJobsFailed = 4,        ///< the experiment ended, but jobs crashed, died or could not run; or `evaluate` judged the
-                          ///< file, but solutions of it could not be read
-  kDatasetMismatch = 5,   ///< the dataset's content is not the one the experiment was made with
-  kDatabaseUnusable = 6,  ///< missing, unwritable, damaged, or in use by another server
-  kNetworkUnusable = 7,   ///< no multicast route, or the port belongs to another deployment
-  kInterrupted = 8,       ///< cancelled by the user or interrupted by a signal
-  kNewerDatabase = 9,     ///< the database was written by a newer legopt; this one leaves it alone
-  kWorse = 10,            ///< `compare --fail-if-worse`: B is worse than A
-  kOtherBits = 11,        ///< `replay`: the same status and verdicts, but not the same bits
-  kOtherResult = 12,      ///< `replay`: another status or verdict, or none
-  kCertificateMismatch = 13,  ///< a certificate of feasibility is about another dataset, or another state of it
-  kEngineRefused = 14,        ///< the batch system refuses a pool, does not answer, or has ended all of its workers
-  kNoProgress = 15,           ///< waiting ended by --give-up: nothing moved for so long
+  kOk = 0,     ///< success
+  kUsage = 2,  ///< wrong flag, invalid input file (suite, dataset, solution file, SQL), unwritable output (standard
+               ///< output or a file), or a worker with another protocol version
+  kUnreachable = 3,  ///< no server answered in time, or waiting timed out
+  kJobsFailed = 4,   ///< the experiment ended, but jobs crashed, died or could not run; or `evaluate` could not read
+                     ///< solutions of the file
+  kDatasetMismatch = 5,       ///< the dataset's content differs from that of the experiment
+  kDatabaseUnusable = 6,      ///< missing, unwritable, damaged, or in use by another server
+  kNetworkUnusable = 7,       ///< no multicast route, or the port belongs to another deployment
+  kInterrupted = 8,           ///< cancelled by the user or interrupted by a signal
+  kNewerDatabase = 9,         ///< the database was written by a newer legopt and was not changed
+  kWorse = 10,                ///< `compare --fail-if-worse`: B is worse than A
+  kOtherBits = 11,            ///< `replay`: same status and verdicts, but different bits
+  kOtherResult = 12,          ///< `replay`: another status or verdict, or no result
+  kCertificateMismatch = 13,  ///< a certificate of feasibility belongs to another dataset, or to another version of it
+  kEngineRefused = 14,        ///< the batch system refuses a pool, does not answer, or has ended all its workers
+  kNoProgress = 15,           ///< waiting ended by --give-up: no progress for that time
   kCutShort = 16,             ///< `query`: a limit (rows, bytes or time) was reached before the end of the result
-  kNotPermitted = 17,         ///< the key is that of a role which may not do this
+  kNotPermitted = 17,         ///< the role of the key does not permit this
   kInternal = 70,             ///< a defect of legopt; please report it
-  kMachine = 71,  ///< this machine gave out: no memory, no more processes, or one of the programs is not there
+  kMachine = 71,  ///< resources of this machine exhausted: memory or processes; or one of the programs is missing
 };
 
-/// As `main` returns it.
+/// Returns the value for `main`.
 constexpr int StatusOf(ExitCode code) { return static_cast<int>(code); }
 
 struct ExitCodeText {
@@ -63,7 +63,7 @@ inline constexpr std::array<ExitCodeText, 19> kExitCodeTexts{{
     {ExitCode::kMachine, "out of memory or processes, or a program is missing"},
 }};
 
-/// What `--help` says of the codes that a program ends with, one a line; of all, given none.
+/// Returns the help text for the exit codes of a program, one per line; without arguments for all codes.
 std::string ExitCodeHelp(std::initializer_list<ExitCode> codes = {});
 
 }  // namespace legopt::programs

@@ -36,7 +36,8 @@ bool ListHas(const std::string& list, std::string_view word) {
   return false;
 }
 
-// The group of this process by hierarchy: "cpu" of version 1, "" for version 2. From lines "4:cpu,cpuacct:/path".
+// Returns the control group of this process by hierarchy: "cpu" of version 1, "" for version 2. Reads lines
+// "4:cpu,cpuacct:/path".
 std::map<std::string, std::string> GroupPaths(const std::filesystem::path& root) {
   std::map<std::string, std::string> paths;
   std::ifstream file(root / "proc/self/cgroup");
@@ -52,12 +53,12 @@ std::map<std::string, std::string> GroupPaths(const std::filesystem::path& root)
 }
 
 struct GroupMount {
-  std::string hierarchy;  // as in GroupPaths
-  std::string group;      // that is mounted
-  std::string folder;     // where
+  std::string hierarchy;  // see GroupPaths
+  std::string group;      // mounted group
+  std::string folder;     // mount point
 };
 
-// Lines "30 22 0:27 GROUP FOLDER rw ... - TYPE SOURCE OPTIONS" of the mounts of control groups.
+// Parses lines "30 22 0:27 GROUP FOLDER rw ... - TYPE SOURCE OPTIONS" for mounts of control groups.
 std::vector<GroupMount> GroupMounts(const std::filesystem::path& root) {
   std::vector<GroupMount> mounts;
   std::ifstream file(root / "proc/self/mountinfo");
@@ -84,16 +85,16 @@ std::optional<double> QuotaOf(const std::filesystem::path& group) {
   if (std::ifstream both(group / "cpu.max"); both) {  // version 2: "250000 100000", or "max 100000"
     both >> quota >> period;
     if (!both) return std::nullopt;
-  } else {  // version 1: -1 where there is none
+  } else {  // version 1: -1 if there is no quota
     std::ifstream(group / "cpu.cfs_quota_us") >> quota;
     std::ifstream(group / "cpu.cfs_period_us") >> period;
   }
   return quota > 0 && period > 0 ? std::optional(quota / period) : std::nullopt;
 }
 
-// The group's folder below the mount. In a container the mount may begin at the group itself.
+// Returns the group's folder below the mount. In a container the mount may begin at the group itself.
 std::filesystem::path FolderBelow(const GroupMount& mount, const std::string& group) {
-  if (group.find("/..") != std::string::npos) return {};  // outside of what is mounted here
+  if (group.find("/..") != std::string::npos) return {};  // outside of the mounted part
   const std::string prefix = mount.group == "/" ? "" : mount.group;
   if (group.rfind(prefix, 0) != 0) return {};
   return std::filesystem::path(group.substr(prefix.size())).relative_path();

@@ -8,7 +8,7 @@
 namespace legopt::programs {
 namespace {
 
-// What stands behind the first "NAME:" of a file of lines "name<tabs>: value"; empty: there is none.
+// Returns the value of the first line "name<tabs>: value" with this name; empty if there is none.
 std::string ValueOf(const std::filesystem::path& file, std::string_view name) {
   std::ifstream lines(file);
   for (std::string line; std::getline(lines, line);) {

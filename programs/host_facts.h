@@ -7,16 +7,16 @@
 
 namespace legopt::programs {
 
-/// The machine that a time was measured on.
+/// Description of the machine, for measured times.
 struct HostFacts {
-  std::string processor;          ///< model as the kernel names it; "unknown"
-  std::int64_t memory_bytes = 0;  ///< of the machine; 0: unknown
+  std::string processor;          ///< model as reported by the kernel; "unknown"
+  std::int64_t memory_bytes = 0;  ///< memory of the machine; 0: unknown
 };
 
-/// Files are looked for below `root` (tests bring a tree of their own).
+/// Reads files below `root` (tests use their own tree).
 HostFacts ReadHostFacts(const std::filesystem::path& root = "/");
 
-/// Processes that run or wait to run, mean of the last minute (load average); NaN: unknown. >= 0.
+/// Returns the load average: processes that run or wait to run, mean of the last minute, >= 0; NaN: unknown.
 double HostLoad(const std::filesystem::path& root = "/");
 
 }  // namespace legopt::programs

@@ -28,7 +28,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kReadBytes = 1U << 16;
 
-// How the process ends when it is not killed: none is a code with which a reader would leave by itself.
+// Exit codes of the process; readers do not use them.
 enum ExitCode : int { kAnswered = 100, kThrew = 101, kOutOfMemory = 102, kCallerGone = 103 };
 
 bool WriteAll(int fd, std::string_view bytes) {
@@ -41,13 +41,13 @@ bool WriteAll(int fd, std::string_view bytes) {
   return true;
 }
 
-/// Gives up what belongs to the caller: its signal handlers, its output, its life beyond it.
+/// Disconnects from the caller: signal handlers, output, lifetime.
 void BecomeIsolated(pid_t caller, const ReadLimits& limits) {
   if (!programs::DieWith(caller, SIGKILL)) ::_exit(kCallerGone);
   for (const int number : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGXCPU, SIGALRM}) {
     ::signal(number, SIG_DFL);
   }
-  // Sent to a whole group or job: the caller decides on those.
+  // These are sent to a whole group or job; the caller reacts to them.
   for (const int number : {SIGINT, SIGHUP, SIGTERM, SIGUSR1, SIGUSR2, SIGPIPE}) ::signal(number, SIG_IGN);
   programs::UnblockSignals();
   std::set_new_handler(nullptr);
@@ -76,7 +76,7 @@ void BecomeIsolated(pid_t caller, const ReadLimits& limits) {
   }
 }
 
-/// The process that answers, seen from its caller: killed and waited for when this goes.
+/// Answering process, seen from its caller. The destructor kills it and waits for its end.
 class Answerer {
  public:
   Answerer(pid_t pid, programs::Descriptor pipe) : pid_(pid), pipe_(std::move(pipe)) {}
@@ -89,7 +89,7 @@ class Answerer {
     }
   }
 
-  /// All that it writes until it closes; empty when that takes longer than until `deadline`.
+  /// Reads its output until it closes the pipe; returns nothing if that is not before `deadline`.
   std::optional<std::string> Read(Clock::time_point deadline) const {
     std::string bytes;
     std::vector<char> buffer(kReadBytes);
@@ -107,7 +107,7 @@ class Answerer {
     }
   }
 
-  /// Its status; empty where the program leaves its children to the system (SIGCHLD ignored).
+  /// Status of the process; empty if the program ignores SIGCHLD, so that the system reaps its children.
   std::optional<int> Wait() { return programs::WaitForEnd(std::exchange(pid_, -1)); }
 
  private:
@@ -115,13 +115,13 @@ class Answerer {
   programs::Descriptor pipe_;
 };
 
-// Whether this process itself may take no more than some amount of memory ('ulimit -v'), or its children.
+// Returns whether the memory of this process or its children is limited ('ulimit -v').
 bool HasMemoryLimit() {
   rlimit limit{};
   return ::getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_max != RLIM_INFINITY;
 }
 
-/// Why a process with this status gave no answer; empty if it did. `said` is what it wrote.
+/// Returns why a process with this status gave no answer; empty if it did. `said` is its output.
 std::string Fault(int status, const std::string& said, const ReadLimits& limits) {
   const std::string too_long = "it took more than " + std::to_string(limits.cpu_s) + " s of CPU time";
   if (WIFSIGNALED(status)) {
@@ -166,7 +166,7 @@ std::string CallIsolated(const std::function<std::string()>& body, const ReadLim
   const std::optional<int> status = answerer.Wait();
   if (!status) throw ReadFailed("its end was not seen, as SIGCHLD is ignored");
   const bool out_of_memory = WIFEXITED(*status) && WEXITSTATUS(*status) == kOutOfMemory;
-  if (out_of_memory && HasMemoryLimit()) throw std::bad_alloc();  // the machine's limit, not the reader's
+  if (out_of_memory && HasMemoryLimit()) throw std::bad_alloc();  // caused by the machine's limit, not the reader's
   if (const std::string fault = Fault(*status, *answer, limits); !fault.empty()) throw ReadFailed(fault);
   return std::move(*answer);
 }

@@ -8,24 +8,24 @@
 
 namespace legopt::programs {
 
-/// The deployment as the flags of a program name it. What they leave out comes from the environment (LEGOPT_GROUP,
-/// LEGOPT_PORT, LEGOPT_KEY_FILE), else it is the default of bus::LcmOptions.
+/// Deployment given by the flags of a program. Missing values come from the environment (LEGOPT_GROUP, LEGOPT_PORT,
+/// LEGOPT_KEY_FILE) or are the defaults of bus::LcmOptions.
 struct NetworkFlags {
   std::optional<std::string> group;
-  std::optional<int> port;  ///< of control; bulk data takes the next one
-  std::optional<int> ttl;   ///< network hops of what we send; 0: stays on this machine
+  std::optional<int> port;  ///< control port; bulk uses the next one
+  std::optional<int> ttl;   ///< network hops of sent packets; 0: only this machine
   std::optional<std::string> key_file;
-  bool trust_network = false;  ///< let messages leave this machine without a key
+  bool trust_network = false;  ///< permit messages to leave this machine without a key
 
-  /// Throws bus::BusError (kInvalidOption), for a wrong variable of the environment, too.
+  /// Throws bus::BusError (kInvalidOption), also for an invalid environment variable.
   bus::LcmOptions Resolve() const;
 };
 
-/// --group, --port, --key-file: for who only listens. The target must outlive the parse.
+/// Adds --group, --port, --key-file, for programs that only listen. The target must outlive parsing.
 void AddListeningFlags(const Command& command, NetworkFlags* flags);
-/// Those, and --ttl, --trust-network: for who sends.
+/// Adds these flags and --ttl, --trust-network, for programs that send.
 void AddNetworkFlags(const Command& command, NetworkFlags* flags);
-/// Under this heading the help lists them.
+/// Heading of these flags in the help.
 inline constexpr char kNetworkHeading[] = "Network";
 
 }  // namespace legopt::programs

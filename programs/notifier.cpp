@@ -19,7 +19,7 @@ extern char** environ;
 namespace legopt::programs {
 namespace {
 
-constexpr std::size_t kMostBytes = 4096;  // a pipe takes as many without waiting
+constexpr std::size_t kMostBytes = 4096;  // size that a pipe accepts without blocking
 
 std::vector<std::string> WordsOfCommand(const std::string& command) {
   if (IsExecutable(command)) return {std::filesystem::absolute(command).string()};
@@ -34,7 +34,7 @@ std::vector<std::string> WordsOfCommand(const std::string& command) {
   return words;
 }
 
-// The child's view: our text as its input, no output, every signal as by default.
+// Set-up of the child process: the text as its input, no output, default actions for all signals.
 class SpawnPlan {
  public:
   SpawnPlan(int input) {
@@ -115,7 +115,7 @@ std::string Notifier::Start(Clock::time_point now) {
     pid_ = -1;
     return "--notify: " + command_.front() + " cannot be started: " + std::strerror(error);
   }
-  // Fits an empty pipe; SIGPIPE is ignored in programs with StopSignals.
+  // The text fits in an empty pipe. Programs with StopSignals ignore SIGPIPE.
   const ssize_t written = ::write(pipe->write.get(), text.data(), text.size());
   return written < 0 ? std::string("--notify: cannot write to the command: ") + std::strerror(errno) : std::string();
 }

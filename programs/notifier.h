@@ -12,42 +12,43 @@
 
 namespace legopt::programs {
 
-/// How often a Notifier starts its command.
+/// Limits of a Notifier.
 struct NotifierLimits {
-  std::chrono::milliseconds pause{1'000};     ///< least time between two starts
-  std::chrono::milliseconds longest{30'000};  ///< a command that runs for longer is killed
-  std::size_t most_waiting = 100;             ///< texts; more are dropped, and counted
+  std::chrono::milliseconds pause{1'000};     ///< minimum time between two starts
+  std::chrono::milliseconds longest{30'000};  ///< longest run of a command; then it is killed
+  std::size_t most_waiting = 100;             ///< maximum number of queued texts; further ones are dropped and counted
 };
 
-/// Hands texts to a command, one process each, one at a time: the text is its standard input. Never waits: texts wait
-/// until the command before has ended. No shell takes part.
+/// Passes texts to a command as its standard input, one process per text, one at a time. Never blocks: texts are queued
+/// until the previous command has ended. Uses no shell.
 ///
-/// Thread rule: one thread. It must not wait for children by itself.
+/// Thread rule: one thread, which must not wait for arbitrary child processes.
 class Notifier {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// `command`: a program and its arguments, with spaces between; a file of that whole name is the program. Throws
-  /// InputError when the program does not exist.
+  /// `command`: a program and its arguments, separated by spaces; if a file with the whole name exists, it is the
+  /// program. Throws InputError if the program does not exist.
   explicit Notifier(const std::string& command, NotifierLimits limits = {});
-  /// Kills a command that still runs.
+  /// Kills a running command.
   ~Notifier();
   Notifier(const Notifier&) = delete;
   Notifier& operator=(const Notifier&) = delete;
 
-  /// At most 4 KiB of the text are delivered.
+  /// Queues a text; at most 4 KiB of it are delivered.
   void Add(std::string text);
-  /// Starts, feeds and reaps; to be called now and then. Returns what went wrong, for a log; empty: nothing.
+  /// Starts commands, writes their input and reaps them; must be called regularly. Returns an error for the log; empty:
+  /// none.
   std::string Work(Clock::time_point now = Clock::now());
 
   bool idle() const { return pid_ < 0 && waiting_.empty(); }
-  std::size_t dropped() const { return dropped_; }  ///< since the start
+  std::size_t dropped() const { return dropped_; }  ///< number of texts dropped since the start
 
  private:
   std::string Start(Clock::time_point now);
   std::string Reap(Clock::time_point now);
 
-  std::vector<std::string> command_;  ///< the program's absolute path first
+  std::vector<std::string> command_;  ///< begins with the program's absolute path
   NotifierLimits limits_;
   std::deque<std::string> waiting_;
   std::size_t dropped_ = 0, dropped_reported_ = 0;

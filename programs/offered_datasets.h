@@ -7,18 +7,18 @@
 
 namespace legopt::programs {
 
-/// How the file is called that holds the archive of a dataset with this content hash.
+/// Returns the name of the archive file of a dataset with this content hash.
 std::string ArchiveName(std::string_view hash);
 
-/// The archives that a server hands out: files of one folder, called ArchiveName(hash). What is asked for is compared
-/// with the names that are there; no path is made of it. Only the last archive that was asked for is kept in memory.
-/// Thread rule: one thread.
+/// Archives that a server offers: files in one folder, named ArchiveName(hash). Requests are compared with the existing
+/// names and never used as paths. Only the most recently requested archive is kept in memory. Thread rule: one thread.
 class OfferedDatasets {
  public:
-  /// Empty: none. Throws InputError when there is no such folder.
+  /// Empty folder: no archives. Throws InputError if the folder does not exist.
   explicit OfferedDatasets(std::optional<std::filesystem::path> folder);
 
-  /// Null when it is not there, cannot be read, or is larger than `most_bytes`. Valid until the next call.
+  /// Returns an archive; null if it does not exist, cannot be read, or is larger than `most_bytes`. Valid until the
+  /// next call.
   const std::string* Find(const std::string& hash, std::size_t most_bytes);
 
  private:

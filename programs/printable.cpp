@@ -15,12 +15,12 @@ struct Range {
   char32_t first, last;
 };
 
-// Beyond ASCII: controls, and characters that show nothing themselves but change how others are shown.
+// Non-ASCII control characters, and invisible characters that change how others are displayed.
 constexpr std::array<Range, 10> kUnprintable = {{
     {0x80, 0x9F},        // C1 controls
     {0xAD, 0xAD},        // soft hyphen
     {0x61C, 0x61C},      // Arabic letter mark
-    {0x200B, 0x200B},    // zero-width space; the joiners after it belong to scripts
+    {0x200B, 0x200B},    // zero-width space; the following joiners are used by scripts
     {0x200E, 0x200F},    // directional marks
     {0x2028, 0x202E},    // line and paragraph separators, embeddings and overrides
     {0x2060, 0x206F},    // invisible operators, isolates
@@ -112,7 +112,7 @@ std::string PrintableJson(std::string_view json) {
       out += json.substr(0, bytes);
     } else if (character.code < 0x10000) {
       escape(character.code);
-    } else {  // a surrogate pair
+    } else {  // needs a surrogate pair
       const char32_t rest = character.code - 0x10000;
       escape(0xD800U + (rest >> 10U));
       escape(0xDC00U + (rest & 0x3FFU));

@@ -5,28 +5,29 @@
 
 namespace legopt::programs {
 
-/// A text of whatever origin (names, reasons, messages, SQL results, log lines) as it may be sent to a terminal: UTF-8
-/// stays, what a terminal could act on or what would hide or reorder other text becomes a visible escape:
+/// Returns untrusted text (names, reasons, messages, SQL results, log lines) in a form that is safe to print on a
+/// terminal. UTF-8 is kept. Characters that a terminal might interpret, or that hide or reorder other text, become
+/// visible escapes:
 ///
 ///     newline, tab, carriage return                           \n \t \r
 ///     other C0 controls (ESC, BEL, ...), DEL, broken UTF-8    \x1b, of each byte
 ///     C1 controls, line and paragraph separators,
 ///     directional marks and overrides, invisible spaces       \u009b, \u202e
 ///
-/// The result is one line. Backslashes of the text itself stay as they are: what is printed is for eyes, not for
-/// reading back. Thread-safe.
+/// The result is one line. Backslashes in the text are not escaped: the output is for reading, not for parsing.
+/// Thread-safe.
 std::string Printable(std::string_view text);
 
-/// The same for a text of several lines, e.g. the end of a log: newlines stay, carriage returns before them go, a tab
-/// becomes a space.
+/// Returns a text of several lines, e.g. the end of a log, in printable form: newlines stay, carriage returns before
+/// them are removed, tabs become spaces.
 std::string PrintableLines(std::string_view text);
 
-/// A text that is kept or sent on, of unchanged length: controls other than newline and tab, and DEL, become '?'.
-/// Broken UTF-8 stays (the bus mends it).
+/// Returns a text of unchanged length for storing or sending: control characters except newline and tab, and DEL,
+/// become '?'. Invalid UTF-8 stays (the bus replaces it).
 std::string WithoutControls(std::string_view text);
 
-/// A JSON text with the same characters escaped as JSON escapes them (\u0085, \ud83e\udd16); its value does not change.
-/// What is no UTF-8 stays.
+/// Returns a JSON text with the same characters escaped in JSON's syntax (\u0085, \ud83e\udd16); its value does not
+/// change. Invalid UTF-8 stays.
 std::string PrintableJson(std::string_view json);
 
 }  // namespace legopt::programs

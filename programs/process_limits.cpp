@@ -9,8 +9,8 @@
 namespace legopt {
 namespace {
 
-// Without /proc the size is unknown. The limit must not be below the size in use, so assume more than any program
-// takes.
+// Without /proc the size is unknown. Assumes more than any program uses, because the limit must not be below the
+// current size.
 rlim_t AddressSpaceBytes() {
   constexpr rlim_t kUnknown = rlim_t{4} << 30U;
   long pages = 0;  // first field of statm

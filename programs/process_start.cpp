@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::array<int, 6> kChangedSignals = {SIGXFSZ, SIGPIPE, SIGUSR1, SIGUSR2, SIGCHLD, SIGHUP};
 
-/// What PrepareProcess found. Global, as signal actions and limits are; written before any thread.
+/// State found by PrepareProcess. Global, like signal actions and limits; written before any thread starts.
 struct StartState {
   bool known = false;
   std::array<bool, kChangedSignals.size()> ignored{};  // one for each of kChangedSignals
@@ -35,7 +35,8 @@ void RememberStartState() {
   start_state.known = ::getrlimit(RLIMIT_NOFILE, &start_state.open_files) == 0;
 }
 
-// As glibc does for set-user-ID programs: the wrong direction, so that each use fails with EBADF.
+// Opens closed standard descriptors in the wrong direction, so that each use fails with EBADF, as glibc does for
+// set-user-ID programs.
 void OccupyStandardDescriptors() {
   for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (::fcntl(number, F_GETFD) >= 0 || errno != EBADF) continue;

@@ -3,39 +3,40 @@
 #include <cstddef>
 #include <filesystem>
 
-/// The state of the process that shells, batch systems and services hand over, made the same for all programs. Linux.
+/// Normalises the process state inherited from shells, batch systems and services, for all programs. Linux.
 namespace legopt::programs {
 
-/// Purpose of a process; decides which signals it takes.
+/// Type of a process, which decides how it handles signals.
 enum class ProcessKind {
-  kCommand,  ///< a command of a shell: ends by SIGPIPE when its reader has gone
+  kCommand,  ///< command of a shell: ended by SIGPIPE when its reader has closed
   kService,  ///< runs until a signal stops it
-  kJob,      ///< a child of a service, which has set the signal mask
+  kJob,      ///< child of a service, which has set the signal mask
 };
 
-/// Prepares the process; the first statement of every `main`, before any thread:
-/// * closed descriptors 0 to 2 are opened, so that no file or socket gets their numbers; reading and writing them fails
-///   as if they were closed;
-/// * SIGXFSZ is ignored, so that a limit on file sizes is an ordinary write error (EFBIG); services and jobs ignore
-///   SIGPIPE, SIGUSR1 and SIGUSR2, with which batch systems warn, as well;
-/// * SIGCHLD has its default action and, except for jobs, no signal is blocked, whatever the parent left;
-/// * the soft limit on open files (RLIMIT_NOFILE) is raised to the hard one.
-/// Throws std::system_error (EMFILE, ENFILE) when fewer than kFewestDescriptors can be opened, whatever the cause.
+/// Prepares the process. Must be the first statement of every `main`, before any thread starts:
+/// * opens closed descriptors 0 to 2, so that no file or socket gets their numbers; reading and writing them fails as
+/// if
+///   they were closed;
+/// * ignores SIGXFSZ, so that the limit on file sizes causes an ordinary write error (EFBIG); services and jobs also
+///   ignore SIGPIPE, SIGUSR1 and SIGUSR2; batch systems use the latter two as warnings;
+/// * gives SIGCHLD its default action and, except for jobs, unblocks all signals, regardless of the parent's settings;
+/// * raises the soft limit on open files (RLIMIT_NOFILE) to the hard one.
+/// Throws std::system_error (EMFILE, ENFILE) if fewer than kFewestDescriptors can be opened.
 void PrepareProcess(ProcessKind kind);
 
-/// Number of descriptors that a program needs besides those of its job processes and connections.
+/// Number of descriptors that a program needs in addition to those of its job processes and connections.
 inline constexpr std::size_t kFewestDescriptors = 40;
 
-/// Number of descriptors that can still be opened, counted up to `most`.
+/// Returns the number of descriptors that can still be opened, counting up to `most`.
 std::size_t FreeDescriptors(std::size_t most);
 
-/// Undoes PrepareProcess in a child that becomes another program: signals as this program found them, except that
-/// SIGINT and SIGTERM have their default action; the former limit on open files. Only makes calls that are safe between
-/// fork and exec.
+/// Undoes PrepareProcess in a child that becomes another program: restores the signal actions (except for SIGINT and
+/// SIGTERM, which get their default action) and the limit on open files. Only makes calls that are safe between fork
+/// and exec.
 void RestoreStartState();
 
-/// File of the running program, absolute: as the kernel names it, or, without /proc, found by the name that it was
-/// started by. Empty: unknown.
+/// Absolute path of the running program, from the kernel or, without /proc, from the name by which it was started.
+/// Empty: unknown.
 std::filesystem::path ProgramFile();
 
 }  // namespace legopt::programs

@@ -50,7 +50,7 @@ std::vector<char*> Pointers(std::vector<std::string>& texts) {
 
 bool DieWith(pid_t parent, int signal) {
   ::prctl(PR_SET_PDEATHSIG, signal);
-  return ::getppid() == parent;  // it may have died before the line above
+  return ::getppid() == parent;  // the parent may have died before the previous line
 }
 
 void UnblockSignals() {

@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
-/// What all who start processes need of the system: the programs a client runs, the job processes of a worker, isolated
-/// calls, the pager. How each is started, and what it inherits, is theirs. Thread-safe. Linux.
+/// Utilities for starting processes: the programs that a client runs, the job processes of a worker, isolated calls,
+/// the pager. Callers decide how each is started and what it inherits. Thread-safe. Linux.
 namespace legopt::programs {
 
-/// One descriptor, closed at the end unless taken.
+/// File descriptor, closed by the destructor unless taken.
 class Descriptor {
  public:
   explicit Descriptor(int fd = -1) : fd_(fd) {}
@@ -30,7 +30,7 @@ class Descriptor {
   bool open() const { return fd_ >= 0; }
   int Take() { return std::exchange(fd_, -1); }
   void Close();
-  /// Reads and writes return at once.
+  /// Makes reads and writes return immediately.
   void SetNonBlocking() const;
 
  private:
@@ -41,27 +41,27 @@ struct Pipe {
   Descriptor read, write;
 };
 
-/// A regular file that this process may run.
+/// Returns whether a file is a regular file that this process may execute.
 bool IsExecutable(const std::filesystem::path& file);
 
-/// The program that a shell would run for a name without a slash: the first of PATH, absolute; empty when there is
-/// none.
+/// Returns the program that a shell would run for a name without a slash: the first one in PATH, absolute; empty if
+/// there is none.
 std::filesystem::path FindProgram(const std::string& name);
 
-/// A pipe whose ends are closed on exec; empty, with errno, where the system refuses.
+/// Creates a pipe whose ends are closed on exec; empty, with errno set, if the system refuses.
 std::optional<Pipe> MakePipe();
 
-/// Pointers to the texts and a null behind them, as exec takes them. `texts` must outlive their use.
+/// Returns pointers to the texts and a final null, as required by exec. `texts` must outlive their use.
 std::vector<char*> Pointers(std::vector<std::string>& texts);
 
-/// In a child, right after its start: `signal` is sent to it when `parent` dies. False: that has happened already. Only
-/// makes calls that are safe between fork and exec.
+/// Called in a child immediately after its start: `signal` is sent to it when `parent` dies. Returns false if the
+/// parent has already died. Only makes calls that are safe between fork and exec.
 bool DieWith(pid_t parent, int signal);
 
-/// Lets every signal through. Only makes calls that are safe between fork and exec.
+/// Unblocks all signals. Only makes calls that are safe between fork and exec.
 void UnblockSignals();
 
-/// Waits for the end of a child and returns its status; empty where it is none (any more).
+/// Waits for the end of a child and returns its status; empty if it is not a child (any more).
 std::optional<int> WaitForEnd(pid_t child);
 
 }  // namespace legopt::programs

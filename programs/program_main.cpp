@@ -50,7 +50,7 @@ bool WorkingDirectoryWasRemoved() {
 ExitCode CodeOf(const bus::BusError& error) {
   switch (error.code()) {
     case bus::BusErrorCode::kInvalidOption:
-    case bus::BusErrorCode::kInvalidMessage:  // made of what the user asked for; the error names field and range
+    case bus::BusErrorCode::kInvalidMessage:  // caused by the user's request; the error names field and range
       return ExitCode::kUsage;
     default:
       return ExitCode::kNetworkUnusable;
@@ -80,7 +80,7 @@ int ReportException(const std::string& program) {
   } catch (const std::filesystem::filesystem_error& error) {
     return ReportRefusal(program, error);
   } catch (const std::system_error& error) {
-    // Also of threads: no memory for their stacks.
+    // Also thrown for threads, if there is no memory for their stacks.
     const bool no_process = error.code() == std::errc::resource_unavailable_try_again;
     return ReportFailure(program, ExitCode::kMachine,
                          std::string("the system refuses: ") + error.what() +

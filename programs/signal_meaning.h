@@ -4,8 +4,8 @@
 
 namespace legopt::programs {
 
-/// A signal that ended a process, with its meaning: "SIGKILL (killed from outside, perhaps because the machine ran out
-/// of memory)". Thread-safe.
+/// Returns the name and meaning of a signal that ended a process: "SIGKILL (killed from outside, perhaps because the
+/// machine ran out of memory)". Thread-safe.
 std::string SignalMeaning(int signal);
 
 }  // namespace legopt::programs

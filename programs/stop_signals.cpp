@@ -29,7 +29,7 @@ StopSignals::StopSignals(pid_t owner) : owner_(owner) {
   for (const int signal : {SIGUSR1, SIGUSR2, SIGPIPE}) ::signal(signal, SIG_IGN);
   sigset_t signals;
   ::sigemptyset(&signals);
-  // A signal that is blocked is kept although it is ignored.
+  // A blocked signal is kept even if it is ignored.
   for (const int signal : OrdersToStop()) ::sigaddset(&signals, signal);
   ::sigprocmask(SIG_BLOCK, &signals, nullptr);
   descriptor_ = ::signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);

@@ -6,22 +6,21 @@
 
 namespace legopt::programs {
 
-/// The signals that stop this process: SIGTERM always; SIGINT and SIGHUP unless they were ignored when
-/// the process was started (background jobs of scripts, nohup), for then they stay ignored. The one place that decides
-/// this, for clients and services.
+/// Signals that stop this process: SIGTERM always; SIGINT and SIGHUP unless they were ignored when the process was
+/// started (background jobs of scripts, nohup): then they stay ignored. Clients and services all use this function.
 std::vector<int> OrdersToStop();
 
-/// Orders to stop, for a program that waits in one place: OrdersToStop() as a descriptor. Make it before any thread:
-/// threads that are made later inherit the blocked signals. Signals that do not mean "stop" must not end the program:
-/// SIGUSR1 and SIGUSR2, with which batch systems warn every process of a job, and SIGPIPE are ignored from then on.
-/// Signals stay so when the object goes.
+/// Orders to stop for a program that waits in one place: OrdersToStop() as a descriptor. Create it before any thread:
+/// later threads inherit the blocked signals. Signals that do not mean "stop" must not end the program: SIGPIPE, and
+/// SIGUSR1 and SIGUSR2, by which batch systems warn every process of a job, are ignored from then on. The destructor
+/// does not restore signals.
 ///
-/// One thread; one object in a process.
+/// One thread; one object per process.
 class StopSignals {
  public:
-  /// With `owner` (a process id) only its signals count, and those that the kernel sends when it dies: a program that
-  /// belongs to another one leaves the order of the end to it, when a batch system signals all of them at once. 0:
-  /// everybody's count. Throws std::system_error.
+  /// With `owner` (a process id) only its signals count, and those that the kernel sends when it dies. A program that
+  /// belongs to another one waits for that one's order if a batch system signals all of them at once. 0: signals of all
+  /// processes count. Throws std::system_error.
   explicit StopSignals(pid_t owner = 0);
   ~StopSignals();
   StopSignals(const StopSignals&) = delete;
@@ -29,7 +28,7 @@ class StopSignals {
 
   /// Readable when a signal has arrived.
   int descriptor() const { return descriptor_; }
-  /// Takes the next order to stop; false when none has arrived.
+  /// Takes the next order to stop. Returns false if none has arrived.
   bool Take();
 
  private:

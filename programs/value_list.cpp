@@ -7,7 +7,7 @@
 namespace legopt::programs {
 namespace {
 
-/// Parts between commas without a backslash before them, unchanged.
+/// Splits a text at commas without a preceding backslash; the parts are unchanged.
 std::vector<std::string> PartsOf(std::string_view text) {
   std::vector<std::string> parts(1);
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -22,7 +22,7 @@ std::vector<std::string> PartsOf(std::string_view text) {
   return parts;
 }
 
-/// A part as a value: its commas without backslashes, no blanks at its ends.
+/// Converts a part to a value: removes backslashes before commas, and blanks at both ends.
 std::string ValueOf(const std::string& part) {
   std::string value;
   for (std::size_t i = 0; i < part.size(); ++i) {

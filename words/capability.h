@@ -6,12 +6,12 @@
 
 namespace legopt {
 
-/// Kinds of things that a worker announces by name and hash and that jobs may need.
+/// Kinds of capabilities that a worker announces by name and hash and that jobs may require.
 enum class CapabilityKind : std::uint8_t {
   kDataset,    ///< name and content hash
   kSolver,     ///< external solver: name, and hash of its declaration and files
-  kCollision,  ///< collision model (SceneRepresentation): its word; no hash
-  kFetch,      ///< the worker fetches datasets that its jobs need from the server; no name, no hash
+  kCollision,  ///< collision model (SceneRepresentation): its enum name; no hash
+  kFetch,      ///< the worker can fetch missing datasets from the server; no name, no hash
   kUnfetched,  ///< content hash of a dataset that the worker tried to fetch and cannot use
 };
 

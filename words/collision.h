@@ -6,16 +6,16 @@
 
 namespace legopt {
 
-/// What the obstacles of a scene are to the solver. Links are convex solids in either case.
+/// How the solver treats the obstacles of a scene. Links are always convex solids.
 enum class SceneRepresentation : std::uint8_t {
-  /// Convex solids that fill the scene: a link inside of one is pushed out through its nearest face.
+  /// Convex solids that fill the scene. A link inside a solid is pushed out through the nearest face.
   kSolid,
-  /// The paper's (docs/readings.md#two-sided-triangles): every triangle of the scene is an obstacle of its own, flat
-  /// and two-sided. There is no inside: a link that meets a triangle is moved off that one triangle by the shortest
-  /// way, which for a foot buried deeper than half its height is down.
+  /// The paper's representation (docs/readings.md#two-sided-triangles): every triangle of the scene is a separate flat,
+  /// two-sided obstacle without an inside. A link that intersects a triangle is moved off it along the shortest path.
+  /// For a foot buried deeper than half its height that path leads down.
   kSurface,
-  /// The same triangles, one-sided (docs/readings.md#one-sided-triangles): a link that meets one is moved off to its
-  /// front, where the shortest way would lead out at its back.
+  /// The same triangles, one-sided (docs/readings.md#one-sided-triangles): a link that intersects a triangle is always
+  /// moved to its front, even if the shortest path leads out at the back.
   kOrientedSurface,
 };
 
@@ -25,12 +25,13 @@ inline constexpr auto kWords<SceneRepresentation> =
                                 {SceneRepresentation::kSurface, "surface"},
                                 {SceneRepresentation::kOrientedSurface, "surface_oriented"}});
 
-/// What collision between consecutive waypoints is to a program. The paper has it in the solver although the task does
-/// not require it (paper, section V): a preference cannot make a window fail that the task's constraints allow.
+/// How the solver treats collisions between consecutive waypoints. The paper's solver includes them although the task
+/// does not require it (paper, section V). A soft cost cannot make a window infeasible that the task's constraints
+/// allow.
 enum class ContinuousCollision : std::uint8_t {
-  kNone,       ///< does not occur
-  kPreferred,  ///< is a preference of its own weight
-  kRequired    ///< is a constraint
+  kNone,       ///< ignored
+  kPreferred,  ///< soft cost with its own weight
+  kRequired    ///< hard constraint
 };
 
 template <>
@@ -39,10 +40,11 @@ inline constexpr auto kWords<ContinuousCollision> =
                                 {ContinuousCollision::kPreferred, "preferred"},
                                 {ContinuousCollision::kRequired, "required"}});
 
-/// Which pairs of links are compared (docs/readings.md#ignored-link-pairs), neighbours left out.
+/// Pairs of links checked for self-collision (docs/readings.md#ignored-link-pairs). Neighbouring links are never
+/// checked.
 enum class PairSelection : std::uint8_t {
-  kReference,  ///< those that do not touch in the dataset's reference pose: the original's
-  kAll         ///< all that motion can part: the solid rule's
+  kReference,  ///< pairs that do not touch in the dataset's reference pose, as in the original evaluator
+  kAll         ///< all pairs that joint motion can separate, as in the physical rule
 };
 
 template <>

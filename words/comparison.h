@@ -6,11 +6,11 @@
 
 namespace legopt {
 
-/// What a comparison shows of the second of two methods, beside the first.
+/// Result of comparing a second method with a first one.
 enum class Change : std::uint8_t {
-  kNone,    ///< no difference is shown, which is not to say that there is none
-  kBetter,  ///< it solves more, is faster or cheaper
-  kWorse,   ///< it solves fewer, is slower or dearer
+  kNone,    ///< no difference found; this does not prove that there is none
+  kBetter,  ///< the second method solves more, is faster or cheaper
+  kWorse,   ///< the second method solves fewer, is slower or more expensive
   kMixed,   ///< better in one respect, worse in another
 };
 

@@ -6,11 +6,11 @@
 
 namespace legopt {
 
-/// What is known of a stance or a problem, whatever a method makes of it (docs/datasets.md#certificates).
+/// Known feasibility of a stance or problem, independent of any method (docs/datasets.md#certificates).
 enum class Feasibility : std::uint8_t {
-  kCertified,   ///< a posture for every stance is known that the judge accepts
-  kInfeasible,  ///< a stance has no posture: proven
-  kOpen,        ///< neither
+  kCertified,   ///< a posture that the judge accepts is known for every stance
+  kInfeasible,  ///< a stance is proven to have no posture
+  kOpen,        ///< neither is known
 };
 
 template <>
@@ -18,9 +18,9 @@ inline constexpr auto kWords<Feasibility> = Words<Feasibility>({{Feasibility::kC
                                                                 {Feasibility::kInfeasible, "infeasible"},
                                                                 {Feasibility::kOpen, "open"}});
 
-/// Constraints of a stance that can be left out together, to learn which of them stand in the way.
+/// Constraints of a stance that can be disabled together to find the conflicting ones.
 enum class ConstraintGroup : std::uint8_t {
-  kBalance,      ///< the centre of mass over the support polygon
+  kBalance,      ///< centre of mass over the support polygon
   kSelf,         ///< collision between links
   kEnvironment,  ///< collision with the scene
 };

@@ -6,14 +6,14 @@
 
 namespace legopt {
 
-/// Where a job stands.
+/// State of a job.
 enum class JobState : std::uint8_t {
   kQueued,     ///< waits for a worker
-  kLeased,     ///< one running attempt
-  kDone,       ///< has its one accepted result, whatever the verdict
-  kFailed,     ///< used up its attempts, the last of which reported that the job cannot run (bad problem or option)
-  kDead,       ///< used up its attempts otherwise: crashed, expired, over a limit of time or memory
-  kCancelled,  ///< withdrawn by a user
+  kLeased,     ///< has one running attempt
+  kDone,       ///< has an accepted result, whatever the verdict
+  kFailed,     ///< used all attempts; the last one reported that the job cannot run (invalid problem or option)
+  kDead,       ///< used all attempts for another reason: crashed, expired, exceeded its time or memory limit
+  kCancelled,  ///< cancelled by a user
 };
 
 template <>
@@ -24,20 +24,20 @@ inline constexpr auto kWords<JobState> = Words<JobState>({{JobState::kQueued, "q
                                                           {JobState::kDead, "dead"},
                                                           {JobState::kCancelled, "cancelled"}});
 
-/// Whether a job in this state is over.
+/// Returns whether a job in this state is finished.
 constexpr bool IsTerminal(JobState state) { return state != JobState::kQueued && state != JobState::kLeased; }
 
-/// What became of one attempt, as the server knows it.
+/// Outcome of one attempt, as recorded by the server.
 enum class AttemptOutcome : std::uint8_t {
-  kRunning,      ///< has a lease that has not ended
-  kFinished,     ///< gave the accepted result
-  kCrashed,      ///< the job process died; `exit_signal` tells how
-  kTimeLimit,    ///< stopped by the clock at its wall-time limit
+  kRunning,      ///< its lease has not ended
+  kFinished,     ///< delivered the accepted result
+  kCrashed,      ///< the job process died; `exit_signal` has the signal
+  kTimeLimit,    ///< stopped at its wall-time limit
   kMemoryLimit,  ///< killed at its memory limit
   kError,        ///< the job process reported that it cannot run this job
-  kExpired,      ///< the worker was not heard of within the lease
+  kExpired,      ///< no heartbeat from the worker during the lease
   kCancelled,    ///< the experiment was cancelled
-  kReturned,     ///< given back unfinished by a living worker (it shut down, or never got the lease); not charged
+  kReturned,     ///< released unfinished by a running worker (it shut down or never received the lease); not charged
 };
 
 template <>
@@ -51,15 +51,15 @@ inline constexpr auto kWords<AttemptOutcome> = Words<AttemptOutcome>({{AttemptOu
                                                                       {AttemptOutcome::kCancelled, "cancelled"},
                                                                       {AttemptOutcome::kReturned, "returned"}});
 
-/// What a worker says of one attempt: the values of result_request.outcome.
+/// Outcome of one attempt, as reported by the worker: the values of result_request.outcome.
 enum class ReportedOutcome : std::int8_t {
-  kFinished,     ///< solved, well or badly, and judged
+  kFinished,     ///< ran to its end and was judged, whatever the verdict
   kCrashed,      ///< the job process died or broke the protocol
-  kTimeLimit,    ///< stopped by the clock: the solver at its wall-time limit, or the process killed behind it
-  kMemoryLimit,  ///< needed more memory than the job may have
-  kCancelled,    ///< cancelled, or given back
-  kError,        ///< could not be run as asked (no such problem, unknown option)
-  kRefused,      ///< this worker lacks something that the job needs; not charged
+  kTimeLimit,    ///< the solver stopped at its wall-time limit, or its process was killed after it
+  kMemoryLimit,  ///< exceeded the job's memory limit
+  kCancelled,    ///< cancelled or released
+  kError,        ///< could not be run (no such problem, unknown option)
+  kRefused,      ///< this worker lacks a capability that the job requires; not charged
 };
 
 template <>
@@ -71,11 +71,11 @@ inline constexpr auto kWords<ReportedOutcome> = Words<ReportedOutcome>({{Reporte
                                                                         {ReportedOutcome::kError, "error"},
                                                                         {ReportedOutcome::kRefused, "refused"}});
 
-/// Where an experiment stands.
+/// State of an experiment.
 enum class ExperimentState : std::uint8_t {
-  kActive,    ///< some job is not over
-  kDone,      ///< every job is over
-  kCancelled  ///< withdrawn by a user
+  kActive,    ///< some job is not finished
+  kDone,      ///< every job is finished
+  kCancelled  ///< cancelled by a user
 };
 
 template <>
@@ -83,21 +83,21 @@ inline constexpr auto kWords<ExperimentState> = Words<ExperimentState>({{Experim
                                                                         {ExperimentState::kDone, "done"},
                                                                         {ExperimentState::kCancelled, "cancelled"}});
 
-/// What keeps an active experiment from being worked on.
+/// Suspension of an active experiment.
 enum class Hold : std::uint8_t {
-  kNone,    ///< may be worked on
+  kNone,    ///< jobs are leased
   kPaused,  ///< no job is leased
-  kHeld,    ///< the same, and what ran was given back; has a reason
+  kHeld,    ///< no job is leased, and running jobs were released; has a reason
 };
 
 template <>
 inline constexpr auto kWords<Hold> =
     Words<Hold>({{Hold::kNone, "none"}, {Hold::kPaused, "paused"}, {Hold::kHeld, "held"}});
 
-/// Which workers may finish an experiment.
+/// Workers that may run the jobs of an experiment.
 enum class BuildRule : std::uint8_t {
-  kOne,  ///< those of the build that took its first job
-  kAny,  ///< all
+  kOne,  ///< only workers with the same build as the one that took the first job
+  kAny,  ///< all workers
 };
 
 template <>

@@ -6,11 +6,11 @@
 
 namespace legopt {
 
-/// Appended to the names of methods whose solver is external.
+/// Suffix of the names of methods with an external solver.
 inline constexpr char kExternalMark[] = " (external)";
 
-/// Whether `wanted`, as a person writes it, names a method: case does not matter, and the mark of an external solver
-/// may be left out.
+/// Returns whether `wanted`, as typed by a user, names the method `name`. Ignores case; the suffix for external solvers
+/// is optional.
 inline bool IsMethodName(std::string_view name, std::string_view wanted) {
   const auto equal = [](char a, char b) {
     return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));

@@ -5,16 +5,16 @@
 #include "words/words.h"
 
 /// @file
-/// The status numbers of replies and the actions of a control request, as PROTOCOL.md has them: `status` of a message
-/// is the number of the enumerator. The words are for people (`legopt tap`).
+/// Status numbers of replies and actions of control requests, as specified in PROTOCOL.md: `status` of a message is the
+/// number of the enumerator. The enum names are for display (`legopt tap`).
 
 namespace legopt {
 
 /// hello_reply.status.
 enum class HelloStatus : std::int32_t {
   kOk,               ///< registered
-  kVersionRefused,   ///< of the protocol
-  kDatasetMismatch,  ///< the jobs that wait need another content of a dataset that the worker has
+  kVersionRefused,   ///< the protocol version is not supported
+  kDatasetMismatch,  ///< the queued jobs need a dataset that the worker has with different content
 };
 
 template <>
@@ -24,11 +24,11 @@ inline constexpr auto kWords<HelloStatus> = Words<HelloStatus>({{HelloStatus::kO
 
 /// lease_reply.status.
 enum class LeaseStatus : std::int32_t {
-  kLeased,           ///< with at least one job
-  kNoneNow,          ///< nothing to do at present: ask again after the given time
-  kUnknownWorker,    ///< say hello again
-  kDatasetMismatch,  ///< as of a hello
-  kNoMoreWork,       ///< every experiment is over, or the server stops
+  kLeased,           ///< the reply contains at least one job
+  kNoneNow,          ///< nothing to do at present: ask again after the given interval
+  kUnknownWorker,    ///< the worker must say hello again
+  kDatasetMismatch,  ///< see HelloStatus
+  kNoMoreWork,       ///< every experiment is finished, or the server stops
 };
 
 template <>
@@ -40,7 +40,7 @@ inline constexpr auto kWords<LeaseStatus> = Words<LeaseStatus>({{LeaseStatus::kL
 
 /// method_reply.status.
 enum class MethodStatus : std::int32_t {
-  kFound,    ///< with the options
+  kFound,    ///< the reply contains the options
   kUnknown,  ///< no experiment has such a method
 };
 
@@ -50,8 +50,8 @@ inline constexpr auto kWords<MethodStatus> = Words<MethodStatus>({{MethodStatus:
 
 /// dataset_reply.status.
 enum class DatasetStatus : std::int32_t {
-  kFound,    ///< with a piece of it
-  kUnknown,  ///< the server does not hand out this one
+  kFound,    ///< the reply contains a piece of the archive
+  kUnknown,  ///< the server does not offer this dataset
 };
 
 template <>
@@ -62,7 +62,7 @@ inline constexpr auto kWords<DatasetStatus> = Words<DatasetStatus>({{DatasetStat
 enum class StoreDatasetStatus : std::int32_t {
   kStored,   ///< the archive is on disk
   kWanted,   ///< the archive is missing: send it
-  kRefused,  ///< the server does not store the archive; the message says why
+  kRefused,  ///< the server does not store the archive; the message has the reason
 };
 
 template <>
@@ -74,8 +74,8 @@ inline constexpr auto kWords<StoreDatasetStatus> = Words<StoreDatasetStatus>({{S
 /// heartbeat_reply.status.
 enum class HeartbeatStatus : std::int32_t {
   kOk,             ///< the worker is registered
-  kDrain,          ///< finish what runs, take no more jobs, leave
-  kUnknownWorker,  ///< say hello again
+  kDrain,          ///< finish the running jobs, take no more and leave
+  kUnknownWorker,  ///< the worker must say hello again
 };
 
 template <>
@@ -86,9 +86,9 @@ inline constexpr auto kWords<HeartbeatStatus> = Words<HeartbeatStatus>({{Heartbe
 
 /// heartbeat_reply.verdicts.
 enum class LeaseVerdict : std::int8_t {
-  kContinue,      ///< go on
+  kContinue,      ///< continue the job
   kCancel,        ///< stop the job: it was cancelled
-  kUnknownLease,  ///< stop the job: it has expired, or the experiment is held; a result is stale
+  kUnknownLease,  ///< stop the job: its lease has expired or the experiment is held; a result would be stale
 };
 
 template <>
@@ -98,9 +98,9 @@ inline constexpr auto kWords<LeaseVerdict> = Words<LeaseVerdict>({{LeaseVerdict:
 
 /// result_reply.status.
 enum class ResultStatus : std::int32_t {
-  kAccepted,   ///< and on disk
-  kDuplicate,  ///< of an accepted one
-  kStale,      ///< kept for audit
+  kAccepted,   ///< stored on disk
+  kDuplicate,  ///< repeats an accepted result
+  kStale,      ///< kept for audit only
   kRefused,    ///< not a result of this job
 };
 
@@ -113,8 +113,8 @@ inline constexpr auto kWords<ResultStatus> = Words<ResultStatus>({{ResultStatus:
 /// submit_reply.status.
 enum class SubmitStatus : std::int32_t {
   kCreated,       ///< a new experiment
-  kAlreadyKnown,  ///< the experiment of an earlier submission with this id
-  kRefused,       ///< no legal specification, or another one under this id; the message says why
+  kAlreadyKnown,  ///< this submission id already created an experiment
+  kRefused,       ///< invalid specification, or the id belongs to another one; the message has the reason
 };
 
 template <>
@@ -124,9 +124,9 @@ inline constexpr auto kWords<SubmitStatus> = Words<SubmitStatus>({{SubmitStatus:
 
 /// query_reply.status.
 enum class QueryStatus : std::int32_t {
-  kOk,       ///< with rows
-  kRefused,  ///< or failed
-  kStopped,  ///< at its time limit
+  kOk,       ///< the reply contains the rows
+  kRefused,  ///< the query is not permitted or failed
+  kStopped,  ///< stopped at its time limit
 };
 
 template <>
@@ -136,9 +136,9 @@ inline constexpr auto kWords<QueryStatus> = Words<QueryStatus>({{QueryStatus::kO
 
 /// control_reply.status and cancel_reply.status.
 enum class ControlStatus : std::int32_t {
-  kOk,                 ///< done, or so already
+  kOk,                 ///< done now or before
   kUnknownExperiment,  ///< no such experiment
-  kRefused,            ///< not possible in its present state; the message says why
+  kRefused,            ///< not possible in the experiment's present state; the message has the reason
 };
 
 template <>
@@ -150,7 +150,7 @@ inline constexpr auto kWords<ControlStatus> = Words<ControlStatus>({{ControlStat
 /// shutdown_reply.status.
 enum class ShutdownStatus : std::int32_t {
   kStopping,  ///< the server stops
-  kRefused,   ///< the message's sender may not stop it
+  kRefused,   ///< the sender's key does not permit it
 };
 
 template <>
@@ -159,19 +159,19 @@ inline constexpr auto kWords<ShutdownStatus> = Words<ShutdownStatus>({{ShutdownS
 
 /// control_request.action.
 enum class ControlAction : std::int8_t {
-  kPause,            ///< begin no more jobs
-  kResume,           ///< begin jobs again
-  kHold,             ///< with a reason
-  kRelease,          ///< end of a hold
-  kPriority,         ///< before or behind other experiments
-  kRetry,            ///< failed and dead jobs once more
-  kRetryTimeLimits,  ///< also the jobs that the clock stopped
-  kRename,           ///< gives it another name
-  kTag,              ///< adds a tag
-  kUntag,            ///< takes a tag away
-  kDelete,           ///< with all its results
-  kResumeAnyBuild,   ///< resume, and let workers of any build finish it
-  kDrainWorker,      ///< the worker finishes its running jobs and leaves
+  kPause,            ///< lease no more jobs
+  kResume,           ///< lease jobs again
+  kHold,             ///< stop and release running jobs, with a reason
+  kRelease,          ///< end a hold
+  kPriority,         ///< set the priority relative to other experiments
+  kRetry,            ///< re-queue failed and dead jobs
+  kRetryTimeLimits,  ///< also re-queue jobs stopped at their wall-time limit
+  kRename,           ///< rename the experiment
+  kTag,              ///< add a tag
+  kUntag,            ///< remove a tag
+  kDelete,           ///< delete the experiment with all its results
+  kResumeAnyBuild,   ///< resume, and allow workers of any build
+  kDrainWorker,      ///< let a worker finish its running jobs and leave
 };
 
 template <>

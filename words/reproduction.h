@@ -6,11 +6,11 @@
 
 namespace legopt {
 
-/// What a job that is solved again gives, beside its stored result.
+/// Result of re-running a job, compared with its stored result.
 enum class Reproduction : std::uint8_t {
-  kBitIdentical,  ///< the same solution, counts, costs and verdicts, bit by bit
-  kSameStatus,    ///< the same status and verdicts, but not the same bits
-  kDiffers,       ///< another status or verdict, or none
+  kBitIdentical,  ///< same solution, counts, costs and verdicts, bit by bit
+  kSameStatus,    ///< same status and verdicts, but different bits
+  kDiffers,       ///< another status or verdict, or no result
 };
 
 template <>

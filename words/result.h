@@ -6,16 +6,17 @@
 
 namespace legopt {
 
-/// How a solve ended, by the solver's own word. Success is only what the judge says.
+/// How a solve ended according to the solver. Only the judge decides about success.
 enum class SolveStatus : std::uint8_t {
   kNotRun,               ///< nothing has been solved yet
   kConvergedFeasible,    ///< converged, all constraints within the solver's tolerance
-  kConvergedInfeasible,  ///< no progress possible at the largest penalty, constraints violated ("stuck")
-  kIterationLimit,       ///< the iterations ran out; the point may be feasible
-  kEffortLimit,          ///< the job's evaluations ran out, on every machine at the same one; the point may be feasible
-  kTimeLimit,            ///< the clock ended it: a result only where the method has a budget of time (budget_s)
-  kNumericalFailure,     ///< non-finite values at the start, or no subproblem could be solved
-  kCancelled,            ///< the stop check asked for it
+  kConvergedInfeasible,  ///< constraints violated and no progress possible at the largest penalty ("stuck")
+  kIterationLimit,       ///< iteration limit reached; the point may be feasible
+  kEffortLimit,       ///< limit of term evaluations reached, at the same evaluation on every machine; the point may be
+                      ///< feasible
+  kTimeLimit,         ///< wall-time limit reached; a result only if the method has a time budget (budget_s)
+  kNumericalFailure,  ///< non-finite values at the initial guess, or no subproblem could be solved
+  kCancelled,         ///< cancelled by the stop check
 };
 
 template <>
@@ -29,26 +30,26 @@ inline constexpr auto kWords<SolveStatus> = Words<SolveStatus>({{SolveStatus::kN
                                                                 {SolveStatus::kNumericalFailure, "numerical_failure"},
                                                                 {SolveStatus::kCancelled, "cancelled"}});
 
-/// Whether a stop check ended the solve: further starts of the same job must not follow.
+/// Returns whether a stop check ended the solve. The job must not continue with another random restart then.
 constexpr bool IsStopped(SolveStatus status) {
   return status == SolveStatus::kEffortLimit || status == SolveStatus::kTimeLimit || status == SolveStatus::kCancelled;
 }
 
-/// Why a solution fails, or that it does not. In the order in which one waypoint is checked; containment and step occur
-/// under Rule::kSolid only.
+/// Verdict on a solution: success or the first failed check, in the order of the checks of a waypoint. Containment and
+/// step occur only under Rule::kSolid.
 enum class Verdict : std::uint8_t {
-  kSuccess,               ///< feasible by this rule
-  kWrongWaypointCount,    ///< not as many waypoints as the task wants
-  kWindowUnsolved,        ///< the solver ended at a window of the motion without a solution of it
-  kWrongSize,             ///< a waypoint that is not n + 7 numbers; of a path in time also stamps out of place
-  kNotFinite,             ///< a waypoint with NaN or infinity
+  kSuccess,               ///< feasible under this rule
+  kWrongWaypointCount,    ///< the number of waypoints is not the one that the task requires
+  kWindowUnsolved,        ///< the solver did not solve a window of the motion
+  kWrongSize,             ///< a waypoint does not have n + 7 numbers; for a path in time also: invalid time stamps
+  kNotFinite,             ///< a waypoint contains NaN or infinity
   kFootPose,              ///< a foot is off its target
   kCom,                   ///< the centre of mass is outside the support polygon
   kJointLimit,            ///< a joint is beyond its limits
-  kEnvironmentCollision,  ///< a link is in the scene
-  kSelfCollision,         ///< two links are in each other
-  kContainment,  ///< a link is inside of a closed body, or a body inside of a link, whose surfaces may not cross
-  kStep,         ///< a link moves too far from the waypoint before
+  kEnvironmentCollision,  ///< a link collides with the scene
+  kSelfCollision,         ///< two links collide
+  kContainment,  ///< a link is inside a closed body, or a body inside a link; their surfaces need not intersect
+  kStep,         ///< a link moves too far between consecutive waypoints
 };
 
 template <>
@@ -65,11 +66,11 @@ inline constexpr auto kWords<Verdict> = Words<Verdict>({{Verdict::kSuccess, "suc
                                                         {Verdict::kContainment, "containment"},
                                                         {Verdict::kStep, "step"}});
 
-/// Which of the judge's verdicts counts. Each rule demands all that the one before does, and more.
+/// Rule by which the judge decides. Each rule includes all checks of the previous one and adds more.
 enum class Rule : std::uint8_t {
-  kLiteral,  ///< the original evaluator's
-  kStrict,   ///< every colliding pair of its list, and every contact
-  kSolid     ///< what a robot could do: bodies are solid, no link jumps
+  kLiteral,  ///< original evaluator's rule
+  kStrict,   ///< every listed pair of links, and every contact
+  kSolid     ///< physical rule: bodies are solid, links do not jump
 };
 
 template <>

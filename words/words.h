@@ -9,27 +9,29 @@
 #include <type_traits>
 
 /// @file
-/// Enumerations and their words: the one place where a value meets its spelling in files, messages, databases and
-/// command lines. Text becomes a value where it enters (ParseWord) and text again where it leaves (ToString); nothing
-/// in between compares with a literal. Every room may use this one; it uses none. No state; thread-safe.
+/// Enumerations with names: the only place that maps enumerators to their spelling in files, messages, databases and
+/// command lines. Input converts names to values (ParseWord), output converts values to names (ToString); other code
+/// never compares with string literals. Every module may depend on this one; it depends on none. Stateless and
+/// thread-safe.
 
-/// All of legopt but its bus and its generator, which have namespaces of their own.
+/// All of legopt except the bus and the generator, which have their own namespaces.
 namespace legopt {
 
-/// One row of a table of words.
+/// Row of a table of enum names.
 template <class Enum>
 struct Word {
-  Enum value;             ///< the enumerator
-  std::string_view word;  ///< its spelling
+  Enum value;
+  std::string_view word;  ///< name in files, messages and command lines
 };
 
-/// The words of `Enum`, in the order of its enumerators 0, 1, 2, ...: each enumeration gives its own beside itself,
+/// Names of the enumerators of `Enum`, in the order 0, 1, 2, ... Each enumeration specialises it next to its
+/// declaration:
 ///
 ///     template <> inline constexpr auto kWords<Task> = Words<Task>({{Task::kPosture, "posture"}, ...});
 template <class Enum>
 inline constexpr std::nullptr_t kWords = nullptr;
 
-/// Checks at compile time that the rows stand in the order of the enumerators without a gap.
+/// Checks at compile time that the rows are in the order of the enumerators, without gaps.
 template <class Enum, std::size_t n>
 consteval std::array<Word<Enum>, n> Words(const Word<Enum> (&rows)[n]) {
   std::array<Word<Enum>, n> table{};
@@ -40,34 +42,34 @@ consteval std::array<Word<Enum>, n> Words(const Word<Enum> (&rows)[n]) {
   return table;
 }
 
-/// An enumeration that has words.
+/// Enumeration with names.
 template <class Enum>
 concept Worded = std::is_enum_v<Enum> && !std::is_null_pointer_v<std::remove_const_t<decltype(kWords<Enum>)>>;
 
-/// How many values the enumeration has.
+/// Number of enumerators.
 template <Worded Enum>
 inline constexpr std::size_t kNumWords = kWords<Enum>.size();
 
-/// Whether the number, as it stands in a message, is a value of the enumeration.
+/// Returns whether a number from a message is an enumerator's.
 template <Worded Enum>
 constexpr bool IsValueOf(std::int64_t number) {
   return number >= 0 && static_cast<std::uint64_t>(number) < kNumWords<Enum>;
 }
 
-/// The number of a value, as it stands in a message.
+/// Returns the number of an enumerator, as used in messages.
 template <Worded Enum>
 constexpr auto NumberOf(Enum value) {
   return static_cast<std::underlying_type_t<Enum>>(value);
 }
 
-/// The word of a value. What is no value of its enumeration ends the program (std::array::at throws): it cannot have
-/// come from outside, where IsValueOf and ParseWord stand.
+/// Returns the name of an enumerator. An invalid value terminates the program (std::array::at throws): values from
+/// outside are checked by IsValueOf and ParseWord first.
 template <Worded Enum>
 constexpr std::string_view ToString(Enum value) {
   return kWords<Enum>.at(static_cast<std::size_t>(value)).word;
 }
 
-/// Inverse of ToString; empty when no value has this word.
+/// Returns the enumerator with this name; empty if there is none.
 template <Worded Enum>
 constexpr std::optional<Enum> ParseWord(std::string_view word) {
   for (const Word<Enum>& row : kWords<Enum>) {
@@ -76,7 +78,7 @@ constexpr std::optional<Enum> ParseWord(std::string_view word) {
   return std::nullopt;
 }
 
-/// All words as a sentence needs them: "'good' or 'in_collision'", "'a', 'b' or 'c'".
+/// Returns all names as an enumeration for a sentence: "'good' or 'in_collision'", "'a', 'b' or 'c'".
 template <Worded Enum>
 std::string WordChoices() {
   std::string text;
@@ -87,19 +89,18 @@ std::string WordChoices() {
   return text;
 }
 
-/// One value of type T for every value of the enumeration.
+/// Array with one value of type T for each enumerator.
 template <Worded Enum, class T>
 struct Per {
-  std::array<T, kNumWords<Enum>> values{};  ///< by the number of the enumerator
+  std::array<T, kNumWords<Enum>> values{};  ///< indexed by the enumerator's number
 
-  /// What is no value of the enumeration ends the program, as in ToString.
+  /// An invalid enumerator terminates the program, as in ToString.
   constexpr T& operator[](Enum key) { return values.at(static_cast<std::size_t>(key)); }
-  /// The same, for reading.
   constexpr const T& operator[](Enum key) const { return values.at(static_cast<std::size_t>(key)); }
-  constexpr auto begin() { return values.begin(); }        ///< in the order of the enumerators
-  constexpr auto end() { return values.end(); }            ///< behind the last value
-  constexpr auto begin() const { return values.begin(); }  ///< the same, for reading
-  constexpr auto end() const { return values.end(); }      ///< the same, for reading
+  constexpr auto begin() { return values.begin(); }
+  constexpr auto end() { return values.end(); }
+  constexpr auto begin() const { return values.begin(); }
+  constexpr auto end() const { return values.end(); }
 
   bool operator==(const Per&) const = default;
 };

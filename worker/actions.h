@@ -18,7 +18,7 @@ namespace legopt::worker {
 
 using programs::ExitCode;
 
-/// Identity of one lease: which attempt of which job, under which token.
+/// Identifies one lease: the job, its attempt and the token.
 struct LeaseKey {
   std::int64_t job_id = 0;
   std::int32_t attempt = 0;
@@ -26,9 +26,9 @@ struct LeaseKey {
   auto operator<=>(const LeaseKey&) const = default;
 };
 
-// What a Pool asks its surroundings to do (pool.h). Processes:
+// Actions that a Pool requests from its caller (pool.h). Processes:
 
-/// Starts the job process of a slot. Its end is always reported by Pool::OnChildExited.
+/// Starts the job process of a slot. Pool::OnChildExited always reports its end.
 struct StartChild {
   int slot = 0;
 };
@@ -43,12 +43,12 @@ struct AssignJob {
 struct CancelJob {
   int slot = 0;
 };
-/// Kills a job process with everything that it started.
+/// Kills a job process with all its child processes.
 struct KillChild {
   int slot = 0;
 };
 
-// Calls to the server; each is answered once, by the Pool::On...Reply of its kind (also on time-out).
+// Calls to the server. The Pool::On...Reply function of the call reports each answer or time-out once.
 struct CallHello {
   legopt_msg::hello_request request;
 };
@@ -66,13 +66,13 @@ struct CallResult {
   std::shared_ptr<const legopt_msg::result_request> request;
 };
 
-// For humans, and the end.
+// Log lines for humans, and the exit.
 enum class LogLevel { kDebug, kInfo, kWarning, kError };
 struct LogLine {
   LogLevel level;
   std::string text;
 };
-/// The worker is done; no action follows.
+/// Ends the worker; no action follows.
 struct ExitWorker {
   ExitCode code;
 };

@@ -32,8 +32,8 @@ constexpr std::int64_t kKibibyte = 1024;
 
 [[noreturn]] void Refuse(const char* what, int error) { throw std::system_error(error, std::generic_category(), what); }
 
-// The environment of job processes: one thread per job, so that timings and results do not depend on the machine, and
-// no word of the key, which they do not need.
+// Returns the environment of job processes. It sets one thread per job, so that timings and results do not depend on
+// the machine, and omits the key file, which job processes do not need.
 std::vector<std::string> ChildEnvironment() {
   std::vector<std::string> variables;
   for (char** entry = environ; *entry != nullptr; ++entry) {
@@ -62,8 +62,8 @@ struct SpawnAttributes {
   posix_spawnattr_t value{};
 };
 
-// File actions run in order in the child. `socket` and `log` must be above kSocket, or an earlier action would
-// overwrite them.
+// File actions run in order in the child. `socket` and `log` must be greater than kSocket; otherwise an earlier action
+// would overwrite them.
 struct SpawnFiles {
   SpawnFiles(int socket, int log) {
     posix_spawn_file_actions_init(&value);
@@ -196,14 +196,14 @@ void ChildProcess::AskToStop() {
 void ChildProcess::Kill() {
   if (pid_ <= 0) return;
   kill(-pid_, SIGKILL);
-  kill(pid_, SIGKILL);  // had it not reached its own group yet
+  kill(pid_, SIGKILL);  // needed if it has not entered its own process group yet
 }
 
 bool ChildProcess::Reap(ChildExit* exit) {
   siginfo_t ended{};
   if (pid_ <= 0 || waitid(P_PID, static_cast<id_t>(pid_), &ended, WEXITED | WNOHANG | WNOWAIT) != 0) return false;
   if (ended.si_pid != pid_) return false;
-  // Whatever it has left behind; before the number of its group is free for others.
+  // Kills remaining processes of the group before its number can be reused.
   kill(-pid_, SIGKILL);
   int status = 0;
   rusage usage{};

@@ -18,7 +18,7 @@ constexpr std::size_t kTypeOffset = 4;
 constexpr std::size_t kSequenceOffset = 8;
 constexpr std::size_t kLengthOffset = 16;
 constexpr std::size_t kHashOffset = 24;
-// Frames are dropped from the front of the buffer only now and then.
+// Consumed frames are removed from the buffer only above this size.
 constexpr std::size_t kCompactBytes = 1U << 16;
 
 template <class T>
@@ -33,7 +33,7 @@ T Get(std::string_view bytes, std::size_t offset) {
   return value;
 }
 
-// Guards against accidents, not against malice: a job process that writes its frames itself may say what it likes.
+// Protects against accidents, not attacks: a malicious job process can write valid frames itself.
 std::uint64_t FrameHash(std::string_view header, std::string_view body) {
   static constexpr std::array<unsigned char, crypto_shorthash_KEYBYTES> kKey = {'l', 'e', 'g', 'o', 'p', 't', ' ', 'j',
                                                                                 'o', 'b', ' ', 'f', 'r', 'a', 'm', 'e'};
@@ -74,7 +74,7 @@ FrameReader::Status FrameReader::Next(Frame* frame, std::string* why) {
   };
   if (broken_) return garbage("unreadable since an earlier frame");
   const std::string_view rest = std::string_view(buffer_).substr(consumed_);
-  // A wrong magic is told from its first bytes: a writer of garbage may never fill a header.
+  // Checks the first bytes of the magic, because a process that writes garbage may never send a whole header.
   const std::size_t magic_bytes = std::min(rest.size(), sizeof kMagic);
   if (std::memcmp(rest.data(), &kMagic, magic_bytes) != 0) return garbage("bytes that begin no frame");
   if (rest.size() < kFrameHeaderBytes) return Status::kNeedMore;
@@ -121,7 +121,7 @@ bool DecodeJob(std::string_view body, legopt_msg::lease* lease, std::string* opt
   return true;
 }
 
-// A hello_request of which only the capabilities count: its decoder checks names and hashes.
+// Encodes a hello_request of which only the capabilities are used: its decoder checks names and hashes.
 std::string EncodeCapabilities(const std::vector<Capability>& capabilities) {
   legopt_msg::hello_request message{};
   message.protocol_version = bus::kProtocolVersion;

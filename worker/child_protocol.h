@@ -11,7 +11,7 @@
 
 namespace legopt::worker {
 
-/// What supervisor and job process say to each other over their socket pair.
+/// Messages between supervisor and job process over their socket pair.
 ///
 /// A frame is a header of 32 bytes, native byte order (both ends are the same program on one host), and a body:
 ///
@@ -21,14 +21,14 @@ namespace legopt::worker {
 ///     offset 16  uint64  length of the body, bytes
 ///     offset 24  uint64  SipHash-2-4 of bytes 4 - 23 and the body, under a fixed key
 ///
-/// The supervisor believes nothing: whatever is not a well-formed frame at the right time ends the job process.
+/// The supervisor does not trust the job process: anything but a well-formed frame at the right time ends the process.
 enum class FrameType : std::uint32_t {
-  kJob = 1,          ///< to the child: lease and method options (EncodeJob)
-  kReady = 2,        ///< datasets are loaded, solvers are declared; body: EncodeCapabilities
-  kStartFailed = 3,  ///< body: why the datasets cannot be used, for the user
+  kJob = 1,          ///< sent to the child: lease and method options (EncodeJob)
+  kReady = 2,        ///< datasets and solver declarations are loaded; body: EncodeCapabilities
+  kStartFailed = 3,  ///< body: reason why the datasets cannot be used, for the user
   kProgress = 4,     ///< body: done and total, EncodeProgress
   kJudging = 5,      ///< the solver has returned; empty body
-  kResult = 6,       ///< body: a result_request, identification included
+  kResult = 6,       ///< body: a result_request with its identification
 };
 
 struct Frame {
@@ -38,19 +38,19 @@ struct Frame {
 };
 
 inline constexpr std::size_t kFrameHeaderBytes = 32;
-/// Largest body in either direction: a result of 1e6 numbers fits, a mad length does not.
+/// Largest body in either direction: fits a result of 1e6 numbers and rejects corrupted lengths.
 inline constexpr std::size_t kMaxFrameBytes = std::size_t{32} << 20;
-inline constexpr std::size_t kReadBytes = 1U << 16;  ///< from the socket at a time
+inline constexpr std::size_t kReadBytes = 1U << 16;  ///< largest read from the socket
 
 std::string EncodeFrame(const Frame& frame);
 
-/// Cuts a byte stream into frames. After kGarbage it stays in that state.
+/// Splits a byte stream into frames. kGarbage is permanent.
 class FrameReader {
  public:
   enum class Status { kNeedMore, kFrame, kGarbage };
 
   void Append(std::string_view bytes) { buffer_.append(bytes); }
-  /// Takes the next frame out. With kGarbage, `why` says what was wrong.
+  /// Extracts the next frame. With kGarbage, `why` contains the fault.
   Status Next(Frame* frame, std::string* why);
 
  private:
@@ -59,12 +59,12 @@ class FrameReader {
   bool broken_ = false;
 };
 
-// Bodies. Decoders return false for whatever their encoder cannot have written.
+// Bodies. Decoders return false for a body that their encoder cannot have written.
 std::string EncodeJob(const legopt_msg::lease& lease, std::string_view options_json);
 bool DecodeJob(std::string_view body, legopt_msg::lease* lease, std::string* options_json);
 std::string EncodeCapabilities(const std::vector<Capability>& capabilities);
 bool DecodeCapabilities(std::string_view body, std::vector<Capability>* capabilities);
-/// As a hello announces it.
+/// Returns the form used in a hello.
 legopt_msg::capability ToMessage(const Capability& capability);
 std::string EncodeProgress(int done, int total);
 bool DecodeProgress(std::string_view body, int* done, int* total);

@@ -21,7 +21,8 @@ namespace fs = std::filesystem;
   throw InputError({folder.string(), "", "", message, fix});
 }
 
-// A folder that nobody else writes to: in the folder for temporary files another user may have been first.
+// Creates a folder that only this user can write to. In the folder for temporary files another user may already have
+// created it.
 void MakeOwn(const fs::path& folder) {
   const std::string fix = "set XDG_CACHE_HOME to a folder of your own with free space";
   std::error_code error;
@@ -32,7 +33,7 @@ void MakeOwn(const fs::path& folder) {
   chmod(folder.c_str(), S_IRWXU);
 }
 
-// Removed at the end with all that is in it, unless it has been moved.
+// Folder for unpacking. The destructor removes it with its content unless it has been moved.
 class UnpackFolder {
  public:
   explicit UnpackFolder(const fs::path& cache) {
@@ -63,7 +64,7 @@ std::optional<fs::path> DatasetCache::Find(const std::string& hash) const {
   if (!fs::exists(folder)) return std::nullopt;
   try {
     if (HashOfDataset(folder, guard_) == hash) return folder;
-  } catch (const InputError&) {  // no dataset any more: as other content
+  } catch (const InputError&) {  // no longer a dataset: treated like different content
   }
   std::error_code ignored;
   fs::remove_all(folder, ignored);
@@ -81,7 +82,7 @@ fs::path DatasetCache::Add(const std::string& hash, const std::string& archive) 
   }
   std::error_code error;
   fs::rename(unpacked.path(), folder_ / hash, error);
-  // Another worker was faster, with the same content, perhaps.
+  // Another worker may have added the same content first.
   if (error) {
     if (const auto other = Find(hash)) return *other;
     Refuse(folder_ / hash, "cannot be made: " + error.message(), "set XDG_CACHE_HOME to another folder");

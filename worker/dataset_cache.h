@@ -8,19 +8,19 @@
 
 namespace legopt::worker {
 
-/// Datasets that came over the network, by content: FOLDER/HASH. A full disk or a careless hand may have changed them,
-/// so nothing in it is believed that was not hashed again. Several workers may use one folder at the same time. Thread
-/// rule: one thread.
+/// Cache of datasets from the network, by content: FOLDER/HASH. Files may have changed because of a full disk or a
+/// user's mistake, so content is hashed before each use. Several workers may use one folder concurrently. Thread rule:
+/// one thread.
 class DatasetCache {
  public:
-  /// Made when the first dataset comes. `guard` runs the readers of others' libraries.
+  /// The folder is created when the first dataset is added. `guard` runs the readers that use third-party libraries.
   DatasetCache(std::filesystem::path folder, ReadGuard guard);
 
-  /// The folder of the dataset with this content, hashed now; empty when there is none. One with other content is
-  /// removed.
+  /// Hashes the cached dataset and returns its folder; empty if there is none. Removes it if its content has another
+  /// hash.
   std::optional<std::filesystem::path> Find(const std::string& hash) const;
-  /// Unpacks an archive and returns its folder. Throws InputError when the archive cannot be unpacked or holds other
-  /// content than its name says; nothing of it is kept then.
+  /// Unpacks an archive and returns its folder. Throws InputError and keeps no files if the archive cannot be unpacked
+  /// or its content has another hash.
   std::filesystem::path Add(const std::string& hash, const std::string& archive) const;
 
  private:

@@ -19,11 +19,11 @@ constexpr microseconds kLongestWait = std::chrono::seconds(1);
 
 struct Answer {
   std::optional<legopt_msg::dataset_reply> reply;
-  std::optional<bus::ErrorCode> refused;  // for good
+  std::optional<bus::ErrorCode> refused;  // set if the refusal is permanent
   std::string error;
 };
 
-/// One fetch.
+/// One fetch of a dataset.
 class Fetch {
  public:
   Fetch(ServerLink& link, std::string hash, const DatasetFetchOptions& options)
@@ -55,7 +55,7 @@ class Fetch {
                 "; 'legopt dataset pack' puts it into the folder that legopt-server --datasets names"};
   }
 
-  // Empty: told to stop.
+  // Requests the next piece; returns nothing after an order to stop.
   std::optional<Answer> Ask() {
     legopt_msg::dataset_request request{};
     request.hash = hash_;
@@ -78,7 +78,7 @@ class Fetch {
     return std::move(*answer);
   }
 
-  // True when it was the last piece.
+  // Stores a piece. Returns true if it was the last one.
   bool Take(const legopt_msg::dataset_reply& reply) {
     if (reply.archive_bytes != archive_bytes_) {
       archive_bytes_ = reply.archive_bytes;

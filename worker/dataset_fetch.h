@@ -8,28 +8,29 @@
 
 namespace legopt::worker {
 
-/// How the fetching of a dataset went.
+/// Result of fetching a dataset.
 struct FetchedDataset {
   enum class End {
     kFetched,
-    kUnknown,      ///< the server does not hand it out
+    kUnknown,      ///< the server does not offer it
     kUnreachable,  ///< no answer for too long
-    kStopped,      ///< told to
+    kStopped,      ///< ordered to stop
   };
   End end = End::kUnreachable;
-  std::string archive;  ///< of kFetched: as the server gave it, unchecked
-  std::string error;    ///< of the others: why, for people
+  std::string archive;  ///< set for kFetched: as received, unchecked
+  std::string error;    ///< reason for the other ends, for humans
 };
 
-/// Asks the server for a dataset, piece by piece, with patience for one that is away (PROTOCOL.md, section 9, Dataset).
+/// Options of FetchDataset.
 struct DatasetFetchOptions {
-  microseconds wait_server = microseconds::max();  ///< without an answer, after which to give up
-  int stop_fd = -1;                                ///< readable when there may be an order to stop
-  std::function<bool()> take_order = {};           ///< takes one; false: there is none
-  std::function<void(const std::string&)> tell = [](const std::string&) {};  ///< once, when the server is silent
+  microseconds wait_server = microseconds::max();  ///< maximum time without an answer
+  int stop_fd = -1;                                ///< readable if there may be an order to stop
+  std::function<bool()> take_order = {};           ///< takes an order; false: there is none
+  std::function<void(const std::string&)> tell = [](const std::string&) {};  ///< called once if the server is silent
 };
 
-/// Blocks. The link's thread.
+/// Requests a dataset from the server piece by piece, and retries while the server does not answer (PROTOCOL.md,
+/// section 9, Dataset). Blocks. Call on the link's thread.
 FetchedDataset FetchDataset(ServerLink& link, const std::string& hash, const DatasetFetchOptions& options);
 
 }  // namespace legopt::worker

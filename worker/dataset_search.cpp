@@ -20,7 +20,7 @@ std::optional<fs::path> FindEmbedded(const std::string& hash) {
     for (const fs::path& folder : programs::EmbeddedDatasetFolders()) {
       if (HashOfDataset(folder, CallIsolated) == hash) return folder;
     }
-  } catch (const InputError&) {  // a program that was installed without data
+  } catch (const InputError&) {  // the program was installed without data
   }
   return std::nullopt;
 }

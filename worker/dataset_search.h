@@ -16,29 +16,29 @@
 
 namespace legopt::worker {
 
-/// Whom a search listens to and speaks to; both outlive it.
+/// Signals and logger used by a search; both must outlive it.
 struct SearchSurroundings {
   programs::StopSignals& stop;
   spdlog::logger& logger;
   std::string server_address;  ///< shown in messages
 };
 
-/// A dataset that was looked for in the cache and at the server.
+/// Result of searching a dataset in the cache and at the server.
 struct FetchedFolder {
-  FetchedDataset::End end = FetchedDataset::End::kUnreachable;  ///< kFetched also for one from the cache
+  FetchedDataset::End end = FetchedDataset::End::kUnreachable;  ///< kFetched also for a dataset from the cache
   std::filesystem::path folder;                                 ///< the dataset's folder if `end` is kFetched
   std::string error;                                            ///< reason of any other `end`
 };
 
-/// The dataset with this content hash, from the cache, else from the server, whose silence it endures for
-/// `wait_server`. Prints where a dataset from the server was put. Throws InputError for an archive that is no such
-/// dataset and for a cache that cannot be written.
+/// Returns the dataset with this content hash from the cache or else from the server, which may be silent for at most
+/// `wait_server`. Prints the location of a dataset from the server. Throws InputError if the archive does not contain
+/// this dataset or the cache cannot be written.
 FetchedFolder FindOrFetch(const std::string& hash, const DatasetCache& cache, ServerLink& link,
                           microseconds wait_server, const SearchSurroundings& around);
 
-/// Puts a folder in the place of each content hash among `datasets`: an embedded dataset, the cache's, or what the
-/// server hands out, in this order. How the worker ends when one cannot be had, with the reason logged: kUnreachable,
-/// kDatasetMismatch, or what a stop means. Throws InputError for what the server gives when that is something else.
+/// Replaces each content hash in `datasets` by the folder of an embedded dataset, a cached one, or one from the server,
+/// in this order. If one is missing, logs the reason and returns the exit code: kUnreachable, kDatasetMismatch, or that
+/// of an order to stop. Throws InputError if the server sends different content.
 std::optional<ExitCode> FindDatasets(std::vector<std::filesystem::path>& datasets, const DatasetCache& cache,
                                      ServerLink& link, const PoolOptions& pool, const SearchSurroundings& around);
 

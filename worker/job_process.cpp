@@ -29,12 +29,12 @@ using Clock = std::chrono::steady_clock;
 constexpr auto kProgressInterval = std::chrono::milliseconds(100);
 constexpr int kStartFailed = 1;
 
-// Written by the signal handler only; a job begins with it cleared. The supervisor never sends the signal once it has
-// the job's result, so that no request meets the wrong job.
+// Written only by the signal handler; cleared at the start of a job. The supervisor does not send the signal after it
+// has received the job's result, so no request reaches the wrong job.
 volatile std::sig_atomic_t stop_requested = 0;
-volatile std::sig_atomic_t stop_requester = 0;  // the supervisor
+volatile std::sig_atomic_t stop_requester = 0;  // process id of the supervisor
 
-// Others send this signal, too: batch systems, to every process of a job, as a warning that its time is nearly over.
+// Batch systems also send this signal, to every process of a job, as a warning that its time is nearly over.
 void OnStopRequest(int /*signal*/, siginfo_t* info, void* /*context*/) {
   if (info->si_code == SI_USER && info->si_pid == stop_requester) stop_requested = 1;
 }
@@ -51,12 +51,12 @@ void ListenToStopRequests(int supervisor_pid) {
   sigprocmask(SIG_UNBLOCK, &requests, nullptr);
 }
 
-// The child's end of the socket pair; exits the process when the supervisor is gone.
+// Child's end of the socket pair. Exits the process if the supervisor is gone.
 class Channel {
  public:
   explicit Channel(int fd) : fd_(fd) {}
 
-  // Waits for the next frame; empty when the supervisor has closed.
+  // Waits for the next frame; returns nothing if the supervisor has closed the socket.
   std::optional<Frame> Read() {
     Frame frame;
     std::string why;
@@ -105,7 +105,7 @@ legopt_msg::result_request Execute(JobExecutor& executor, Channel& channel, cons
   try {
     return executor.Execute(lease, options_json, hooks);
   } catch (const std::bad_alloc&) {
-    // What the job had built is in an unknown state: start anew.
+    // The state of the job's objects is unknown, so the process exits and is started again.
     std::fprintf(stderr, "out of memory: an allocation failed\n");
     _exit(kChildOutOfMemory);
   } catch (const JobRefused& refusal) {
@@ -116,7 +116,7 @@ legopt_msg::result_request Execute(JobExecutor& executor, Channel& channel, cons
 }
 
 std::string EncodeResult(const legopt_msg::lease& lease, legopt_msg::result_request result) {
-  result.worker_id = 1;  // the supervisor knows the right one
+  result.worker_id = 1;  // replaced by the supervisor
   result.job_id = lease.job_id;
   result.attempt = lease.attempt;
   result.token = lease.token;

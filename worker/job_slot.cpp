@@ -40,7 +40,7 @@ JobSlot::Command JobSlot::Tick(microseconds now) {
 }
 
 bool JobSlot::Ready() {
-  if (state_ == State::kStopping) return true;  // written before the kill
+  if (state_ == State::kStopping) return true;  // sent before the kill
   if (state_ != State::kStarting) return false;
   failed_starts_ = 0;
   SetState(State::kIdle, kNever);

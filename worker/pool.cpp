@@ -18,18 +18,18 @@ using std::chrono::seconds;
 
 constexpr microseconds kFirstHelloRetry = milliseconds(100);
 constexpr microseconds kLastHelloRetry = seconds(2);
-constexpr microseconds kLeaseRetry = milliseconds(250);  // after a lost or malformed reply
+constexpr microseconds kLeaseRetry = milliseconds(250);  // delay after a lost or malformed reply
 constexpr microseconds kSoonestAsk = milliseconds(5);
 constexpr microseconds kLatestAsk = seconds(10);
 constexpr microseconds kDefaultLease = seconds(10);
 constexpr microseconds kDefaultHeartbeat = seconds(1);
-constexpr microseconds kSilence = seconds(3);  // until the user is told
+constexpr microseconds kSilence = seconds(3);  // time without an answer until the user is informed
 constexpr microseconds kSilenceRepeat = seconds(30);
 constexpr std::size_t kMaxMethods = 1024;
-constexpr std::size_t kMaxLeases = 4096;            // what one heartbeat can carry
-constexpr std::size_t kMaxUndeliveredPerSlot = 64;  // above: no new leases
-constexpr double kShortJob_us = 500'000;            // below: always one lease ahead
-constexpr double kAnswersAhead = 4;                 // half of it is left when more is asked for
+constexpr std::size_t kMaxLeases = 4096;            // limit of one heartbeat
+constexpr std::size_t kMaxUndeliveredPerSlot = 64;  // maximum with which new leases are requested
+constexpr double kShortJob_us = 500'000;            // jobs shorter than this always have one prefetched lease
+constexpr double kAnswersAhead = 4;  // server response times to prefetch for; refilled when half of it is left
 constexpr int kStopMarginDivisor = 10;
 
 }  // namespace
@@ -98,7 +98,7 @@ void Pool::Log(LogLevel level, std::string text) { actions_.emplace_back(LogLine
 
 // --- Registration ----------------------------------------------------------------------------------------------------
 
-// Before its datasets are loaded, too, so that people are told that a worker is coming; again with them.
+// Also sent before the datasets are loaded, so that users see that a worker is starting, and again after loading.
 void Pool::AskForRegistration(microseconds now) {
   if (registration_ || hello_in_flight_ || now < next_hello_) return;
   legopt_msg::hello_request request;
@@ -145,10 +145,10 @@ void Pool::OnHelloReply(microseconds now, const legopt_msg::hello_reply* reply, 
       registration.heartbeat = reply->heartbeat_us > 0 ? microseconds(reply->heartbeat_us) : kDefaultHeartbeat;
       registration_ = registration;
       next_lease_ = now;
-      next_heartbeat_ = leases_.empty() ? now + registration.heartbeat : now;  // claim what we hold at once
+      next_heartbeat_ = leases_.empty() ? now + registration.heartbeat : now;  // renew held leases immediately
       for (auto& [key, held] : leases_) held.next_delivery = now;
       if (capabilities_.empty()) break;
-      if (announced_ != capabilities_.size()) {  // they came while the call was under way
+      if (announced_ != capabilities_.size()) {  // loaded while the call was in flight
         registration_.reset();
         next_hello_ = now;
         break;
@@ -205,7 +205,7 @@ void Pool::ServerSilent(microseconds now, const std::string& error) {
                               Seconds(now - last_heard_) + " (" + error + CausesOfSilence() + "); trying on");
 }
 
-// A server that has another key drops what we send without a word; to answer would tell strangers that it is there.
+// A server with another key silently drops this worker's frames: an answer would reveal that it exists.
 std::string Pool::CausesOfSilence() const {
   if (options_.key_file.empty()) return "";
   return "; a server that has another key than " + options_.key_file + " does not answer either";
@@ -213,8 +213,8 @@ std::string Pool::CausesOfSilence() const {
 
 // --- Leases ----------------------------------------------------------------------------------------------------------
 
-// Long jobs take seconds to minutes, whatever those before them took: none is held ready that another worker
-// could begin.
+// Long jobs take seconds to minutes, regardless of previous durations. They are not prefetched, because another worker
+// could start them.
 bool Pool::HoldsLongJob() const {
   return std::any_of(leases_.begin(), leases_.end(), [](const auto& entry) {
     return entry.second.phase != Phase::kDelivering && DescriptionOf(entry.second.task).long_jobs;
@@ -242,7 +242,7 @@ int Pool::NumWantedLeases() const {
   const int ahead = NumAheadPerSlot();
   const int ready = static_cast<int>(ready_.size());
   const int wanted = idle + ahead * live - ready;
-  // Small top-ups are not worth a call while there is enough to go on with.
+  // Avoids small requests while enough leases are prefetched.
   if (ready >= idle && 2 * ready > ahead * live) return 0;
   const int room = static_cast<int>(kMaxLeases - std::min(kMaxLeases, leases_.size()));
   constexpr int kMaxPerRequest = 1024;
@@ -298,14 +298,14 @@ void Pool::OnLeaseReply(microseconds now, const legopt_msg::lease_reply* reply, 
   Advance(now);
 }
 
-// A quarter at most: workers that were told the same time shall not all come back together.
+// Adds at most a quarter, so that workers with the same interval do not all ask at once.
 microseconds Pool::Jittered(microseconds duration) {
   constexpr double kMostJitter = 0.25;
   const double unit = std::generate_canonical<double, 16>(random_);
   return duration + microseconds(static_cast<std::int64_t>(kMostJitter * unit * static_cast<double>(duration.count())));
 }
 
-// Such as: no job here for the datasets of this worker.
+// Logs a message of the server once, e.g. that no job needs the datasets of this worker.
 void Pool::TellOnce(const std::string& server_message) {
   if (server_message.empty() || server_message == told_) return;
   told_ = server_message;
@@ -322,12 +322,12 @@ void Pool::AcceptLease(microseconds now, const legopt_msg::lease& lease) {
   held.lease = lease;
   held.accepted = now;
   held.expires = lease_asked_at_ + microseconds(lease.lease_us) - StopMargin(lease);
-  if (!leases_.emplace(key, std::move(held)).second) return;  // told twice
+  if (!leases_.emplace(key, std::move(held)).second) return;  // repeated lease
   ready_.push_back(key);
   if (!HasDataset(lease.dataset_hash)) {
     return RefuseLease(now, key, "this worker does not have dataset " + lease.dataset_hash);
   }
-  if (draining_) return StopLease(now, key, StopReason::kShutdown);  // the answer to a request from before
+  if (draining_) return StopLease(now, key, StopReason::kShutdown);  // the reply to a request made before draining
   const std::optional<Task> task = ParseWord<Task>(lease.task);
   if (!task) return RefuseLease(now, key, "this worker does not know the task '" + lease.task + "'");
   leases_.at(key).task = *task;
@@ -346,7 +346,7 @@ void Pool::ExpireLeases(microseconds now) {
     if (held.phase != Phase::kDelivering && now >= held.expires) expired.push_back(key);
   }
   for (const LeaseKey& key : expired) {
-    // Asked once: the slot has its own deadline from here on.
+    // Stopped only once: from here on the slot has its own deadline.
     leases_.at(key).expires = microseconds::max();
     Log(LogLevel::kWarning, "job " + std::to_string(key.job_id) + ": lease not renewed in time, stopping the job");
     StopLease(now, key, StopReason::kLeaseExpiring);
@@ -428,7 +428,7 @@ void Pool::OnHeartbeatReply(microseconds now, const legopt_msg::heartbeat_reply*
     if (HeartbeatStatus{reply->status} == HeartbeatStatus::kDrain) DrainForServer(now);
     for (std::size_t i = 0; i < heartbeat_keys_.size(); ++i) {
       const auto it = leases_.find(heartbeat_keys_[i]);
-      if (it == leases_.end() || it->second.phase == Phase::kDelivering) continue;  // the result's answer decides
+      if (it == leases_.end() || it->second.phase == Phase::kDelivering) continue;  // the answer to the result decides
       HeldLease& held = it->second;
       const LeaseVerdict verdict{reply->verdicts[i]};
       if (verdict == LeaseVerdict::kContinue) {

@@ -28,68 +28,70 @@ struct PoolOptions {
   std::string name;
   std::string hostname;
   std::int64_t pid = 0;
-  std::string build;                                  ///< for people
+  std::string build;                                  ///< description for humans
   std::string build_id;                               ///< 1 .. 64 bytes; equal for builds that compute the same bits
-  std::string processor;                              ///< model of the host's
-  std::int32_t processors = 1;                        ///< granted, >= 1
-  std::int64_t memory_bytes = 0;                      ///< of the host; 0: unknown
-  std::function<double()> load = [] { return 0.0; };  ///< of the host, now; NaN: unknown
+  std::string processor;                              ///< processor model of the host
+  std::int32_t processors = 1;                        ///< processors granted to the worker, >= 1
+  std::int64_t memory_bytes = 0;                      ///< memory of the host; 0: unknown
+  std::function<double()> load = [] { return 0.0; };  ///< current load of the host; NaN: unknown
   std::int32_t protocol_version = 1;
-  std::string server_address;   ///< for messages: "GROUP:PORT", or all addresses that a bridge tries
-  bool bridged = false;         ///< for messages: a bridge leads there
-  std::string key_file;         ///< for messages; empty: the deployment has no key
-  bool fetch_datasets = false;  ///< end without jobs to fetch a dataset that the server wants fetched: see Pool
+  std::string server_address;               ///< shown in messages: "GROUP:PORT", or all addresses that a bridge tries
+  bool bridged = false;                     ///< shown in messages: the server is reached over a bridge
+  std::string key_file;                     ///< shown in messages; empty: the deployment has no key
+  bool fetch_datasets = false;              ///< end when idle to fetch a dataset that the server wants, see Pool
   std::vector<std::string> unfetched = {};  ///< content hashes of datasets that could not be fetched or loaded
-  bool exit_when_idle = false;              ///< leave when the server says that there is no more work (PROTOCOL.md, 9)
-  /// Leave with ExitCode::kUnreachable after this long without any word from the server; max(): keep trying.
+  bool exit_when_idle = false;  ///< exit when the server reports that there is no more work (PROTOCOL.md, 9)
+  /// Exit with ExitCode::kUnreachable after this time without a message from the server; max(): keep trying.
   microseconds wait_server = microseconds::max();
   SlotTimes slot_times;
-  /// Work to hold ready per slot, so that short jobs need not wait for the network: leases are fetched ahead for this
-  /// much of the average job's duration. Long jobs are not fetched ahead: an idle slot elsewhere may take them.
-  /// The slower the server's answers, the more: four times what they take, at most `longest_prefetch`.
+  /// Amount of work to prefetch per slot, so that short jobs need not wait for the network. The number of leases
+  /// follows from the average duration of a job. Long jobs are not prefetched, because an idle slot of another worker
+  /// may take them. The actual amount is four times the response time of the server, between `prefetch` and
+  /// `longest_prefetch`.
   microseconds prefetch = std::chrono::milliseconds(60);
   microseconds longest_prefetch = std::chrono::milliseconds(250);
   int max_prefetch_per_slot = 64;
-  /// A lease held ready for longer, because the jobs before it took longer than those that the estimate was made from,
-  /// is given back: another worker may have an idle slot.
+  /// Maximum time that a prefetched lease waits. If the previous jobs take longer than estimated, it is released,
+  /// because another worker may have an idle slot.
   microseconds longest_ready = std::chrono::seconds(2);
-  /// Leave when there has been no job for this long, server or not; counted from when the first process is ready.
+  /// Exit after this time without a job, whether or not there is a server; counted from when the first process is
+  /// ready.
   microseconds idle_timeout = microseconds::max();
-  /// How long running jobs may go on after the first order to stop; then they are given back. Less than what docker
-  /// leaves a container between TERM and KILL (10 s; Slurm and Kubernetes 30 s): a job that is killed costs an attempt,
-  /// one that is given back only its time.
+  /// Maximum time that running jobs may continue after the first order to stop; then they are released. Less than the
+  /// time between TERM and KILL in docker (10 s; Slurm and Kubernetes 30 s): a killed job costs an attempt, a released
+  /// one only its time.
   microseconds drain = std::chrono::seconds(8);
-  /// How long the last results are offered to a silent server: when the jobs are over, and after the second order. A
-  /// worker that receives a signal to stop ends 9.5 s after that at the latest, or 1.5 s after a longer drain.
+  /// Maximum time for offering the last results to a silent server, after the jobs have ended or after the second
+  /// order. After a signal to stop, a worker ends within 9.5 s, or within 1.5 s after a longer drain.
   microseconds delivery_limit = std::chrono::seconds(15);
   microseconds kill_limit = std::chrono::seconds(1);
-  std::uint64_t seed = 1;  ///< of the jitter on waiting times; workers should differ
+  std::uint64_t seed = 1;  ///< seed for the jitter of intervals; workers should differ
 };
 
-/// Everything a worker decides: registration, leases, what runs where, when a job must stop, and which results are
-/// still to be delivered. A pure state machine: events with their time go in, actions come out (TakeActions); it owns
-/// no process, socket or clock. Time is steady, since an arbitrary start, and never goes back.
+/// Makes all decisions of a worker: registration, leases, assignment to slots, stopping of jobs, delivery of results.
+/// Pure state machine: events with their time are inputs, actions are outputs (TakeActions). It owns no process, socket
+/// or clock. Time is steady, since an arbitrary start, and never decreases.
 ///
-/// Promises:
-///  - a lease counts from before it was asked for; its job is stopped a tenth of the lease before it could end
-///  unrenewed;
-///  - a result is offered until the server has answered it, over any restart of the server;
-///  - heartbeats cover running jobs, leases held ready, and results under way;
-///  - jobs begin in the order of their leases; those held ready are few, and are given back when they would wait long;
-///  - whatever a job process does costs one attempt of the job it had, and nothing else;
+/// Guarantees:
+///  - the duration of a lease counts from before its request; its job is stopped a tenth of the lease before it could
+///    expire without renewal;
+///  - a result is offered until the server has answered it, across restarts of the server;
+///  - heartbeats cover running jobs, prefetched leases, and results being delivered;
+///  - jobs start in the order of their leases; only few are prefetched, and those that would wait long are released;
+///  - a misbehaving job process costs one attempt of its job, and nothing else;
 ///  - only datasets that a job process has loaded and hashed are announced, and only their jobs are accepted;
-///  - with `fetch_datasets`, a pool without jobs and leases ends when the server names a dataset to fetch. Its
-///  surroundings fetch that and start another pool, for which the server takes it as the same worker.
+///  - with `fetch_datasets`, a pool without jobs and leases ends when the server names a dataset to fetch. The caller
+///    fetches it and starts another pool, which the server treats as the same worker.
 ///
 /// One thread.
 class Pool {
  public:
   Pool(PoolOptions options, microseconds now);
 
-  // --- From the job processes -------------------------------------------------------------------------------------
-  /// `capabilities`: what it has loaded; at least one dataset.
+  // --- Events of the job processes -----------------------------------------------------------------------------------
+  /// `capabilities`: those it has loaded; at least one dataset.
   void OnChildReady(microseconds now, int slot, const std::vector<Capability>& capabilities);
-  /// The process says that its datasets cannot be used, and why; its exit follows.
+  /// The process reports that its datasets cannot be used, with the reason in `message`; its exit follows.
   void OnChildStartFailed(microseconds now, int slot, const std::string& message);
   void OnChildProgress(microseconds now, int slot, std::uint64_t sequence, int done, int total);
   void OnChildJudging(microseconds now, int slot, std::uint64_t sequence);
@@ -97,7 +99,7 @@ class Pool {
   void OnChildGarbage(microseconds now, int slot, const std::string& why);
   void OnChildExited(microseconds now, int slot, const ChildExit& exit);
 
-  // --- From the server; a null reply means time-out or refusal, then `error` says what ------------------------------
+  // --- Answers of the server; a null reply means time-out or refusal, with the reason in `error` ---------------------
   void OnHelloReply(microseconds now, const legopt_msg::hello_reply* reply, const std::string& error);
   void OnLeaseReply(microseconds now, const legopt_msg::lease_reply* reply, const std::string& error);
   void OnHeartbeatReply(microseconds now, const legopt_msg::heartbeat_reply* reply, const std::string& error);
@@ -106,46 +108,47 @@ class Pool {
   void OnResultReply(microseconds now, const LeaseKey& key, const legopt_msg::result_reply* reply,
                      const std::string& error);
 
-  /// The server refused a call because of the role of this worker's key; before the call's own reply.
+  /// The server refused a call because of the role of this worker's key. Called before the function for the call's
+  /// reply.
   void OnKeyRefused(microseconds now, const std::string& error);
 
-  // --- From outside -----------------------------------------------------------------------------------------------
-  /// First call: take no more jobs, give back what has not begun, finish and deliver the rest, what still runs after
-  /// `drain` excepted: it is killed and given back. Leave with ExitCode::kOk. Second: kill what runs, give it back,
-  /// leave with ExitCode::kInterrupted. Third: leave at once.
+  // --- Orders and time -----------------------------------------------------------------------------------------------
+  /// First call: take no more jobs, release those not started, finish and deliver the rest; jobs still running after
+  /// `drain` are killed and released. Exits with ExitCode::kOk. Second call: kill and release running jobs, exit with
+  /// ExitCode::kInterrupted. Third call: exit immediately.
   void Stop(microseconds now);
-  /// Does what time demands. To be called at the latest at next_deadline().
+  /// Performs actions that are due. Must be called at next_deadline() at the latest.
   void Tick(microseconds now);
 
-  /// max() when only an event can change anything.
+  /// Next time for Tick; max() if only an event can change anything.
   microseconds next_deadline() const;
-  /// What is to be done, in order; empties the list.
+  /// Returns the requested actions in order, and clears the list.
   std::vector<Action> TakeActions();
 
   bool registered() const { return registration_.has_value(); }
-  /// Leases held: ready, running, and delivering.
+  /// Number of leases held: ready, running, and delivering.
   std::size_t num_leases() const { return leases_.size(); }
   std::size_t num_running() const;
   std::size_t num_undelivered() const;
 
-  /// Content hash of the dataset that the pool ended for, which the next pool should have; empty: it ended otherwise.
+  /// Content hash of the dataset to fetch, if the pool ended to fetch one; otherwise empty.
   const std::string& ended_to_fetch() const { return ended_to_fetch_; }
-  /// A job process has loaded its datasets.
+  /// Whether a job process has loaded its datasets.
   bool has_loaded() const { return !capabilities_.empty(); }
 
-  /// Limits of the calls that the surroundings make for a pool; the heartbeat's is its interval.
+  /// Time limits of the calls made for a pool; the limit of a heartbeat is its interval.
   microseconds lease_call_timeout() const;
   microseconds heartbeat_interval() const;
 
  private:
-  static constexpr double kAverageWeight = 0.2;  // of the newest value in a moving average
+  static constexpr double kAverageWeight = 0.2;  // weight of the newest value in a moving average
   enum class Phase { kReady, kRunning, kDelivering };
   struct HeldLease {
     legopt_msg::lease lease;
     Task task{};
     Phase phase = Phase::kReady;
-    microseconds expires{0};   // when its job must have been stopped
-    microseconds accepted{0};  // when it was received
+    microseconds expires{0};   // time by which its job must have been stopped
+    microseconds accepted{0};  // time of receipt
     std::int64_t progress_done = 0;
     std::int64_t progress_total = 0;
     // Delivery:
@@ -155,7 +158,7 @@ class Pool {
     microseconds delivery_backoff{0};
   };
   struct MethodEntry {
-    std::shared_ptr<const std::string> options_json;  // null while asked for
+    std::shared_ptr<const std::string> options_json;  // null while requested
     bool in_flight = false;
     microseconds next_try{0};
     microseconds backoff{0};
@@ -232,10 +235,10 @@ class Pool {
   std::vector<SlotEntry> slots_;
   std::vector<Action> actions_;
   std::map<LeaseKey, HeldLease> leases_;
-  std::deque<LeaseKey> ready_;  // leases without a slot yet, in the order of their leases
+  std::deque<LeaseKey> ready_;  // leases that wait for a slot, in the order of their leases
   std::map<std::string, MethodEntry> methods_;
 
-  std::vector<Capability> capabilities_;  // as announced; empty until the first process is ready
+  std::vector<Capability> capabilities_;  // capabilities in the hello; empty until the first process is ready
   std::optional<Registration> registration_;
   bool hello_in_flight_ = false;
   std::size_t announced_ = 0;  // number of capabilities in the last hello
@@ -248,7 +251,7 @@ class Pool {
   bool no_more_work_ = false;
   std::string wanted_dataset_;  // content hash in the last lease reply; empty: none
   std::string ended_to_fetch_;
-  std::string told_;  // the last message of the server that was logged
+  std::string told_;  // last message of the server that was logged
   std::minstd_rand random_;
 
   bool heartbeat_in_flight_ = false;
@@ -263,17 +266,17 @@ class Pool {
   microseconds next_silence_report_{0};
 
   double mean_job_us_ = -1;                 // moving average; negative: unknown
-  double mean_answer_us_ = 0;               // likewise, between asking for jobs and having them
-  std::optional<microseconds> idle_since_;  // no job held but for its delivery
+  double mean_answer_us_ = 0;               // moving average of the time between requesting and receiving jobs
+  std::optional<microseconds> idle_since_;  // time since which no job is held, except for delivery
   bool told_to_stop_ = false;
   bool draining_ = false;  // no new jobs
   microseconds drain_end_ = microseconds::max();
-  microseconds stop_end_ = microseconds::max();  // the first order is carried out by then
-  bool gave_back_ = false;                       // what ran: only deliveries are left
+  microseconds stop_end_ = microseconds::max();  // time by which the first order is carried out
+  bool gave_back_ = false;                       // running jobs were released; only deliveries are left
   bool killing_ = false;
   bool finished_ = false;
   ExitCode exit_code_ = ExitCode::kOk;
-  microseconds delivering_since_{0};  // since when nothing is left but to deliver
+  microseconds delivering_since_{0};  // time since which only deliveries are left
 };
 
 }  // namespace legopt::worker

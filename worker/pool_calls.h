@@ -8,8 +8,8 @@
 
 namespace legopt::worker {
 
-/// Makes the calls that a Pool asks for, over a link to the server, and tells the pool the answers: decoded and
-/// checked, or why there is none. Link and pool must outlive it; answers that come after its end are dropped.
+/// Makes the calls that a Pool requests, over a link to the server. Passes the decoded and validated answers, or the
+/// errors, to the pool. Link and pool must outlive this object; answers that arrive after its end are dropped.
 ///
 /// Thread rule: the link's thread.
 class PoolCalls {
@@ -31,7 +31,7 @@ class PoolCalls {
 
   ServerLink& link_;
   Pool& pool_;
-  // Callbacks of calls that outlive this object do nothing.
+  // Callbacks of calls that end after this object do nothing.
   std::shared_ptr<PoolCalls*> self_;
 };
 

@@ -1,4 +1,4 @@
-// The part of Pool that ends it.
+// Part of Pool that ends the worker.
 
 #include <algorithm>
 #include <utility>
@@ -10,9 +10,9 @@
 namespace legopt::worker {
 namespace {
 
-constexpr microseconds kLeaseAnswer = std::chrono::seconds(1);            // waited for by a worker that leaves
-constexpr microseconds kStopLimit = std::chrono::milliseconds(9'500);     // within docker's 10 s
-constexpr microseconds kLastDelivery = std::chrono::milliseconds(1'500);  // time to return jobs after the drain
+constexpr microseconds kLeaseAnswer = std::chrono::seconds(1);  // time that a leaving worker waits for a lease reply
+constexpr microseconds kStopLimit = std::chrono::milliseconds(9'500);     // less than docker's 10 s
+constexpr microseconds kLastDelivery = std::chrono::milliseconds(1'500);  // time to release jobs after the drain
 
 }  // namespace
 
@@ -38,7 +38,7 @@ void Pool::Stop(microseconds now) {
   Advance(now);
 }
 
-// Somebody has asked for it at the server, who is in no hurry: running jobs end by themselves.
+// Called after 'legopt drain' at the server. There is no time limit: running jobs end normally.
 void Pool::DrainForServer(microseconds now) {
   if (draining_) return;
   Log(LogLevel::kWarning,
@@ -72,7 +72,7 @@ void Pool::GiveBackRunning() {
   }
 }
 
-// The server would refuse every further call as well.
+// The server would also refuse all further calls.
 void Pool::OnKeyRefused(microseconds now, const std::string& error) {
   Log(LogLevel::kError,
       "the server refuses this worker: " + PrintableText(error, kMaxMessageBytes) +
@@ -81,7 +81,8 @@ void Pool::OnKeyRefused(microseconds now, const std::string& error) {
   Advance(now);
 }
 
-// Nobody waits for an answer: where it is lost, the server finds the worker lost a lease later.
+// Does not wait for an answer. If the message is lost, the server considers the worker lost after the duration of a
+// lease.
 void Pool::SayGoodbye() {
   if (!registration_) return;
   legopt_msg::heartbeat_request request{};
@@ -103,7 +104,8 @@ microseconds Pool::DeliveryEnd() const {
   return std::min(stop_end_, delivering_since_ + (killing_ ? options_.kill_limit : options_.delivery_limit));
 }
 
-// A worker that leaves hears what it has been leased meanwhile, and gives it back: its lease would run out at a cost.
+// A leaving worker waits for a lease reply in flight and releases its jobs; otherwise their leases would expire and
+// cost an attempt.
 microseconds Pool::LeaseAnswerEnd() const {
   return lease_in_flight_ && !killing_ ? lease_asked_at_ + kLeaseAnswer : microseconds(0);
 }
@@ -113,8 +115,8 @@ microseconds Pool::IdleEnd() const {
   return counts ? *idle_since_ + options_.idle_timeout : microseconds::max();
 }
 
-// Notes since when there has been no job, results under way not counted: without a server they may be so for ever.
-// True when that has been for too long.
+// Records since when there has been no job. Results being delivered do not count as jobs, because without a server
+// delivery may never end. Returns true if the time is too long.
 bool Pool::CheckIdle(microseconds now) {
   if (capabilities_.empty() || num_undelivered() != leases_.size()) {
     idle_since_.reset();
@@ -146,7 +148,7 @@ void Pool::CheckEnd(microseconds now) {
   if (!wanted_dataset_.empty() && leases_.empty() && !lease_in_flight_) {
     Log(LogLevel::kInfo, "jobs wait for dataset " + wanted_dataset_ + ", which the server hands out");
     ended_to_fetch_ = wanted_dataset_;
-    finished_ = true;  // without goodbye: the worker stays
+    finished_ = true;  // no goodbye, because the worker continues
     actions_.emplace_back(ExitWorker{ExitCode::kOk});
     return;
   }

@@ -1,4 +1,4 @@
-// The part of Pool that deals with slots, job processes and results.
+// Part of Pool for slots, job processes and results.
 
 #include <algorithm>
 #include <array>
@@ -20,7 +20,7 @@ using std::chrono::seconds;
 constexpr microseconds kFirstDeliveryRetry = milliseconds(250);
 constexpr microseconds kLastDeliveryRetry = seconds(5);
 constexpr std::size_t kMaxDeliveriesInFlight = 64;
-constexpr int kHopelessStarts = 3;  // per slot, before any process was ever ready
+constexpr int kHopelessStarts = 3;  // failed starts per slot, before any process was ever ready
 constexpr double kMicroseconds = 1e6;
 
 std::string JobName(const LeaseKey& key) {
@@ -34,7 +34,7 @@ std::string SecondsText(microseconds duration) {
   return text + " s";
 }
 
-// How a process ended by itself, while it had a job.
+// Describes the end of a process that had a job and was not killed by the worker.
 legopt_msg::result_request DescribeDeath(const ChildExit& exit) {
   if (exit.signal == 0 && exit.exit_code == kChildOutOfMemory) {
     return ResultWithoutSolution(ReportedOutcome::kMemoryLimit, "the job needed more memory than its limit allows");
@@ -87,7 +87,8 @@ void Pool::OnChildReady(microseconds now, int slot, const std::vector<Capability
     OnChildGarbage(now, slot, "ready without a dataset");
     return;
   }
-  // A solver whose files have changed meanwhile is refused job by job, as the announced one is not there any more.
+  // Only changed datasets end the worker. Jobs of a changed solver are refused, because the announced one no longer
+  // exists.
   if (!first && datasets != DatasetsAmong(capabilities_)) {
     Log(LogLevel::kError,
         "the files of a dataset have changed since this worker started; start the worker again to use the new ones");
@@ -98,7 +99,7 @@ void Pool::OnChildReady(microseconds now, int slot, const std::vector<Capability
     return;
   } else if (first) {
     capabilities_ = capabilities;
-    last_heard_ = now;  // the search for a server begins here
+    last_heard_ = now;  // the search for a server starts here
     registration_.reset();
     hello_backoff_ = microseconds(0);
     next_hello_ = now;
@@ -231,7 +232,7 @@ void Pool::StopLease(microseconds now, const LeaseKey& key, StopReason reason) {
   }
 }
 
-// Outcome "cancelled" of a job that nobody has cancelled gives it back: it is queued again, and no attempt is lost.
+// Outcome "cancelled" of a job that was not cancelled releases it: the server re-queues it without using an attempt.
 void Pool::EndStoppedJob(microseconds now, const LeaseKey& key, StopReason reason) {
   switch (reason) {
     case StopReason::kCancelled:
@@ -248,7 +249,7 @@ void Pool::EndStoppedJob(microseconds now, const LeaseKey& key, StopReason reaso
     case StopReason::kTimeLimit:
     case StopReason::kUnknownLease:
     case StopReason::kGarbage:
-      leases_.erase(key);  // nobody waits for it
+      leases_.erase(key);  // the server does not expect a result
   }
 }
 
@@ -257,8 +258,8 @@ void Pool::GiveBackReady(microseconds now) {
   for (const LeaseKey& key : waiting) StopLease(now, key, StopReason::kShutdown);
 }
 
-// Empty unless a lease waits because of jobs: what waits for its method, or for the first job process to start, begins
-// as soon as anywhere else.
+// Returns when the first ready lease has waited too long; empty unless it waits for running jobs. A lease that waits
+// for its method or for the first job process would not start earlier on another worker.
 std::optional<microseconds> Pool::WaitEnd() const {
   const auto busy = [](const SlotEntry& slot) { return slot.machine.has_job(); };
   const auto idle = [](const SlotEntry& slot) { return slot.machine.state() == JobSlot::State::kIdle; };
@@ -276,8 +277,8 @@ void Pool::GiveBackWaiting(microseconds now) {
   }
 }
 
-// What ends a worker from outside, a batch system at the end of its patience or the end of a container, may end its job
-// processes an instant earlier: no fault of their jobs.
+// Returns whether the end of a process was caused by terminating the worker from outside. A batch system or container
+// may kill the job processes slightly before the worker; that is not the fault of their jobs.
 bool Pool::EndedWithTheWorker(const JobSlot& machine, const ChildExit& exit) const {
   constexpr std::array kFromOutside = {SIGTERM, SIGINT, SIGHUP, SIGKILL};
   return told_to_stop_ && machine.stop_reason() == StopReason::kNone &&
@@ -360,7 +361,7 @@ std::size_t Pool::num_running() const { return NumIn(Phase::kRunning); }
 std::size_t Pool::num_undelivered() const { return NumIn(Phase::kDelivering); }
 
 bool Pool::CanDeliver() const {
-  // Results name their worker, so that it must be registered.
+  // The worker must be registered, because results contain its id.
   return registration_ && deliveries_in_flight_ < kMaxDeliveriesInFlight;
 }
 

@@ -29,13 +29,13 @@ namespace {
 
 constexpr rlim_t kMaxDescriptors = 256;
 constexpr std::size_t kSignalStackBytes = 1U << 16;
-// A crash at an address below this is a dereferenced null pointer (plus a member or small index).
+// A crash at an address below this is treated as dereferencing a null pointer (plus a member or small index).
 constexpr std::uintptr_t kNullPageBytes = 1U << 20;
-// When not even this much can be mapped, memory was exhausted.
+// If a block of this size cannot be mapped, memory was exhausted.
 constexpr std::size_t kProbeBytes = std::size_t{1} << 22;
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kSanitized = true;  // sanitizers bring crash reports of their own
+constexpr bool kSanitized = true;  // sanitizers have their own crash reports
 #else
 constexpr bool kSanitized = false;
 #endif
@@ -57,13 +57,13 @@ bool MemoryExhausted() {
   return false;
 }
 
-// C libraries seldom check malloc: what follows a failed one is a null dereference or an abort, with errno still set.
-// Async-signal-safe.
+// C libraries often do not check malloc. A failed allocation then causes a null dereference or an abort while errno is
+// still set. Async-signal-safe.
 void OnCrash(int signal, siginfo_t* info, void* /*context*/) {
   const bool allocation_failed = errno == ENOMEM;
   const bool at_null = signal == SIGABRT || reinterpret_cast<std::uintptr_t>(info->si_addr) < kNullPageBytes;
   if ((allocation_failed && at_null) || MemoryExhausted()) ExitOutOfMemory();
-  // SA_RESETHAND has restored the default action: die of the signal itself, so that the supervisor sees which.
+  // SA_RESETHAND has restored the default action, so the process dies of the signal itself and the supervisor sees it.
   raise(signal);
 }
 
@@ -106,10 +106,10 @@ void ReportMemoryExhaustion() {
 }
 
 void ResetPeakMemory() {
-  // Opened once: a process that hides from others may not open it any more.
+  // Opened once, because a process that hides from others may not open it later.
   static const int fd = open("/proc/self/clear_refs", O_WRONLY | O_CLOEXEC);
   if (fd < 0) return;
-  // "5" resets the high-water mark of the resident size; where that is refused, the peak is the process's.
+  // "5" resets the maximum resident size. If that is refused, the peak is that of the whole process.
   [[maybe_unused]] const ssize_t written = write(fd, "5", 1);
 }
 
@@ -117,14 +117,14 @@ void ResetPeakMemory() {
 
 bool ForbidNewProcesses() {
   constexpr std::uint32_t kDeny = SECCOMP_RET_ERRNO | EPERM;
-  // clone3 hides its flags behind a pointer; without it libc falls back to clone.
+  // clone3 has its flags behind a pointer, which a filter cannot check; if it is missing, libc falls back to clone.
   constexpr std::uint32_t kAbsent = SECCOMP_RET_ERRNO | ENOSYS;
   constexpr std::uint32_t kX32Bit = 0x40000000;
   const auto load = [](std::size_t offset) -> sock_filter {
     return BPF_STMT(BPF_LD | BPF_W | BPF_ABS, static_cast<std::uint32_t>(offset));
   };
   const auto returns = [](std::uint32_t value) -> sock_filter { return BPF_STMT(BPF_RET | BPF_K, value); };
-  // Jump over `skip` statements unless equal.
+  // Skips `skip` instructions unless equal.
   const auto if_equal = [](std::uint32_t value, std::uint8_t otherwise) -> sock_filter {
     return BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, value, 0, otherwise);
   };

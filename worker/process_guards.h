@@ -4,29 +4,30 @@
 
 namespace legopt::worker {
 
-/// What keeps a job process from harming its host and its neighbours; see job_process.h. All act on the calling
-/// process and stay.
+/// Guards that keep a job process from harming its host and other processes; see job_process.h. All of them affect the
+/// calling process permanently.
 
-/// The signals that a job process starts with blocked, and leaves so: TERM, INT, HUP, USR1 and USR2. Batch systems and
-/// service managers send them to every process of a job, whatever group or session it is in; what they mean is for the
-/// supervisor to decide, which ends its job processes by KILL. Blocked, not ignored: that holds from the first
+/// Signals that a job process blocks from its start: TERM, INT, HUP, USR1 and USR2. Batch systems and service managers
+/// send them to every process of a job, regardless of its process group or session. The supervisor reacts to them and
+/// ends its job processes with KILL. The signals are blocked, not ignored, so that this holds from the first
 /// instruction on.
 sigset_t SignalsForOthers();
 
-/// Asks the kernel to kill this process when the supervisor dies; exits at once (kChildOrphaned) if it already has.
+/// Asks the kernel to kill this process when the supervisor ends. Exits immediately (kChildOrphaned) if it has already
+/// ended.
 void DieWithSupervisor(int supervisor_pid);
 
-/// No core files, at most 256 descriptors.
+/// Disables core files and limits descriptors to 256.
 void LimitResources();
 
 /// Makes operator new, and crashes caused by a failed allocation, end the process with kChildOutOfMemory.
 void ReportMemoryExhaustion();
 
-/// Denies new processes and other programs from now on; threads stay possible. Returns false where the kernel or the
-/// architecture offers no filter (the process group is then the only containment).
+/// Denies new processes and other programs from now on; threads stay possible. Returns false if the kernel or the
+/// architecture has no such filter (the process group is then the only containment).
 bool ForbidNewProcesses();
 
-/// Starts anew with the peak of the resident size, where the kernel allows it.
+/// Resets the peak of the resident size, if the kernel permits it.
 void ResetPeakMemory();
 
 }  // namespace legopt::worker

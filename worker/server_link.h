@@ -13,21 +13,21 @@ namespace legopt::worker {
 
 using std::chrono::microseconds;
 
-/// What a supervisor needs of the bus: calls to the server, a clock, and one place to wait. Over an Endpoint in the
-/// program; tests answer the calls themselves. One thread; callbacks run inside Wait.
+/// Part of the bus that a supervisor needs: calls to the server, a clock, and one place to wait. Programs use it with
+/// an Endpoint; tests answer the calls themselves. One thread; callbacks run inside Wait.
 class ServerLink {
  public:
   virtual ~ServerLink() = default;
 
   virtual microseconds now() const = 0;
-  /// Calls the server; `callback` runs once, also on time-out.
+  /// Calls the server. `callback` runs once, also on time-out.
   virtual void Call(bus::MessageType type, std::string body, microseconds timeout,
                     std::function<void(bus::CallResult&&)> callback) = 0;
-  /// Waits until a callback has run, one of `extra` is ready (revents are set), or `max_wait` is over.
+  /// Waits until a callback has run, one of `extra` is ready (sets revents), or `max_wait` has passed.
   virtual void Wait(std::span<pollfd> extra, microseconds max_wait) = 0;
 };
 
-/// The link of the program. The endpoint must outlive it.
+/// ServerLink with an Endpoint, which must outlive it.
 class EndpointLink final : public ServerLink {
  public:
   explicit EndpointLink(bus::Endpoint& endpoint) : endpoint_(endpoint) {}
@@ -37,7 +37,8 @@ class EndpointLink final : public ServerLink {
             std::function<void(bus::CallResult&&)> callback) override {
     bus::CallOptions options;
     options.timeout = timeout;
-    // An idle slot waits for these; heartbeats, which repeat anyway, bound what a silent server costs.
+    // An idle slot waits for these calls, so their retry interval is short. Heartbeats repeat anyway and limit the cost
+    // of a silent server.
     if (type == bus::MessageType::kLease || type == bus::MessageType::kMethod) options.max_retry = kSlotWaits;
     endpoint_.Call(bus::kServer, type, std::move(body), options, std::move(callback));
   }

@@ -23,7 +23,7 @@ constexpr double kMicrosecondsPerSecond = 1e6;
 constexpr std::size_t kMaxCachedMethods = 256;
 constexpr char kLeaseSource[] = "job from the server";
 
-// The largest resident size that this process, which runs one job after the other, has had.
+// Returns the largest resident size of this process, which runs jobs one after another.
 std::int64_t PeakMemoryBytes() {
   constexpr std::int64_t kKibibyte = 1024;
   rusage usage{};
@@ -31,16 +31,15 @@ std::int64_t PeakMemoryBytes() {
   return static_cast<std::int64_t>(usage.ru_maxrss) * kKibibyte;
 }
 
-// A solver of others solves in a process of its own, and is evaluated in this one: both count as the CPU time of the
-// solve, as for our own. Memory is that of the solver alone; this process has the dataset and earlier jobs.
+// An external solver runs in its own process, and its points are evaluated in this one: both count as CPU time of the
+// solve. Memory is that of the solver only, because this process also holds the dataset and data of earlier jobs.
 void ChargeExternal(const external::ProcessUsage& usage, legopt_msg::result_request& result) {
   if (usage.peak_memory_bytes == 0) return;
   result.cpu_us += usage.cpu_us;
   result.peak_memory_bytes = usage.peak_memory_bytes;
 }
 
-// A solve that the limit of wall time has stopped is no result, however far it came; one that has spent the budget of
-// time of its method is.
+// A solve stopped at the wall-time limit is no result. A solve that used the time budget of its method is one.
 ReportedOutcome OutcomeOf(const SolveOutcome& solve) {
   if (solve.status == SolveStatus::kCancelled) return ReportedOutcome::kCancelled;
   const bool stopped = solve.status == SolveStatus::kTimeLimit && !solve.budget_spent;
@@ -56,7 +55,8 @@ std::string StoppedByTheClock(const SolveOutcome& solve) {
          " term evaluations";
 }
 
-// A solver that fails may leave anything; the judge has said so, and what has no shape is not sent.
+// Returns whether all waypoints have the same size. A failed solver may return anything; malformed waypoints are not
+// sent, and the judge has already reported them.
 bool OneShape(const std::vector<Eigen::VectorXd>& waypoints) {
   for (const Eigen::VectorXd& waypoint : waypoints) {
     if (waypoint.size() != waypoints.front().size()) return false;
@@ -64,7 +64,7 @@ bool OneShape(const std::vector<Eigen::VectorXd>& waypoints) {
   return !waypoints.empty();
 }
 
-// The best point of a window that was not solved.
+// Adds the best point of an unsolved window.
 void AddUnsolved(const JobResult& job, legopt_msg::result_request& result) {
   if (job.evaluation.window) result.window_verdict = ToString(*job.evaluation.window);
   const std::vector<Eigen::VectorXd>& waypoints = job.solve.unsolved->waypoints;
@@ -85,7 +85,7 @@ std::vector<Capability> SolveExecutor::Load() {
   std::vector<Capability> loaded;
   for (const std::filesystem::path& folder : inputs_.datasets) {
     const std::shared_ptr<const Dataset> dataset = Dataset::Load(folder, CallIsolated);
-    if (!runners_.try_emplace(dataset->content_hash(), dataset, registry_).second) continue;  // the same content twice
+    if (!runners_.try_emplace(dataset->content_hash(), dataset, registry_).second) continue;  // same content as another
     loaded.push_back({dataset->name(), dataset->content_hash()});
   }
   for (const external::Declaration& declaration : external_->declarations()) {
@@ -97,7 +97,7 @@ std::vector<Capability> SolveExecutor::Load() {
   return loaded;
 }
 
-// Options that were legal where they were submitted and are not here belong to another build or another declaration.
+// Options that were valid when submitted but are invalid here belong to another build or another declaration.
 const Method& SolveExecutor::ReadMethod(const std::string& hash, std::string_view options_json) try {
   if (const auto known = methods_.find(hash); known != methods_.end()) return known->second;
   const std::string source = "method " + hash;

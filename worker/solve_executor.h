@@ -15,17 +15,16 @@
 
 namespace legopt::worker {
 
-/// The shipped executor: loads datasets from folders, solves and judges.
+/// Production executor: loads datasets from folders, solves and judges.
 ///
-/// A job is refused (JobRefused) unless a dataset was loaded whose content hash is the one that the job names, its
-/// method's options can be read and hash to the name under which they were sent, and its external solver is the
-/// declared one.
+/// A job is refused (JobRefused) unless a dataset with the job's content hash was loaded, its method's options can be
+/// read and have the given hash, and its external solver is the declared one.
 class SolveExecutor final : public JobExecutor {
  public:
   explicit SolveExecutor(WorkerInputs inputs);
 
-  /// Reads the declarations, starts what starts solvers of others, which later is forbidden, then builds collision
-  /// models and judges. Throws InputError and std::system_error.
+  /// Reads the declarations, starts the launcher of external solvers (new processes are forbidden later), then builds
+  /// collision models and judges. Throws InputError and std::system_error.
   std::vector<Capability> Load() override;
   legopt_msg::result_request Execute(const legopt_msg::lease& lease, std::string_view options_json,
                                      const Hooks& hooks) override;
@@ -34,13 +33,13 @@ class SolveExecutor final : public JobExecutor {
   const Method& ReadMethod(const std::string& hash, std::string_view options_json);
 
   WorkerInputs inputs_;
-  std::optional<external::ExternalSolvers> external_;  // from Load on
+  std::optional<external::ExternalSolvers> external_;  // set by Load
   SolverRegistry registry_;
-  std::map<std::string, JobRunner> runners_;  // by content hash
-  std::map<std::string, Method> methods_;     // by hash
+  std::map<std::string, JobRunner> runners_;  // key: content hash
+  std::map<std::string, Method> methods_;     // key: hash of the method
 };
 
-/// The fields of a result that describe `job`'s outcome (identification excluded).
+/// Returns the fields of a result that describe `job`'s outcome (without identification).
 legopt_msg::result_request ToMessage(const JobResult& job);
 
 }  // namespace legopt::worker

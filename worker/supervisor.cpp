@@ -12,7 +12,7 @@ namespace legopt::worker {
 namespace {
 
 constexpr microseconds kLongestWait = std::chrono::seconds(1);
-// Between a job process closing its socket and being gone; a crash takes a moment.
+// Time between closing of the socket by a job process and its end; a crash takes a moment.
 constexpr microseconds kClosingGrace = std::chrono::milliseconds(500);
 constexpr std::size_t kDescriptorsPerChild = 3;  // socket, log, process
 
@@ -28,7 +28,8 @@ Supervisor::Supervisor(ServerLink& link, SupervisorOptions options, spdlog::logg
 
 Supervisor::~Supervisor() { EndChildren(); }
 
-// All are killed before the first one is waited for: those that still run take the time of those that end.
+// Kills all processes before waiting for the first one, so that they do not take processor time from those that are
+// ending.
 void Supervisor::EndChildren() {
   for (Child& entry : children_) {
     if (entry.process) entry.process->Kill();
@@ -79,7 +80,7 @@ ExitCode Supervisor::Run(int stop_fd, const std::function<bool()>& take_order) {
 }
 
 std::optional<ExitCode> Supervisor::CarryOutActions() {
-  // Carrying out one action may bring about the next.
+  // An action may cause further actions.
   for (std::vector<Action> actions = pool_.TakeActions(); !actions.empty(); actions = pool_.TakeActions()) {
     for (const Action& action : actions) {
       std::visit([this](const auto& specific) { CarryOut(specific); }, action);
@@ -94,7 +95,7 @@ void Supervisor::CarryOut(const StartChild& action) {
   Child& entry = child(action.slot);
   entry = Child{};
   try {
-    std::optional<programs::PinnedThread> pinned;  // which its children inherit, and theirs
+    std::optional<programs::PinnedThread> pinned;  // inherited by child processes
     if (!options_.places.empty()) pinned.emplace(options_.places[static_cast<std::size_t>(action.slot)]);
     entry.process = std::make_unique<ChildProcess>(options_.child_command);
     logger_.debug("slot {}: job process {} started", action.slot, entry.process->pid());
@@ -109,7 +110,7 @@ void Supervisor::CarryOut(const AssignJob& action) {
   ForwardLog(action.slot, *process);
   process->ClearLogTail();
   logger_.debug("slot {}: job {} attempt {}", action.slot, action.lease.job_id, action.lease.attempt);
-  // A process that no longer listens is about to end; its end is reported then.
+  // A process that has closed its socket is about to end; its end is reported then.
   process->Send({FrameType::kJob, action.sequence, EncodeJob(action.lease, *action.options_json)});
 }
 
@@ -143,7 +144,7 @@ void Supervisor::ReadFrames(int slot) {
   Child& entry = child(slot);
   Frame frame;
   std::string why;
-  // A process may end with more on its socket than one reading takes.
+  // A process may end with more data on its socket than one read returns.
   for (bool more = true; more && !entry.deaf && entry.process->socket() >= 0;) {
     if (!entry.process->ReadSocket()) entry.closed_at = link_.now();
     more = false;
@@ -189,7 +190,7 @@ void Supervisor::HandleFrame(int slot, const Frame& frame) {
       std::optional<legopt_msg::result_request> result = bus::Decode<legopt_msg::result_request>(frame.body, &why);
       if (!result) return Garbage(slot, "an unreadable result: " + why);
       const auto outcome = static_cast<ReportedOutcome>(result->outcome);
-      // How a process ended is for the supervisor to say.
+      // The supervisor determines how a process ended.
       if (outcome == ReportedOutcome::kCrashed) return Garbage(slot, "an impossible outcome");
       return pool_.OnChildResult(now, slot, frame.sequence, std::move(*result));
     }
@@ -210,7 +211,7 @@ void Supervisor::ForwardLog(int slot, ChildProcess& process) {
   }
 }
 
-// --- Humans, and the end ---------------------------------------------------------------------------------------------
+// --- Log, and the end ------------------------------------------------------------------------------------------------
 
 void Supervisor::CarryOut(const LogLine& action) {
   switch (action.level) {

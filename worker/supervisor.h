@@ -18,37 +18,38 @@ namespace legopt::worker {
 
 struct SupervisorOptions {
   PoolOptions pool;
-  /// Program and arguments of a job process; it finds its socket at ChildProcess::kSocket.
+  /// Program and arguments of a job process, which gets its socket as ChildProcess::kSocket.
   std::vector<std::string> child_command;
-  /// Processor that the job process of each slot is kept on; empty: any.
+  /// Processor to which the job process of each slot is pinned; empty: none.
   std::vector<int> places = {};
 };
 
-/// Runs a worker: carries out what its Pool decides, on job processes and over the link to the server, and tells the
-/// pool what happens. Thin on purpose: no decision is made here.
+/// Runs a worker: performs the actions of its Pool on job processes and over the link to the server, and reports events
+/// to the pool. Makes no decisions itself.
 ///
-/// All job processes are gone when Run has returned or thrown. One thread; the link and logger must outlive it.
+/// All job processes have ended when Run has returned or thrown. One thread; the link and logger must outlive this
+/// object.
 class Supervisor {
  public:
   Supervisor(ServerLink& link, SupervisorOptions options, spdlog::logger& logger);
   ~Supervisor();
 
-  /// Works until the end; returns how the worker ends. When `stop_fd` is readable, `take_order` takes one
-  /// order to stop from there, false when there is none; -1: none ever comes.
+  /// Runs until the end of the worker and returns its exit code. When `stop_fd` is readable, `take_order` takes one
+  /// order to stop and returns false if there is none. -1: no orders.
   ExitCode Run(int stop_fd = -1, const std::function<bool()>& take_order = {});
 
   const Pool& pool() const { return pool_; }
-  /// Process of a slot, -1 when it has none.
+  /// Returns the process of a slot; -1 if there is none.
   pid_t child_pid(int slot) const;
 
  private:
   struct Child {
     std::unique_ptr<ChildProcess> process;
-    bool deaf = false;                      // broke the protocol: nothing is read any more
-    std::optional<microseconds> closed_at;  // it has closed its socket, and should end soon
+    bool deaf = false;                      // violated the protocol: its output is ignored
+    std::optional<microseconds> closed_at;  // time when it closed its socket; it should end soon
   };
 
-  // Carries out all pending actions; an exit code when the worker is done.
+  // Performs all pending actions. Returns the exit code if the worker is done.
   std::optional<ExitCode> CarryOutActions();
   void CarryOut(const StartChild& action);
   void CarryOut(const AssignJob& action);

@@ -121,7 +121,7 @@ void Define(programs::Program& program, CommandLine& line) {
                  "stays on this machine, on ports of this worker's own")
       .ValueName("FILE")
       .Group(programs::kNetworkHeading);
-  // For a program that has started us as a part of itself ('legopt run'); not for people.
+  // Used by a program that starts the worker as a part of itself ('legopt run'); hidden from users.
   program.AddOption("--owner", line.owner, "Process whose orders to stop count; no others do").Group("");
   program.SetFooter(
       "Stop it with SIGTERM or Ctrl-C: it takes no more jobs, finishes those that end within --drain and gives the\n"
@@ -131,10 +131,10 @@ void Define(programs::Program& program, CommandLine& line) {
                               ExitCode::kMachine}));
 }
 
-// --child SUPERVISOR_PID COUNT DECLARATION... FOLDER...: written by SupervisorMain only.
+// Returns --child SUPERVISOR_PID COUNT DECLARATION... FOLDER...; used by SupervisorMain only.
 std::vector<std::string> ChildCommand(const WorkerInputs& inputs) {
-  // The running program, even if its file has been replaced since: all processes of a worker are of one build. Without
-  // /proc, the file that has its name now.
+  // Uses the running program even if its file has been replaced since, so that all processes of a worker have the same
+  // build. Without /proc, uses the file that has its name now.
   constexpr char kThisProgram[] = "/proc/self/exe";
   const bool known = access(kThisProgram, X_OK) == 0;
   std::vector<std::string> command = {known ? kThisProgram : programs::ProgramFile().string(), std::string(kChildFlag),
@@ -199,8 +199,8 @@ SupervisorOptions OptionsOf(const CommandLine& line, const programs::BuildFacts&
   return options;
 }
 
-// Fewer slots than asked for if each cannot have its files; returns why, empty if all can. Throws std::system_error
-// when not even one slot can.
+// Reduces the number of slots if not all of them can have their descriptors. Returns the reason, or an empty text if
+// all can. Throws std::system_error if not even one slot can.
 std::string FitSlotsToDescriptors(int& slots) {
   constexpr std::size_t kFilesOfSlot = 3, kFilesToStart = 5;  // one job process; starting one
   constexpr std::size_t kOwn = programs::kFewestDescriptors + kFilesToStart;
@@ -213,8 +213,8 @@ std::string FitSlotsToDescriptors(int& slots) {
   return std::to_string(std::exchange(slots, fit)) + " slots would be too many: " + reason;
 }
 
-// As many slots as processors were granted, unless told otherwise; says which and why. Standard output: a log of
-// warnings stays empty when there are none.
+// Uses as many slots as processors were granted, unless the user specified a number, and prints the number with its
+// reason. Prints to standard output, so that a log of warnings stays empty if there are none.
 void SettleSlots(CommandLine& line, spdlog::logger& logger) {
   const programs::ProcessorGrant grant = programs::GrantedProcessors(programs::ReadProcessorFacts());
   if (line.slots && *line.slots > grant.processors) {
@@ -232,7 +232,7 @@ void SettleSlots(CommandLine& line, spdlog::logger& logger) {
   std::fflush(stdout);
 }
 
-// One pool after the other, each with a dataset more that jobs wait for.
+// Runs one pool after another, each with an additional dataset that jobs wait for.
 ExitCode RunPools(WorkerInputs inputs, SupervisorOptions options, const DatasetCache& cache, ServerLink& link,
                   const SearchSurroundings& around) {
   options.pool.fetch_datasets = inputs.datasets.empty();
@@ -264,7 +264,7 @@ ExitCode SupervisorMain(CommandLine line, const programs::BuildFacts& build, spd
       std::printf("legopt-worker: LCM stays %s\n", uplink.bus.c_str());
       std::fflush(stdout);
     }
-    external::HideFromOtherProcesses();  // external solvers of its jobs, above all
+    external::HideFromOtherProcesses();  // especially from external solvers of its jobs
     SupervisorOptions options = OptionsOf(line, build, uplink);
     bus::LcmTransport transport(uplink.network);
     const auto spoke = bridge::RunSpoke(std::move(uplink));

@@ -11,22 +11,22 @@
 
 namespace legopt::worker {
 
-/// What a worker was given to work with.
+/// Datasets and solvers of a worker.
 struct WorkerInputs {
-  std::vector<std::filesystem::path> datasets;  ///< folders
-  std::vector<std::filesystem::path> solvers;   ///< declarations of solvers of others
+  std::vector<std::filesystem::path> datasets;  ///< folders of the datasets
+  std::vector<std::filesystem::path> solvers;   ///< declaration files of external solvers
 };
 
-/// Makes the executor of a job process. Called in the job process only.
+/// Creates the executor of a job process. Called only in the job process.
 using ExecutorFactory = std::function<std::unique_ptr<JobExecutor>(WorkerInputs inputs)>;
 
-/// The program `legopt-worker` around an executor: parses the command line, then runs either the supervisor or, when
-/// the supervisor has started this very program so, one job process. Returns the exit status (exit_codes.h). Tests make
-/// workers with executors of their own of it. `build` tells what the program was made from. Call once, from
+/// Main function of `legopt-worker` with an executor: parses the command line, then runs either the supervisor or, if
+/// the supervisor has started this program for that, one job process. Returns the exit status (exit_codes.h). Tests use
+/// it to create workers with other executors. `build` describes the program's build. Call once, from
 /// programs::RunProgram, which reports its exceptions.
 int WorkerMain(int argc, char** argv, const programs::BuildFacts& build, const ExecutorFactory& make_executor);
 
-/// Whether WorkerMain is going to run a supervisor or a job process.
+/// Returns whether WorkerMain will run a supervisor or a job process.
 programs::ProcessKind KindOf(int argc, const char* const* argv);
 
 }  // namespace legopt::worker

@@ -27,12 +27,12 @@ std::string ContentOf(const fs::path& file, const std::string& source, const std
   constexpr std::size_t kMostBytes = std::size_t{2} << 30;
   try {
     if (fs::is_regular_file(file)) return ReadFileText(file, kMostBytes);
-  } catch (const InputError&) {  // the fault is one of the declaration
+  } catch (const InputError&) {  // the fault is reported as one of the declaration
   }
   throw InputError({source, field, file.string(), "cannot be read", "give a file that this user may read"});
 }
 
-// The texts of a list; faults for all else.
+// Returns the texts of a list; adds a fault for every other value.
 std::vector<std::string> ReadTexts(OptionReader& reader, const char* key, OptionFaults& faults) {
   std::vector<std::string> texts;
   const json* list = reader.Find(key);
@@ -82,7 +82,7 @@ void ReadCommand(OptionReader& reader, Declaration& declaration, OptionFaults& f
     return;
   }
   FindExecutable(declaration, faults);
-  // A script that is named in the command belongs to the solver, listed in `files` or not.
+  // A script named in the command belongs to the solver, even if `files` does not list it.
   for (std::size_t i = 1; i < declaration.command.size(); ++i) {
     std::error_code ignored;
     const fs::path file = (declaration.folder / declaration.command[i]).lexically_normal();
@@ -131,7 +131,7 @@ Declaration ReadDeclaration(const fs::path& file) {
   OptionFaults faults(file.string());
   Declaration declaration;
   declaration.file = file.string();
-  // A pipe has no folder of its own.
+  // A pipe has no folder, so the current one is used.
   declaration.folder = files::IsStream(file) ? fs::current_path() : fs::absolute(file).lexically_normal().parent_path();
   if (!OptionReader::IsMap(object, "", faults)) faults.ThrowIfAny();
   OptionReader reader(object, "", faults);

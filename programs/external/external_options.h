@@ -4,17 +4,17 @@
 
 namespace legopt::external {
 
-/// Longest budget of an external method: a week.
+/// Largest time budget of an external method: a week.
 inline constexpr double kLongestBudget_s = 604'800.0;
 
-/// Options of a solver of others. What it is follows from its declaration, by its hash.
+/// Options of an external solver. Its declaration, identified by the hash, determines everything else.
 struct ExternalOptions {
   std::string declaration;             ///< hash of the declaration (Declaration::hash)
-  double constraint_tolerance = 1e-4;  ///< of each violation, (0, 1e-3]: docs/readings.md#solver-tolerance
-  double budget_s = 0.0;               ///< wall time of a job, then the best point so far is its result; 0: none
-  int max_rounds = 5;                  ///< nonlinear programs in a row, each with the rows found so far, >= 1
+  double constraint_tolerance = 1e-4;  ///< limit for each violation, (0, 1e-3]: docs/readings.md#solver-tolerance
+  double budget_s = 0.0;               ///< wall time of a job after which the best point so far is the result; 0: none
+  int max_rounds = 5;                  ///< nonlinear programs solved in sequence, each with the rows found so far, >= 1
 
-  /// Its keys under `options:` (option_fields.h).
+  /// Keys under `options:` (option_fields.h).
   static void Visit(auto& options, auto& fields) {
     fields.Digest("declaration", options.declaration);
     fields.Number("constraint_tolerance", options.constraint_tolerance, 1e-12, 1e-3);

@@ -14,9 +14,9 @@ namespace {
 using Clock = LineChannel::Clock;
 
 constexpr auto kStopCheckInterval = std::chrono::milliseconds(50);
-constexpr std::int64_t kMostProgressLines = 100'000;  // of a solve: each is kept
-constexpr int kMostRepeats = 1000;  // in a row: what is known already costs no effort, and would go on for ever
-constexpr int kSeedBits = 53;       // whole numbers that every language's JSON reads exactly
+constexpr std::int64_t kMostProgressLines = 100'000;  // maximum per solve; each line is stored
+constexpr int kMostRepeats = 1000;                    // consecutive requests for one point; they cost no effort
+constexpr int kSeedBits = 53;                         // integers that JSON parsers of all languages read exactly
 
 Clock::time_point After(double duration_s) {
   return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(duration_s));
@@ -77,7 +77,7 @@ void ExternalSolver::NamingTheSolver(const std::function<void()>& talk) {
   try {
     talk();
   } catch (const SolverFault& fault) {
-    channel_.reset();  // with all that it has left unsaid
+    channel_.reset();  // discards unread output
     throw SolverFault("solver '" + manner_.name + "' (external) " + fault.what());
   }
 }
@@ -92,7 +92,7 @@ void ExternalSolver::StartAnew() {
   }
 }
 
-/// The stop check's answer, and the end of the budget besides.
+/// Returns the result of the stop check, which also includes the end of the time budget.
 std::optional<SolveStatus> ExternalSolver::Stopped(const SolverContext& context) {
   if (const auto stop = context.Stopped()) return stop;
   if (!budget_end_ || Clock::now() < *budget_end_) return std::nullopt;
@@ -119,7 +119,7 @@ void ExternalSolver::RunRounds(int num_waypoints, const SolverContext& context) 
     got_on = best_.x != best_before;
     if (manner_.asks_nothing) stop_status_ = stop_status_ ? stop_status_ : Stopped(context);
     if (stop_status_ || claim_ == Claim::kLimit || (Satisfied(best_.value) && !new_rows)) return;
-    // Where the new rows have slots, if the best point, before it met them, does not show them.
+    // Starts where the new rows have slots. The best point may be from before they appeared and not include them.
     base = new_rows ? slotted_.x() : best_.x;
   }
 }
@@ -144,7 +144,7 @@ SolutionReport ExternalSolver::SolveRound(const SolverContext& context) {
     if (stop_status_) return Cancel();
     if (auto* solution = std::get_if<SolutionReport>(&message)) return std::move(*solution);
     if (auto* request = std::get_if<EvaluateRequest>(&message)) {
-      // Asked here, and not only in silence: by effort, at the same request of every repetition.
+      // Checked here and not only during silence: the effort limit then stops at the same request in every repetition.
       stop_status_ = Stopped(context);
       if (stop_status_) return Cancel();
       Answer(std::move(*request), context);
@@ -160,7 +160,7 @@ SolverMessage ExternalSolver::Await(const SolverContext& context) {
   const Clock::time_point deadline = After(manner_.silence_s);
   for (;;) {
     const Clock::time_point now = Clock::now();
-    // Also between lines of one that never pauses.
+    // Also checked between lines, for a solver that never pauses.
     if (const auto stop = Stopped(context); stop && *stop != SolveStatus::kEffortLimit) {
       stop_status_ = stop;
       return ProgressReport{};
@@ -193,7 +193,7 @@ void ExternalSolver::Answer(EvaluateRequest request, const SolverContext& contex
   Send(Dump(EvaluationJson(slotted_, request, finite, request.contacts && finite ? Contacts() : nlohmann::json())));
 }
 
-// Of the point that was evaluated, wherever the program has been since.
+// Uses the evaluated point, because the program may have moved since.
 nlohmann::json ExternalSolver::Contacts() {
   program_->SetPoint(slotted_.x());
   return ContactsJson(*program_);
@@ -219,7 +219,7 @@ SolutionReport ExternalSolver::Cancel() {
   return {};
 }
 
-// Requests that were on their way get no answer any more.
+// Requests in flight are no longer answered.
 std::optional<SolutionReport> ExternalSolver::AwaitAfterCancel(Clock::time_point deadline) {
   while (Clock::now() < deadline) {
     const auto line = channel_->Receive(deadline);
@@ -230,9 +230,10 @@ std::optional<SolutionReport> ExternalSolver::AwaitAfterCancel(Clock::time_point
   return std::nullopt;
 }
 
-// Where the solver ended is taken when it is no worse than all before, or, as an optimum may lie deeper within the
-// tolerance than what was met before, no worse than the start. True: rows without a slot of their own count there. Of a
-// solve that was stopped for another reason than its budget nothing is evaluated any more.
+// Decides whether the point returned by the solver becomes the best one. It must be no worse than all previous points.
+// An optimum may be deeper within the tolerance than previous points and need only be no worse than the start. Returns
+// whether rows without their own slot are active there. After a stop, except at the end of the time budget, nothing is
+// evaluated.
 bool ExternalSolver::TakeEnd(const SolutionReport& solution, const ObjectiveValue& start) {
   kept_end_ = false;
   if ((stop_status_ && !budget_spent_) || solution.x.size() == 0) return false;
@@ -245,7 +246,7 @@ bool ExternalSolver::TakeEnd(const SolutionReport& solution, const ObjectiveValu
   return slotted_.SharedSlotActive(options_.constraint_tolerance);
 }
 
-// Of a solver that cannot ask, each round is one step.
+// Records each round of a solver without requests as one step.
 void ExternalSolver::RecordEnd(const SolverContext& context) {
   const ObjectiveValue& value = slotted_.value();
   if (!value.IsFinite()) return;
@@ -262,7 +263,7 @@ bool ExternalSolver::Better(const ObjectiveValue& a, const ObjectiveValue& b) co
 }
 
 SolveStatus ExternalSolver::Verdict(bool kept_end) const {
-  // A feasible point beside its way, or of one that gave up, is no optimum.
+  // A feasible best point is an optimum only if it is where a converged solver ended.
   if (Satisfied(best_.value)) {
     return kept_end && claim_ == Claim::kConverged ? SolveStatus::kConvergedFeasible : SolveStatus::kIterationLimit;
   }

@@ -17,44 +17,44 @@
 
 namespace legopt::external {
 
-/// How legopt speaks to one solver of others.
+/// Settings for the communication with one external solver.
 struct ExternalManner {
-  std::string name;                                    ///< the word of its declaration, for reasons
-  nlohmann::json settings = nlohmann::json::object();  ///< handed on as they are
-  double silence_s = 60.0;                             ///< longest time without a line of it while it is its turn
-  double cancel_grace_s = 2.0;                         ///< from `cancel` to its solution
-  /// It cannot ask: every solve says how its start evaluates, and another one follows about where it got to, as long as
-  /// that does not hold and it gets on.
+  std::string name;                                    ///< name from its declaration, for messages
+  nlohmann::json settings = nlohmann::json::object();  ///< passed on unchanged
+  double silence_s = 60.0;      ///< maximum time without a line from it while legopt waits for one
+  double cancel_grace_s = 2.0;  ///< time from `cancel` to its solution
+  /// The solver cannot send requests: every `solve` contains the evaluation at its start, and another `solve` about the
+  /// reached point follows while that point is infeasible and progress is made.
   bool asks_nothing = false;
 };
 
-/// Starts the solver: a channel on which it says hello.
+/// Starts the solver and returns a channel on which it says hello.
 using ChannelMaker = std::function<std::unique_ptr<LineChannel>()>;
 
-/// A solver of others, which asks for evaluations over a LineChannel (docs/solvers.md has the protocol).
+/// External solver that requests evaluations over a LineChannel (protocol: docs/solvers.md).
 ///
-/// It is given the program as SlottedProgram makes it: smooth, of fixed structure, in dx about the start, and, as Ipopt
-/// is, a sequence of them ("rounds"): where it ends at rows that had no slot of their own, or infeasible with new rows
-/// in sight, another `solve` about that point follows, whatever its worth.
+/// The solver receives the program in the form of SlottedProgram: smooth, with fixed structure, in dx about the start.
+/// Like Ipopt it receives a sequence of them ("rounds"). If it ends at rows without their own slot, or infeasible while
+/// new rows appear, another `solve` about that point follows, whatever its value.
 ///
-/// What it says is judged: its point is evaluated here, and the best of all points that it has asked for is returned
-/// where that is better. Term evaluations are counted by the terms. The stop check is asked at each of its requests,
-/// and while it is silent, then for what is no result only (a clock, a person): what ends by effort does so at the same
-/// evaluation whenever it asks for the same ones. With a budget of time (budget_s), which all solves of this object
-/// share, the solver is asked for its best point at the end of it, and the result says so.
+/// The returned point is evaluated here. If the best of all requested points is better, that one is the result. Terms
+/// count their own evaluations. The stop check runs at each request of the solver. While the solver is silent, it runs
+/// only for stops without a result (wall time, a user): stops by effort therefore occur at the same evaluation whenever
+/// the solver makes the same requests. With a time budget (budget_s), which all solves of this object share, the solver
+/// is asked for its best point at the end of the budget, and the result is marked.
 ///
-/// The history has the progress that the solver reports and each evaluation that is the first one or better than all
-/// before it.
+/// The history contains the progress reported by the solver, the first evaluation, and each evaluation that is better
+/// than all before it.
 ///
-/// The solver serves until this goes. Solve throws SolverFault, naming the solver, when it breaks the protocol, is
-/// silent or ends; the next Solve starts it anew.
+/// The solver runs until this object is destroyed. Solve throws SolverFault, with the solver's name, if it violates the
+/// protocol, is silent or ends; the next Solve restarts it.
 class ExternalSolver final : public Solver {
  public:
-  /// Options as checked by Method::Validate.
+  /// `options` must have been checked by Method::Validate.
   ExternalSolver(ExternalOptions options, ExternalManner manner, ChannelMaker make_channel);
 
-  /// Starts the solver unless it runs, and hears its hello: what no solve is charged for. Throws as Solve, which does
-  /// so itself where nobody has.
+  /// Starts the solver unless it is running, and receives its hello, so that no solve is charged for this. Throws like
+  /// Solve, which otherwise does it.
   void Start();
 
   SolverResult Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) override;
@@ -90,19 +90,19 @@ class ExternalSolver final : public Solver {
   ExternalManner manner_;
   ChannelMaker make_channel_;
   std::unique_ptr<LineChannel> channel_;
-  Program* program_ = nullptr;  ///< of the solve at hand
+  Program* program_ = nullptr;  ///< program of the current solve
   SlottedProgram slotted_;
-  Best best_;  ///< of the solve at hand
+  Best best_;  ///< best point of the current solve
   Claim claim_ = Claim::kFailed;
-  bool kept_end_ = false;  ///< best_ is where the solver ended
+  bool kept_end_ = false;  ///< best_ is the point at which the solver ended
   int evaluations_ = 0;
   std::int64_t progress_lines_ = 0;
-  Eigen::VectorXd asked_;  ///< by the last request
-  int repeats_ = 0;        ///< of it, in a row
+  Eigen::VectorXd asked_;  ///< point of the last request
+  int repeats_ = 0;        ///< consecutive requests for that point
   std::optional<SolveStatus> stop_status_;
   std::optional<LineChannel::Clock::time_point>
-      budget_end_;             ///< end of the budget of all solves; empty: no solve has begun, or no budget
-  bool budget_spent_ = false;  ///< the budget ended the present solve
+      budget_end_;             ///< end of the budget of all solves; empty: no solve has started, or no budget
+  bool budget_spent_ = false;  ///< the budget ended the current solve
   std::uint64_t seed_ = 0;
   std::vector<double> scratch_;
 };

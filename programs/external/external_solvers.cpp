@@ -12,9 +12,9 @@
 namespace legopt::external {
 namespace {
 
-constexpr double kAhead_m = 0.03;  // rows are seen before they are violated
+constexpr double kAhead_m = 0.03;  // distance from which rows appear, before they are violated
 
-// The hash as of now; files that cannot be read any more are files that are not there.
+// Returns the current hash. Unreadable files are treated as missing.
 std::string HashNow(const Declaration& declaration) {
   try {
     return CurrentHash(declaration);
@@ -23,7 +23,7 @@ std::string HashNow(const Declaration& declaration) {
   }
 }
 
-// What is about to run is what the method names, or nothing runs.
+// Requires that the solver to be run is the one that the method names.
 void RequireDeclared(const ExternalOptions& options, const Declaration& declaration) {
   const std::string source = "solver '" + declaration.name + "' (external)";
   if (options.declaration != declaration.hash) {

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of a solution file; what is no ordinary file, e.g. a pipe that nobody writes to, is none.
+// Reads a solution file. Anything but a regular file, e.g. a pipe without a writer, counts as missing.
 std::string ReadSolutionFile(const fs::path& file) {
   std::error_code error;
   if (!fs::is_regular_file(fs::symlink_status(file, error))) throw SolverFault("ended without a solution file");
@@ -65,7 +65,7 @@ void FileChannel::Begin(std::string_view solve) {
   num_variables_ = ParseJson(solve, "problem").at("variables").get<int>();
   std::error_code ignored;
   fs::remove_all(SolutionFile(scratch_), ignored);
-  fs::remove_all(ProblemFile(scratch_), ignored);  // of a solver that has made a folder or a link of it
+  fs::remove_all(ProblemFile(scratch_), ignored);  // even if it is a folder or a link now
   try {
     files::CreateFile(ProblemFile(scratch_), std::string(solve) + "\n",
                       {files::kReadableByAll, files::Durability::kBuffered});

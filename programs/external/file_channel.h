@@ -10,21 +10,21 @@
 
 namespace legopt::external {
 
-/// A new folder that only this user reads. Throws std::system_error.
+/// Creates a folder that only this user can read. Throws std::system_error.
 std::filesystem::path MakeScratchFolder();
 
-/// What a solver finds in that folder, and what it leaves there.
+/// Returns the path of the problem file in that folder.
 std::filesystem::path ProblemFile(const std::filesystem::path& scratch);
-/// Likewise.
+/// Returns the path of the solution file in that folder.
 std::filesystem::path SolutionFile(const std::filesystem::path& scratch);
 
-/// A solver that is handed files, as one that speaks lines: a `solve` becomes the problem file and a process, its end
-/// and the solution file become the `solution`. Any end but exit code 0 is a SolverFault. What it prints goes to this
-/// process's standard error. `cancel` ends it.
+/// Makes a solver that uses files look like one that uses lines. A `solve` becomes the problem file and a process; its
+/// end and the solution file become the `solution`. Any exit code but 0 is a SolverFault. Its output goes to this
+/// process's standard error. `cancel` kills it.
 class FileChannel final : public LineChannel {
  public:
-  /// Starts nothing yet. The launcher, and what it must not do meanwhile, as of SolverProcess; its command names the
-  /// two files of `scratch`.
+  /// Starts nothing yet. Requirements on the launcher: see SolverProcess. The command contains the two files of
+  /// `scratch`.
   FileChannel(SolverLauncher& launcher, std::size_t command, std::int64_t memory_bytes, const std::string& name,
               std::filesystem::path scratch);
 
@@ -39,9 +39,9 @@ class FileChannel final : public LineChannel {
   std::size_t command_;
   std::int64_t memory_bytes_;
   std::filesystem::path scratch_;
-  std::unique_ptr<SolverProcess> process_;  ///< of the solve at hand
-  int num_variables_ = 0;                   ///< likewise
-  std::optional<std::string> said_;         ///< to be received
+  std::unique_ptr<SolverProcess> process_;  ///< process of the current solve
+  int num_variables_ = 0;                   ///< number of variables of the current solve
+  std::optional<std::string> said_;         ///< line to be received
 };
 
 }  // namespace legopt::external

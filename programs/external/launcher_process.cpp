@@ -31,17 +31,17 @@ namespace {
 
 using programs::Descriptor;
 
-constexpr int kLaunchSocket = 3;  // where the launcher keeps it
+constexpr int kLaunchSocket = 3;  // descriptor of the socket in the launcher
 constexpr int kExecFailed = 127;
-constexpr int kLeavingRounds = 200, kRoundMicroseconds = 5'000;  // together a second
+constexpr int kLeavingRounds = 200, kRoundMicroseconds = 5'000;  // a second in total
 
-/// The solver that runs.
+/// The running solver.
 struct Running {
   pid_t pid = -1;
-  std::int64_t cpu_before_us = 0;  ///< what it had used when it began to count
+  std::int64_t cpu_before_us = 0;  ///< CPU time used before counting started
 };
 
-/// Its three streams, as pipes.
+/// Pipes for the three standard streams of a solver.
 struct StreamPipes {
   std::optional<programs::Pipe> in = programs::MakePipe(), out = programs::MakePipe(), error = programs::MakePipe();
 
@@ -59,11 +59,11 @@ void LimitSolver(std::int64_t memory_bytes) {
   ::setrlimit(RLIMIT_AS, &memory);
 }
 
-// In the new process; returns only when it cannot become the solver, with errno.
+// Turns the new process into the solver. Returns only on failure, with errno set.
 void BecomeSolver(pid_t launcher, const StreamPipes& streams, const LaunchCommand& command, char** arguments,
                   char** environment, std::int64_t memory_bytes) {
   ::setpgid(0, 0);
-  ConfineSolver(command.needs_network);  // a change of user namespace may take back the signal of the next line
+  ConfineSolver(command.needs_network);  // entering a user namespace may clear the signal set in the next line
   if (!programs::DieWith(launcher, SIGKILL)) return;
   ::dup2(streams.in->read.get(), STDIN_FILENO);
   ::dup2(streams.out->write.get(), STDOUT_FILENO);
@@ -75,7 +75,7 @@ void BecomeSolver(pid_t launcher, const StreamPipes& streams, const LaunchComman
   ::execve(command.executable.c_str(), arguments, environment);
 }
 
-/// 0, or the errno with which it could not be started.
+/// Returns 0, or the errno with which the start failed.
 int StartSolver(const LaunchCommand& command, const StreamPipes& streams, std::int64_t memory_bytes, Running& running) {
   std::optional<programs::Pipe> failure = programs::MakePipe();
   if (!failure) return errno;
@@ -93,14 +93,14 @@ int StartSolver(const LaunchCommand& command, const StreamPipes& streams, std::i
     [[maybe_unused]] const ssize_t written = ::write(failure->write.get(), &error, sizeof(error));
     ::_exit(kExecFailed);
   }
-  ::setpgid(pid, pid);  // whoever is first
+  ::setpgid(pid, pid);  // also done in the child; one of both comes first
   running.pid = pid;
   failure->write.Close();
   int error = 0;
   return ::read(failure->read.get(), &error, sizeof(error)) == sizeof(error) ? error : 0;
 }
 
-// Field 4 of /proc/PID/stat, behind the name, which may hold anything.
+// Reads field 4 of /proc/PID/stat, after the name, which may contain any characters.
 pid_t ParentOf(const char* pid) {
   std::array<char, 512> text{};
   std::FILE* stat = std::fopen(("/proc/" + std::string(pid) + "/stat").c_str(), "re");
@@ -123,8 +123,8 @@ std::int64_t CpuTimeOf(pid_t pid) {
   return std::int64_t{time.tv_sec} * 1'000'000 + time.tv_nsec / 1'000;
 }
 
-// Waits for one child, or for any (-1), and counts what it and the children that it has waited for have used. With
-// WNOHANG, 0: none has ended.
+// Waits for one child, or for any (-1), and adds the resources used by it and by the children for which it has waited.
+// With WNOHANG, returns 0 if none has ended.
 pid_t WaitAndCount(pid_t pid, int* status, ProcessUsage& usage, int options = 0) {
   rusage used{};
   pid_t ended = -1;
@@ -139,7 +139,7 @@ pid_t WaitAndCount(pid_t pid, int* status, ProcessUsage& usage, int options = 0)
   return ended;
 }
 
-// False: they are unknown, as /proc is not mounted.
+// Kills all children. Returns false if they are unknown because /proc is not mounted.
 bool KillChildren() {
   DIR* processes = ::opendir("/proc");
   if (processes == nullptr) return false;
@@ -154,11 +154,11 @@ bool KillChildren() {
   return any;
 }
 
-// Orphans of those that end become children of this process, until none is left.
+// Kills all descendants. Orphans of ended processes become children of this process, so it repeats until none is left.
 void EndDescendants(ProcessUsage& usage) {
   pid_t ended = 0;
   do {
-    // Children that cannot be found cannot be ended: wait for none that still runs.
+    // Without /proc children cannot be killed, so do not wait for running ones.
     const int options = KillChildren() ? 0 : WNOHANG;
     ended = WaitAndCount(-1, nullptr, usage, options);
   } while (ended > 0);
@@ -176,7 +176,7 @@ ProcessEnd EndSolver(Running& running, bool leaving) {
     ::usleep(kRoundMicroseconds);
   }
   end.killed = !HasEnded(running.pid);
-  ::kill(-running.pid, SIGKILL);  // before the number of its group is free for others
+  ::kill(-running.pid, SIGKILL);  // before the number of its group can be reused
   WaitAndCount(running.pid, &end.status, end.usage);
   EndDescendants(end.usage);
   end.usage.cpu_us = std::max<std::int64_t>(0, end.usage.cpu_us - running.cpu_before_us);
@@ -216,7 +216,7 @@ void AnswerStart(const LaunchRequest& request, std::span<const LaunchCommand> co
   Reply(reply, reply.error == 0 ? &streams : nullptr, process.get());
 }
 
-// Solvers in Python can import legopt.solver. The user's own path comes first.
+// Lets solvers in Python import legopt.solver. The user's own path comes first.
 void OfferPythonPackage() {
   const std::string folder = programs::PythonFolder().string();
   if (folder.empty()) return;
@@ -225,7 +225,7 @@ void OfferPythonPackage() {
   ::setenv("PYTHONPATH", (before + folder).c_str(), 1);
 }
 
-// Gives up what belongs to the owner: its handlers, its descriptors but for standard error, its process group.
+// Gives up everything inherited from the owner: handlers, descriptors except standard error, process group.
 void BecomeLauncher(int socket) {
   ::setpgid(0, 0);
   ::prctl(PR_SET_CHILD_SUBREAPER, 1);
@@ -250,7 +250,7 @@ int ServeLaunches(int socket, std::span<const LaunchCommand> commands) {
     LaunchRequest request;
     const ssize_t size = ::recv(kLaunchSocket, &request, sizeof(request), 0);
     if (size < 0 && errno == EINTR) continue;
-    if (size != sizeof(request)) break;  // the owner is gone
+    if (size != sizeof(request)) break;  // the owner has ended
     if (request.kind == LaunchRequest::Kind::kStart) {
       AnswerStart(request, commands, running);
     } else if (request.kind == LaunchRequest::Kind::kCount) {

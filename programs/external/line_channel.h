@@ -9,29 +9,29 @@
 
 namespace legopt::external {
 
-/// What a solver of others did that it must not: it costs the attempt of a job, and this is the reason that people
-/// read. A sentence without its subject, e.g. "sent nothing for 10 s"; whoever knows the solver's name puts it before.
+/// Violation of the protocol by an external solver. It costs an attempt of the job, and what() is the reason shown to
+/// users: a sentence without a subject, e.g. "sent nothing for 10 s". Callers that know the solver's name prepend it.
 class SolverFault : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// The longest line, in either direction and without its end.
+/// Longest line in either direction, without its end.
 inline constexpr std::size_t kMaxLineBytes = std::size_t{16} << 20;
 
-/// Lines of text to and from one solver of others. One thread.
+/// Lines of text to and from one external solver. One thread.
 class LineChannel {
  public:
   using Clock = std::chrono::steady_clock;
 
   virtual ~LineChannel() = default;
 
-  /// Sends `line` and its end. Throws SolverFault when that cannot be done before `deadline`, or when the line is too
+  /// Sends `line` and its end. Throws SolverFault if that is not possible before `deadline`, or if the line is too
   /// long.
   virtual void Send(std::string_view line, Clock::time_point deadline) = 0;
 
-  /// The next line without its end; nothing when there is none before `deadline`. Throws SolverFault when none will
-  /// come, as the solver has ended, or when it is too long.
+  /// Returns the next line without its end, or nothing if there is none before `deadline`. Throws SolverFault if the
+  /// solver has ended or the line is too long.
   virtual std::optional<std::string> Receive(Clock::time_point deadline) = 0;
 };
 

@@ -17,7 +17,7 @@ namespace {
 using nlohmann::json;
 
 constexpr int kDeepest = 3;              // {"waypoints": [[..]]}
-constexpr std::size_t kShownBytes = 80;  // of a line, in a fault
+constexpr std::size_t kShownBytes = 80;  // part of a line shown in a fault
 constexpr std::size_t kMaxNameBytes = 200;
 constexpr std::pair<std::string_view, Claim> kClaims[] = {
     {"converged", Claim::kConverged}, {"limit", Claim::kLimit}, {"failed", Claim::kFailed}};
@@ -27,7 +27,7 @@ std::string Excerpt(std::string_view line) {
   return "'" + programs::Printable(std::string(line.substr(0, kShownBytes))) + (cut ? "...'" : "'");
 }
 
-// Throws SolverFault, which says that `what` is no JSON object of the protocol.
+// Throws SolverFault if the text is no JSON object of the protocol; `what` names it.
 json ParseMessage(std::string_view text, const std::string& what) {
   std::string why;
   try {
@@ -42,7 +42,7 @@ json ParseMessage(std::string_view text, const std::string& what) {
                     "; " + why);
 }
 
-/// The fields of one message, with its type for faults.
+/// Fields of one message, with its type for faults.
 class MessageFields {
  public:
   explicit MessageFields(std::string_view line) {

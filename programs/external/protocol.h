@@ -10,83 +10,82 @@
 
 #include "legopt/optimize/slotted_program.h"
 
-/// The lines that pass between legopt and a solver of others: docs/solvers.md. Each is one JSON object with a `type`.
+/// Lines of the protocol between legopt and an external solver: docs/solvers.md. Each is one JSON object with a `type`.
 /// Pure functions.
 namespace legopt::external {
 
-/// Version of the protocol, in `hello` and `solve`.
+/// Protocol version, in `hello` and `solve`.
 inline constexpr int kProtocol = 1;
 
-/// How a solver says that it ended.
+/// End of a solve according to the solver.
 enum class Claim : std::uint8_t {
-  kConverged,  ///< it holds its point for an optimum
-  kLimit,      ///< a limit of its own, or `cancel`, ended it
-  kFailed      ///< it could not go on
+  kConverged,  ///< it considers its point an optimum
+  kLimit,      ///< one of its limits, or `cancel`, ended it
+  kFailed      ///< it could not continue
 };
 
 /// First line of a solver.
 struct Hello {
-  std::string name;     ///< for logs
-  std::string version;  ///< likewise
+  std::string name;     ///< name for logs
+  std::string version;  ///< version for logs
 };
 
-/// It wants to know the program at x.
+/// Request of the solver to evaluate the program at x.
 struct EvaluateRequest {
-  std::int64_t id = 0;     ///< comes back with the answer
+  std::int64_t id = 0;     ///< returned with the answer
   Eigen::VectorXd x;       ///< dx about the start
-  bool gradients = false;  ///< derivatives, too
-  bool contacts = false;   ///< what is near each other there, too
+  bool gradients = false;  ///< also return derivatives
+  bool contacts = false;   ///< also return pairs of bodies near each other
 };
 
-/// A line of its history.
+/// Progress report for the history.
 struct ProgressReport {
   double cost = 0.0;       ///< F
-  double violation = 0.0;  ///< largest of a row
+  double violation = 0.0;  ///< largest violation of a row
 };
 
-/// Its last word on a solve.
+/// Last line of a solve.
 struct SolutionReport {
   Eigen::VectorXd x;                       ///< dx about the start
-  Claim status = Claim::kFailed;           ///< by its own word
-  std::vector<Eigen::VectorXd> waypoints;  ///< configurations in place of x, which is empty then
+  Claim status = Claim::kFailed;           ///< according to the solver
+  std::vector<Eigen::VectorXd> waypoints;  ///< configurations instead of x, which is empty then
 };
 
-/// What a solver may say.
+/// Any message of a solver.
 using SolverMessage = std::variant<Hello, EvaluateRequest, ProgressReport, SolutionReport>;
 
-/// Reads a line of a solver. Throws SolverFault that says what is wrong with it, `num_variables` numbers in each x
-/// included.
+/// Parses a line of a solver. Throws SolverFault with the fault, also if an x does not have `num_variables` numbers.
 SolverMessage ReadMessage(std::string_view line, int num_variables);
 
-/// What a `solve` says besides the program.
+/// Contents of a `solve` in addition to the program.
 struct SolveTerms {
-  int round = 0;            ///< of this start: 0, or further ones about better points
-  std::uint64_t seed = 0;   ///< for the solver's own draws; below 2^53, which every language reads exactly
-  double tolerance = 0.0;   ///< violation from which on a row does not hold
-  nlohmann::json settings;  ///< of the declaration
-  nlohmann::json robot;     ///< as of RobotJson (robot_lines.h); null: it is no robot's program
-  nlohmann::json at_start;  ///< for who cannot ask: the evaluation there; null for others
+  int round = 0;            ///< index of the round: 0, or a further one about a better point
+  std::uint64_t seed = 0;   ///< seed of the solver's random numbers; below 2^53, which JSON parsers read exactly
+  double tolerance = 0.0;   ///< smallest violation at which a row counts as violated
+  nlohmann::json settings;  ///< settings from the declaration
+  nlohmann::json robot;     ///< see RobotJson (robot_lines.h); null: not a robot's program
+  nlohmann::json at_start;  ///< evaluation at the start for solvers without requests; otherwise null
 };
 
-/// The line that begins a solve.
+/// Returns the line that begins a solve.
 std::string SolveLine(const SlottedProgram& program, int num_waypoints, const SolveTerms& terms);
 
-/// The answer to an EvaluateRequest, where the program is now; `finite` as Evaluate said, `contacts` as of ContactsJson
-/// (robot_lines.h) where they are asked for.
+/// Returns the answer to an EvaluateRequest at the current point of the program. `finite` is the result of Evaluate,
+/// `contacts` is ContactsJson() (robot_lines.h) if requested.
 nlohmann::json EvaluationJson(const SlottedProgram& program, const EvaluateRequest& request, bool finite,
                               nlohmann::json contacts = {});
 
-/// Asks it to end the solve.
+/// Returns the line that asks the solver to end the solve.
 std::string CancelLine();
 
-/// First line of a solver that says none itself.
+/// Returns the first line of a solver that sends none itself.
 std::string HelloLine(const std::string& name);
 
-/// The `solution` that a file holds. It may leave out its type, its status where that is `converged`, and its point
-/// where that is `failed`. Throws SolverFault.
+/// Returns the `solution` in a file. The file may omit its type, a status `converged`, and its point if the status is
+/// `failed`. Throws SolverFault.
 std::string SolutionLine(std::string_view file, int num_variables);
 
-/// The `solution` of one that was ended before it had any: the start.
+/// Returns the `solution` of a solver that was stopped before it had any: the start.
 std::string StoppedLine(int num_variables);
 
 }  // namespace legopt::external

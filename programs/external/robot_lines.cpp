@@ -14,7 +14,7 @@ using nlohmann::json;
 
 json VectorJson(const Eigen::Vector3d& vector) { return std::array<double, 3>{vector.x(), vector.y(), vector.z()}; }
 
-// Nothing: the scene.
+// Null for the scene.
 json LinkJson(const RobotModel& robot, int link) {
   return link == kScene ? json() : json(robot.links()[static_cast<std::size_t>(link)].name);
 }
@@ -46,13 +46,13 @@ json JointNames(const RobotModel& robot) {
   return names;
 }
 
-// p_x, p_y, p_z, q_w, q_x, q_y, q_z behind the joints.
+// Returns the rotation of the base from p_x, p_y, p_z, q_w, q_x, q_y, q_z after the joints.
 Eigen::Quaterniond BaseRotation(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> x) {
   const Eigen::Index w = robot.num_dofs() + 3;
   return {x[w], x[w + 1], x[w + 2], x[w + 3]};
 }
 
-// The tangent from one configuration to the other, by the shorter turn: the inverse of Retract.
+// Writes the tangent from one configuration to the other, by the shorter rotation: the inverse of Retract.
 void PutWay(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> from, Eigen::Ref<const Eigen::VectorXd> to,
             Eigen::Ref<Eigen::VectorXd> dx) {
   const Eigen::Index plain = robot.num_dofs() + 3;

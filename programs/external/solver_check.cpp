@@ -21,14 +21,14 @@ namespace {
 
 using Clock = LineChannel::Clock;
 
-/// What passed between legopt and the solver.
+/// Counts of messages between legopt and the solver.
 struct Talk {
   int evaluations = 0;
   int cancels = 0;
   bool answered_cancel = false;
 };
 
-/// A channel that keeps count.
+/// Channel that counts messages.
 class WatchedChannel final : public LineChannel {
  public:
   WatchedChannel(std::unique_ptr<LineChannel> channel, Talk* talk) : channel_(std::move(channel)), talk_(talk) {}
@@ -63,7 +63,7 @@ const ProblemDefinition& Shortest(const Dataset& dataset, Task task) {
   return *std::ranges::min_element(problems, {}, [](const auto& problem) { return problem.stances.size(); });
 }
 
-/// "3.2 s" or "40 minutes".
+/// Returns "3.2 s" or "40 minutes".
 std::string DurationText(double duration_s) {
   constexpr double kMinute_s = 60.0, kHour_s = 3600.0, kMany = 2.0;
   if (duration_s >= kMany * kHour_s) return FormatFixed(duration_s / kHour_s, 0) + " hours";
@@ -71,7 +71,7 @@ std::string DurationText(double duration_s) {
   return FormatGeneral(duration_s, 2) + " s";
 }
 
-/// Mean number of windows of the dataset's motions.
+/// Returns the mean number of windows of the dataset's motions.
 double MeanWindows(const Dataset& dataset) {
   std::size_t windows = 0;
   for (const ProblemDefinition& problem : dataset.problems(Task::kMotion)) {
@@ -80,7 +80,7 @@ double MeanWindows(const Dataset& dataset) {
   return static_cast<double>(windows) / static_cast<double>(dataset.problems(Task::kMotion).size());
 }
 
-/// Time of a motion, estimated from its first window.
+/// Returns the time of a motion, estimated from its first window.
 std::string DescribeTime(const JobResult& window, const Dataset& dataset) {
   constexpr double kSecondsPerMicrosecond = 1e-6;
   const double window_s = static_cast<double>(window.solve.wall_us) * kSecondsPerMicrosecond;
@@ -155,7 +155,7 @@ class Checker {
     return {true, Describe(posture_, talk_)};
   }
 
-  /// The first window of a motion: all of them may take hours.
+  /// Solves only the first window of a motion, because a whole motion may take hours.
   Outcome SolveWindow() {
     bool solved = false;
     JobHooks hooks;

@@ -9,17 +9,17 @@
 
 namespace legopt::external {
 
-/// One thing that a solver of others must do, and what it did.
+/// Result of one check of an external solver.
 struct SolverFinding {
-  std::string check;   ///< e.g. "repeats"
-  bool passed = true;  ///< it did
-  std::string detail;  ///< for people
+  std::string check;  ///< name, e.g. "repeats"
+  bool passed = true;
+  std::string detail;  ///< details for humans
 };
 
-/// Tries the first of the declared solvers on the dataset's shortest posture and the first window of its shortest
-/// motion: it says hello, keeps to the protocol, finds the same bits again, and obeys `cancel`. The time of a whole
-/// motion is estimated from that window. Whether it solves anything is told and not demanded.
-/// What cannot be tried after a failure is left out. Throws InputError when the dataset has no problem of a task.
+/// Checks the first of the declared solvers on the dataset's shortest posture and the first window of its shortest
+/// motion: it must say hello, follow the protocol, return the same bits again, and obey `cancel`. Estimates the time of
+/// a whole motion from that window. Reports whether the problems were solved, but does not require it. Omits checks
+/// that are impossible after a failure. Throws InputError if the dataset has no problem of a task.
 std::vector<SolverFinding> CheckSolver(ExternalSolvers& solvers, const std::shared_ptr<const Dataset>& dataset);
 
 }  // namespace legopt::external

@@ -41,7 +41,7 @@ bool IsPassedOn(std::string_view name, std::span<const std::string> further) {
          std::ranges::find(further, name) != further.end();
 }
 
-// A worker of root keeps its solvers' rights to files, as these may belong to anybody.
+// Solvers of a worker that runs as root keep root's rights to files, because files may belong to any user.
 constexpr std::array<int, 5> kFileCapabilities = {CAP_CHOWN, CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH, CAP_FOWNER,
                                                   CAP_FSETID};
 
@@ -69,7 +69,7 @@ bool MayPassOn(const std::string& name) {
 
 void ConfineSolver(bool needs_network) {
   if (!needs_network) {
-    ::prctl(PR_SET_DUMPABLE, 1, 0, 0, 0);  // the map of users is written through /proc; exec sets it as well
+    ::prctl(PR_SET_DUMPABLE, 1, 0, 0, 0);  // needed to write the map of users through /proc; exec also sets it
     if (bus::EnterNetworkNamespace().empty()) bus::RaiseLoopback();
   }
   DropCapabilities();

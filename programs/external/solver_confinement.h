@@ -5,25 +5,26 @@
 #include <vector>
 
 /// @file
-/// The environment and the privileges of an external solver.
+/// Environment and privileges of an external solver.
 
 namespace legopt::external {
 
-/// The environment of an external solver, NAME=value: variables of a short list (paths, language, Python, threads), and
-/// those named in `further`. No variable of legopt: LEGOPT_KEY_FILE names the key of the deployment.
+/// Returns the environment of an external solver as NAME=value: a short list of variables (paths, language, Python,
+/// threads), and those named in `further`. Excludes variables of legopt: LEGOPT_KEY_FILE names the key of the
+/// deployment.
 std::vector<std::string> SolverEnvironment(std::span<const std::string> further);
 
-/// Whether a declaration may ask for a variable of this name: not for one of legopt.
+/// Returns whether a declaration may request a variable of this name. Variables of legopt are not permitted.
 bool MayPassOn(const std::string& name);
 
-/// Confines the new process before it becomes the solver: no privileges through programs that it starts (no_new_privs)
-/// and no capabilities but for files. Unless it needs the network, it gets a network namespace of its own where the
-/// kernel allows that; loopback works there.
+/// Confines the new process before it becomes the solver: no privileges through programs that it starts (no_new_privs),
+/// and no capabilities except for files. Unless it needs the network, it gets its own network namespace if the kernel
+/// permits that; loopback works there.
 void ConfineSolver(bool needs_network);
 
-/// Keeps other processes of this user, external solvers among them, from reading this one's memory, environment and
-/// descriptors. Programs that it starts are not covered. Undone by no user namespace made later, which therefore has to
-/// be made before.
+/// Prevents other processes of this user, including external solvers, from reading the memory, environment and
+/// descriptors of this process. Does not cover its child programs. A user namespace must be created before, because a
+/// hidden process cannot set one up.
 void HideFromOtherProcesses();
 
 }  // namespace legopt::external

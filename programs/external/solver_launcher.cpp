@@ -22,7 +22,7 @@ namespace {
   throw std::system_error(ECHILD, std::generic_category(), "the process that starts external solvers is gone");
 }
 
-/// A reply with the descriptors that came with it.
+/// Reply with its descriptors.
 struct Answer {
   LaunchReply reply;
   SolverLauncher::Streams streams;
@@ -77,7 +77,7 @@ SolverLauncher::SolverLauncher(std::span<const LaunchCommand> commands, const st
 }
 
 SolverLauncher::~SolverLauncher() {
-  socket_.Close();  // which tells it
+  socket_.Close();  // makes the launcher end
   programs::WaitForEnd(launcher_);
 }
 

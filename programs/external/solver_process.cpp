@@ -22,8 +22,8 @@ namespace {
 constexpr std::size_t kPieceBytes = std::size_t{1} << 16;
 constexpr std::size_t kLastWordsBytes = 300;
 
-/// Keeps a write to a pipe that nobody reads from ending this process, whatever its handlers: the signal is blocked
-/// and taken.
+/// Prevents SIGPIPE from ending this process when it writes to a closed pipe, regardless of its handlers: blocks the
+/// signal and discards it.
 class WithoutBrokenPipes {
  public:
   WithoutBrokenPipes() {
@@ -60,7 +60,7 @@ std::string HowItEnded(const ProcessEnd& end, std::int64_t memory_bytes) {
   return memory_bytes > 0 ? ended + "; its memory is limited to " + std::to_string(memory_bytes >> 20) + " MiB" : ended;
 }
 
-// The last line that says something.
+// Returns the last line that is not blank.
 std::string LastLine(std::string text) {
   while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
   const auto begin = text.rfind('\n');
@@ -84,9 +84,9 @@ SolverProcess::~SolverProcess() {
   }
 }
 
-// True: something is ready; what the solver wrote is read.
+// Waits. Returns true if something is ready; output of the solver has been read then.
 bool SolverProcess::Wait(Clock::time_point deadline, bool to_write) {
-  // The process first: what it wrote before it ended is seen then.
+  // The process is first, so that output from before its end is read.
   std::array<pollfd, 4> ready = {pollfd{streams_.process.get(), POLLIN, 0}, pollfd{streams_.out.get(), POLLIN, 0},
                                  pollfd{streams_.error.get(), POLLIN, 0},
                                  pollfd{to_write ? streams_.in.get() : -1, POLLOUT, 0}};
@@ -99,13 +99,13 @@ bool SolverProcess::Wait(Clock::time_point deadline, bool to_write) {
   return true;
 }
 
-// False: the pipe is full for now.
+// Writes bytes. Returns false if the pipe is currently full.
 bool SolverProcess::Write(std::string_view& bytes) {
   const WithoutBrokenPipes guard;
   const ssize_t count = ::write(streams_.in.get(), bytes.data(), bytes.size());
   if (count > 0) bytes.remove_prefix(static_cast<std::size_t>(count));
   if (count >= 0 || errno == EINTR) return true;
-  if (errno != EAGAIN) bytes = {};  // it reads no more; what it has said, or its end, is seen when it is listened to
+  if (errno != EAGAIN) bytes = {};  // it has closed its input; its output or its end is detected when reading
   return false;
 }
 
@@ -139,7 +139,7 @@ std::optional<std::string> SolverProcess::Receive(Clock::time_point deadline) {
 std::optional<std::string> SolverProcess::TakeLine() {
   const auto end = output_.find('\n', scanned_);
   scanned_ = end == std::string::npos ? output_.size() : 0;
-  if (end > kMaxLineBytes) return std::nullopt;  // also where there is none: npos
+  if (end > kMaxLineBytes) return std::nullopt;  // also if there is none: npos
   std::string line = output_.substr(0, end);
   output_.erase(0, end + 1);
   return line;

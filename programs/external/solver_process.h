@@ -10,30 +10,30 @@
 
 namespace legopt::external {
 
-/// What a solver's standard output is.
+/// Use of a solver's standard output.
 enum class Speech {
-  kLines,  ///< the protocol's: its end is the solver's, and CPU time counts from the first line, its hello, on
-  kLog     ///< for people: CPU time counts from the start
+  kLines,  ///< lines of the protocol: its end is the solver's end, and CPU time counts from the first line, its hello
+  kLog     ///< log for humans: CPU time counts from the start
 };
 
-/// A solver's process has ended, in whatever way.
+/// Error: a solver's process has ended.
 class SolverEnded : public SolverFault {
  public:
   SolverEnded(const std::string& reason, const ProcessEnd& end) : SolverFault(reason), end_(end) {}
-  const ProcessEnd& end() const { return end_; }  ///< how
+  const ProcessEnd& end() const { return end_; }
 
  private:
   ProcessEnd end_;
 };
 
-/// A solver as a process of its own, from construction to destruction, which ends it with all that it has started.
+/// Process of an external solver, from construction to destruction, which ends it with all its child processes.
 ///
-/// What it writes to standard error goes to this process's, which for a job is its log; its last line stands in the
-/// fault when the solver ends. Lines are read while one is being sent, so that no two full pipes wait for each other.
+/// Its standard error goes to this process's, which for a job is the job's log; the last line is part of the fault when
+/// the solver ends. Lines are read while one is being sent, so that two full pipes cannot wait for each other.
 class SolverProcess final : public LineChannel {
  public:
-  /// Starts command number `command` of the launcher, which must outlive this, and may serve nobody else meanwhile.
-  /// Throws SolverFault when the system refuses; `memory_bytes` as of SolverLauncher::Start.
+  /// Starts command number `command` of the launcher. The launcher must outlive this object and must not be used by
+  /// another one meanwhile. Throws SolverFault if the system refuses; `memory_bytes`: see SolverLauncher::Start.
   SolverProcess(SolverLauncher& launcher, std::size_t command, std::int64_t memory_bytes,
                 Speech speech = Speech::kLines);
   ~SolverProcess() override;
@@ -41,7 +41,7 @@ class SolverProcess final : public LineChannel {
   SolverProcess& operator=(const SolverProcess&) = delete;
 
   void Send(std::string_view line, Clock::time_point deadline) override;
-  /// The fault at the solver's end is a SolverEnded.
+  /// Throws SolverEnded if the solver has ended.
   std::optional<std::string> Receive(Clock::time_point deadline) override;
 
  private:
@@ -57,11 +57,11 @@ class SolverProcess final : public LineChannel {
   SolverLauncher::Streams streams_;
   std::int64_t memory_bytes_;
   Speech speech_;
-  std::string output_;       ///< not taken yet
-  std::size_t scanned_ = 0;  ///< of it, without an end of line
-  bool heard_ = false;       ///< a line of it
-  bool ended_ = false;       ///< and all that it wrote is read, whoever else holds its standard output
-  std::string last_words_;   ///< the end of what it wrote to standard error
+  std::string output_;       ///< output not yet returned as lines
+  std::size_t scanned_ = 0;  ///< length of the part of output_ without an end of line
+  bool heard_ = false;       ///< a line was received
+  bool ended_ = false;       ///< all its output has been read, even if another process still holds its standard output
+  std::string last_words_;   ///< end of its standard error
 };
 
 }  // namespace legopt::external
