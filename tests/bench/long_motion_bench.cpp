@@ -38,8 +38,7 @@ void LongMotion(benchmark::State& state) {
   const ProblemDefinition problem =
       ToAndFro(dataset->problem(Task::kMotion, kMotion), static_cast<std::size_t>(state.range(0)));
   const Method method = Method::Of("best");
-  solver.Solve(Task::kMotion, ToAndFro(problem, 20), Initialization::kGood, method,
-               {});  // warm-up: allocates all buffers
+  solver.Solve(Task::kMotion, ToAndFro(problem, 20), Initialization::kGood, method, {});  // warm-up
   SolveOutcome outcome;
   double during = 0;
   for (auto _ : state) {

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Policy: scripts/check-reference fails on a copy of this checkout into which public names without a word have been
-planted, and names each. Exits with 77 (skipped) where there is no doxygen."""
+"""Policy: scripts/check-reference fails on a copy of this checkout with undocumented public names, and reports each. Exits
+with 77 (skipped) without doxygen."""
 import os
 import shutil
 import subprocess
