@@ -249,9 +249,7 @@ TEST_F(Authentication, OfAHundredThousandForgedCommandsNoneIsAccepted) {
         Datagram changed = honest;
         constexpr std::size_t kDestination = 32;
         std::size_t at = random() % changed.size();
-        if (at >= kDestination && at < kDestination + 8)
-          at = 0;  // otherwise it would be addressed to another party,
-                   // which is no fault
+        if (at >= kDestination && at < kDestination + 8) at = 0;  // another party's frame is no fault
         changed[at] = static_cast<std::uint8_t>(changed[at] ^ (1 + random() % 255));
         network_.Inject(Port::kControl, changed);
         break;

@@ -93,12 +93,12 @@ TEST_F(BenchmarkTable, MeansOverSolvedPerWaypointAndNullWithoutSuccess) {
   EXPECT_EQ(table.columns[14], "posture_in_collision_time_s");
   EXPECT_EQ(table.columns[22], "motion_in_collision_time_s");
   ASSERT_EQ(table.rows.size(), 2U);
-  const Row restarts{Int(1), Text("SQP"), Int(10), Int(100), Int(0), Text("surface"), Text("literal"),  //
-                     Int(2), Int(2), 450.0, 0.002,            // mean of 400 and 500; mean of 1 and
-                                                              // 3 ms
-                     Int(2), Int(0), kNull, kNull,            // a dash, not 0
-                     Int(1), Int(1), 0.125, 8'000 / 1e6 / 4,  // per waypoint
-                     Int(1), Int(0), kNull, kNull};
+  const Row restarts{Int(1), Text("SQP"),     Int(10),         Int(100),
+                     Int(0), Text("surface"), Text("literal"),                   //
+                     Int(2), Int(2),          450.0,           0.002,            // means of 400, 500 and of 1, 3 ms
+                     Int(2), Int(0),          kNull,           kNull,            // a dash, not 0
+                     Int(1), Int(1),          0.125,           8'000 / 1e6 / 4,  // per waypoint
+                     Int(1), Int(0),          kNull,           kNull};
   EXPECT_EQ(table.rows[0], restarts);
   const Row plain{Int(1), Text("SQP"), Int(0), Int(80), Int(1), Text("solid"), Text("literal"), Int(2), Int(0),
                   kNull,  kNull,       Int(2), Int(0),  kNull,  kNull,         Int(1),          Int(0), kNull,

@@ -30,8 +30,7 @@ using std::chrono::seconds;
 constexpr int kPostures = 50;
 constexpr int kMotions = 2;      // the shortest ones
 constexpr int kSampleSize = 60;  // percent, of the sampled variants
-constexpr int kEffort = 20'000;  // limit of a motion in term evaluations: it stops many motions, so stops must be
-                                 // reproducible, too
+constexpr int kEffort = 20'000;  // term evaluations of a motion; ends many, and ends must be reproducible
 constexpr int kReplayed = 100;
 constexpr seconds kSolvePatience{4 * 3600};
 constexpr int kNoLimit_s = 3600;  // limit of a repeated job, more than it needs
