@@ -6,8 +6,9 @@
 4. needs less than 2 % of a core when idle (servers, workers, the live page);
 5. ends within 10 s of SIGTERM.
 
-environment_test.py BUILD GROUP [CLOCK_LIBRARY] [--all]: GROUP is one of GROUPS below. By default, every command is tried in
-one or a few of a group's similar environments, and a selection of commands in the others; --all tries all in all."""
+environment_test.py BUILD GROUP [CLOCK_LIBRARY] [--all]: GROUP is one of GROUPS below. By default, every command is
+tried in one or a few of a group's similar environments, and a selection of commands in the others; --all tries all in
+all."""
 import os
 import re
 import shutil

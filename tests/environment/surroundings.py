@@ -1,5 +1,5 @@
-"""Environments in which programs are started. Each changes one thing that shells, batch systems, containers or other users
-determine. A Surrounding prepares the process (between fork and exec), the variables and the folder of a run."""
+"""Environments in which programs are started. Each changes one thing that shells, batch systems, containers or other
+users determine. A Surrounding prepares the process (between fork and exec), the variables and the folder of a run."""
 import os
 import resource
 import signal
@@ -9,8 +9,8 @@ PROBABLE_LIMIT = "ulimit"  # in the message of everything refused by a limit
 
 
 class Surrounding:
-    """The usual environment. `cause`: regular expression that the message of a run must match if its exit code differs from
-the usual one; empty: the code must not differ. `codes`: the allowed codes in that case."""
+    """The usual environment. `cause`: regular expression that the message of a run must match if its exit code differs
+    from the usual one; empty: the code must not differ. `codes`: the allowed codes in that case."""
 
     cause = ""
     codes = ()

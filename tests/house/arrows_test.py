@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Policy: this checkout obeys the table of permitted dependencies, and scripts/check-arrows fails on a copy with a planted
-fault. arrows_test.py CASE"""
+"""Policy: this checkout obeys the table of permitted dependencies, and scripts/check-arrows fails on a copy with a
+planted fault. arrows_test.py CASE"""
 import os
 import shutil
 import subprocess

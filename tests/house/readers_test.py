@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Policy: this checkout reads and writes untrusted text only by its own readers, and scripts/check-readers names each other
-call. readers_test.py CASE"""
+"""Policy: this checkout reads and writes untrusted text only by its own readers, and scripts/check-readers names each
+other call. readers_test.py CASE"""
 import os
 import subprocess
 import sys

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Policy: scripts/check-reference fails on a copy of this checkout with undocumented public names, and reports each. Exits
-with 77 (skipped) without doxygen."""
+"""Policy: scripts/check-reference fails on a copy of this checkout with undocumented public names, and reports each.
+Exits with 77 (skipped) without doxygen."""
 import os
 import shutil
 import subprocess

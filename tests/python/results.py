@@ -1,5 +1,5 @@
-"""Common parts of the tests of the Python package: the programs of a build, and a database of a few small experiments made
-by them."""
+"""Common parts of the tests of the Python package: the programs of a build, and a database of a few small experiments
+made by them."""
 
 import contextlib
 import hashlib

@@ -1,6 +1,7 @@
-"""A Slurm cluster on one machine: munged, slurmctld and a slurmd for each node, the real programs of Debian. Every node has its
-own network, host name, /tmp and ~/.cache. The networks meet in a switch in the controller's network, and multicast stays
-within each. Must be used in namespaces made by enter(): when the caller ends, all its child processes end."""
+"""A Slurm cluster on one machine: munged, slurmctld and a slurmd for each node, the real programs of Debian. Every node
+has its own network, host name, /tmp and ~/.cache. The networks meet in a switch in the controller's network, and
+multicast stays within each. Must be used in namespaces made by enter(): when the caller ends, all its child processes
+end."""
 import contextlib
 import os
 import pathlib

@@ -1,5 +1,5 @@
-"""Disturbances of workers on a cluster and their cost: no acknowledged result is lost, and otherwise at most one attempt of
-the jobs that ran on a lost machine."""
+"""Disturbances of workers on a cluster and their cost: no acknowledged result is lost, and otherwise at most one
+attempt of the jobs that ran on a lost machine."""
 import contextlib
 import os
 import signal
@@ -28,8 +28,8 @@ def come_back(cluster, run, element, node):
 
 
 def cancelled(cluster, folder):
-    """Policy: scancel of one element costs no job an attempt. The same holds for the end of the run, which leaves nothing
-behind."""
+    """Policy: scancel of one element costs no job an attempt. The same holds for the end of the run, which leaves
+    nothing behind."""
     run = LongRun(folder)
     victim = cluster.nodes[0]
     engine.run("scancel", element_on(cluster, victim))
@@ -97,8 +97,8 @@ def daemons_killed(cluster, folder):
 
 
 def link_cut(cluster, folder):
-    """Policy: jobs of an unreachable node are re-leased to others when their leases end, long before Slurm notices. Results that
-the lost worker finishes meanwhile are not counted twice."""
+    """Policy: jobs of an unreachable node are re-leased to others when their leases end, long before Slurm notices.
+    Results that the lost worker finishes meanwhile are not counted twice."""
     run = LongRun(folder)
     node = cluster.nodes[1]
     lost = run.rows("SELECT job_id, attempt FROM attempts JOIN workers USING (worker_id)"
@@ -140,7 +140,7 @@ def worker_killed(cluster, folder):
 
 def step_killed(cluster, folder):
     """Policy: a worker whose slurmstepd is killed can no longer be stopped by Slurm. It continues to work, and ends by
-itself when the server is gone; nothing is charged."""
+    itself when the server is gone; nothing is charged."""
     run = LongRun(folder, POOL.replace("wait_server_s: 20", "wait_server_s: 4"))
     node = cluster.nodes[0]
     leases = engine.wait_for("running attempts", run.leases)

@@ -46,8 +46,8 @@ def whole_node(cluster, folder):
 
 
 def two_pools_on_a_node(cluster, folder):
-    """Policy: two users with the same files, at the same time on the same nodes, do not affect each other: their workers
-do not even receive each other's frames."""
+    """Policy: two users with the same files, at the same time on the same nodes, do not affect each other: their
+    workers do not even receive each other's frames."""
     pool = POOL.replace("nodes: 2", "nodes: 1, exclusive: false, cpus-per-task: 1")
     for name in ("first", "second"):
         (folder / name).mkdir()

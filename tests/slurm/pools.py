@@ -58,8 +58,8 @@ def service(folder):
 
 
 def slurm_pool(cluster, folder):
-    """Policy: workers of a pool serve every experiment until 'pool stop', which ends all of them. No node contains the key or the
-access file."""
+    """Policy: workers of a pool serve every experiment until 'pool stop', which ends all of them. No node contains the
+    key or the access file."""
     (folder / "pool.yaml").write_text("slurm: {nodes: 2, output: /tmp/%A_%a.log}\n" + SHORT_POOL, encoding="utf-8")
     with service(folder) as site:
         flags = ("pool.yaml", "--access", site.access, "--key-file", site.key, "--folder", "pool")
@@ -87,8 +87,8 @@ def states(site, folder="pool"):
 
 
 def ssh_pool(cluster, folder):
-    """Policy: through ssh a worker lives as long as its connection. It ends with 'pool stop' or with the death of its keeper, and
-no host keeps a worker. An unreachable host is named, and does not stop the others."""
+    """Policy: through ssh a worker lives as long as its connection. It ends with 'pool stop' or with the death of its
+    keeper, and no host keeps a worker. An unreachable host is named, and does not stop the others."""
     with remote_hosts.daemons(cluster, folder) as client_options, service(folder) as site:
         names = [node.address for node in cluster.nodes]
         hosts = folder / "lab.hosts"
@@ -127,7 +127,7 @@ def nobody_works(cluster):
 
 def large_dataset_to_bare_nodes(cluster, folder):
     """Policy: nodes without a dataset get it from the server, once; files in their caches are used only after
-their hashes have been verified."""
+    their hashes have been verified."""
     dataset = folder / "large"
     large_dataset.make(SOURCE / "data" / "garage-small", dataset)
     engine.run(PROGRAMS / "legopt", "dataset", "hash", dataset)
@@ -143,8 +143,8 @@ their hashes have been verified."""
 
 
 def travels(cluster, folder, dataset):
-    """Returns the hosts on which a worker reports that the dataset came from the server. Both have it once they solve its jobs. There
-are enough jobs that a worker with the dataset leaves some to the one that has to fetch it."""
+    """Returns the hosts on which a worker reports that the dataset came from the server. Both have it once they solve
+    its jobs. There are enough jobs that a worker with the dataset leaves some to the one that has to fetch it."""
     folder.mkdir()
     run = LongRun(folder, f"slurm: {{nodes: 2, output: /tmp/{folder.name}-%a.log}}\n" + SHORT_POOL,
                   arguments=("--dataset", dataset), patience_s=90)

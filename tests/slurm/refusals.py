@@ -37,7 +37,7 @@ def refused_by_us_or_slurm(cluster, folder):
 
 def unreachable(cluster, folder):
     """Policy: if no node reaches the server, the run ends and reports the tried addresses, or that the key may be
-wrong."""
+    wrong."""
     pool = "slurm: {nodes: 2, output: /tmp/%A_%a.log}\nworker: {wait_server_s: 3"
     alone = said(folder, "address", pool + "}\nserver: {listen: '127.0.0.1:7675'}\n", UNREACHABLE, "127.0.0.1:7675",
                  "server.listen", "pool.yaml")

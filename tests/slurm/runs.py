@@ -155,8 +155,8 @@ class LongRun(Run):
             "SELECT job_id, attempt, name FROM attempts JOIN workers USING (worker_id) WHERE outcome = 'running'")}
 
     def check_kept(self, leases):
-        """Checks that each of these attempts still runs on its worker or has delivered its result. A job may end at any moment, so
-a worker may have no running attempt just now without having lost one."""
+        """Checks that each of these attempts still runs on its worker or has delivered its result. A job may end at any
+        moment, so a worker may have no running attempt just now without having lost one."""
         for (job, attempt), worker in leases.items():
             now = self.rows("SELECT name, outcome FROM attempts JOIN workers USING (worker_id)"
                             " WHERE job_id = ? AND attempt = ?", job, attempt)

@@ -1,5 +1,5 @@
-"""legopt under a real Slurm: slurmctld and two nodes on this machine, without multicast between them and without a shared
-folder.
+"""legopt under a real Slurm: slurmctld and two nodes on this machine, without multicast between them and without a
+shared folder.
 
     slurm_test.py FOLDER_OF_PROGRAMS [--brief | SCENARIO...]    # default: all, six minutes
 

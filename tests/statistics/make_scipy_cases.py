@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Makes scipy_cases.json, the reference table of the module legopt/statistics: 200 cases from a fixed seed, computed
-by SciPy and, where SciPy 1.10 has no such function, by statsmodels or NumPy, never by code like that of the module. Tests
+"""Makes scipy_cases.json, the reference table of the module legopt/statistics: 200 cases from a fixed seed, computed by
+SciPy and, where SciPy 1.10 has no such function, by statsmodels or NumPy, never by code like that of the module. Tests
 read only the table. To make it again with Debian 12's packages:
 
     apt-get install python3-scipy python3-statsmodels
@@ -10,20 +10,21 @@ Compared functions, and differences in definitions:
 
 * signed_rank_exact: scipy.stats.wilcoxon(mode="exact"), which is correct only without ties and zeros, and used only for
   such data.
-* signed_rank_tied: the module's exact p with ties enumerates all 2^n signs of mid-ranks. SciPy 1.10's wilcoxon has no such
-  mode, but permutation_test(permutation_type="samples") enumerates them. It regards sums within rounding as equal, like
-  the module's integer doubled ranks.
+* signed_rank_tied: the module's exact p with ties enumerates all 2^n signs of mid-ranks. SciPy 1.10's wilcoxon has no
+  such mode, but permutation_test(permutation_type="samples") enumerates them. It regards sums within rounding as equal,
+  like the module's integer doubled ranks.
 * signed_rank_normal: wilcoxon(mode="approx", correction=False), zeros dropped ("wilcox") or ranked ("pratt"), with
   ties. The one-sided p are SciPy's as well.
 * mcnemar: the exact p is binomtest's; SciPy has no mid-p, which is that minus binom.pmf (its definition).
 * holm, cochran: statsmodels; SciPy has neither.
-* friedman: friedmanchisquare divides by the correction for ties, like the module; F is computed from it with scipy.stats.f.
+* friedman: friedmanchisquare divides by the correction for ties, like the module; F is computed from it with
+  scipy.stats.f.
 * newcombe: statsmodels 0.13 has no paired interval; published values only, in proportions_test.cpp.
 * distribution, profile: percentileofscore(kind="weak"), the share of values <= x; infinite values represent failures.
-* hodges_lehmann: numpy.median of the Walsh averages. None of these packages has the interval: published value and coverage
-  are in paired_tests_test.cpp.
-* bootstrap: scipy.stats.bootstrap with the module's random numbers instead of its own (below), so that intervals agree to
-  rounding and not only in the mean. Constant data, for which SciPy returns NaN, are not included.
+* hodges_lehmann: numpy.median of the Walsh averages. None of these packages has the interval: published value and
+  coverage are in paired_tests_test.cpp.
+* bootstrap: scipy.stats.bootstrap with the module's random numbers instead of its own (below), so that intervals agree
+  to rounding and not only in the mean. Constant data, for which SciPy returns NaN, are not included.
 
 null is +infinity: a failure."""
 import itertools

@@ -131,9 +131,7 @@ TEST(Friedman, ForgetsTheOrderAndEveryMonotoneScale) {
   std::vector<std::vector<double>> turned(kDemsar.rbegin(), kDemsar.rend());
   for (std::size_t i = 0; i < turned.size(); ++i) {
     std::reverse(turned[i].begin(), turned[i].end());
-    for (double& value : turned[i])
-      value = std::exp(value + static_cast<double>(i));  // scaled per problem
-                                                         // problem
+    for (double& value : turned[i]) value = std::exp(value + static_cast<double>(i));  // scaled per problem
   }
   const FriedmanTest other = Friedman(turned);
   EXPECT_EQ(other.chi_square, test.chi_square);
