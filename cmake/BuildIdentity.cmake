@@ -1,14 +1,14 @@
-# Run at every build: writes OUT from TEMPLATE, where the content differs, with what is known only now: the commit and a
-# hash of the sources that decide results. Given besides: SOURCE, the tree; VERSION, COMPILER, FLAGS, LIBRARIES.
+# Runs in every build: writes OUT from TEMPLATE, if the content changes, with values known only now: the commit and a
+# hash of the sources that determine results. Further arguments: SOURCE, the tree; VERSION, COMPILER, FLAGS, LIBRARIES.
 set(COMMIT "")
 find_program(git git)
 if(git)
-  # The tree may belong to somebody else (containers, a build as root); git would refuse to read it.
+  # The tree may belong to another user (containers, a build as root); git would refuse to read it.
   execute_process(COMMAND ${git} -c safe.directory=* describe --always --dirty --abbrev=10
     WORKING_DIRECTORY ${SOURCE} OUTPUT_VARIABLE COMMIT OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
 endif()
 
-# All that legopt-worker is compiled from. Names first: a file that moves is another source.
+# All sources of legopt-worker. Names are hashed as well: a moved file is a different source.
 set(listing "")
 foreach(room words files legopt lcmtypes bus programs worker)
   file(GLOB_RECURSE files RELATIVE ${SOURCE}

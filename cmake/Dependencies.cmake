@@ -1,4 +1,4 @@
-# Every third-party library, once.
+# All third-party libraries.
 include(${CMAKE_CURRENT_LIST_DIR}/LibraryDependencies.cmake)
 if(LEGOPT_LIBRARY_ONLY)
   return()
@@ -12,6 +12,6 @@ pkg_check_modules(LCM REQUIRED IMPORTED_TARGET lcm)
 pkg_check_modules(MICROHTTPD REQUIRED IMPORTED_TARGET libmicrohttpd)
 pkg_check_modules(SQLITE REQUIRED IMPORTED_TARGET sqlite3>=3.40)
 
-# lcm-gen stands beside liblcm; Debian ships no CMake configuration for it.
+# lcm-gen is installed with liblcm; Debian has no CMake configuration for it.
 pkg_get_variable(LCM_PREFIX lcm prefix)
 find_program(LCM_GEN lcm-gen HINTS ${LCM_PREFIX}/bin REQUIRED)

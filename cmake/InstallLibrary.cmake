@@ -1,5 +1,5 @@
-# Installs the library for find_package(legopt): targets legopt::robot, legopt::solve, ... (legopt/CMakeLists.txt has the
-# rooms), headers under include/legopt, configuration with version.
+# Installs the library for find_package(legopt): targets legopt::robot, legopt::solve, ... (legopt/CMakeLists.txt lists
+# the modules), headers under include/legopt, configuration with version.
 include(CMakePackageConfigHelpers)
 set(config_folder ${CMAKE_INSTALL_LIBDIR}/cmake/legopt)
 

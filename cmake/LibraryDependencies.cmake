@@ -1,5 +1,5 @@
-# Every third-party library that the library in legopt/ needs, once: included by our own build and, installed, by
-# legopt-config.cmake for those who link it. Imported targets carry their includes as SYSTEM.
+# All third-party libraries required by the library in legopt/. Included by this build and, after installation, by
+# legopt-config.cmake. Imported targets mark their include folders as SYSTEM.
 find_package(Threads REQUIRED)
 find_package(PkgConfig REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)

@@ -1,7 +1,7 @@
-# legopt_planted_fault(NAME SEEDS MAIN LIBRARIES): a test that its checker can fail.
-# The checker must be able to fail: each file of planted/ is a fault planted in a copy of one source file, and a program
-# in which the histories must find it. (Its object stands before the library that has the same source unchanged
-# and compiled alone.)
+# legopt_planted_fault(NAME SEEDS MAIN LIBRARIES): adds a test that the checker detects a fault.
+# Each file of planted/ describes a fault in a copy of one source file; a program is built from it, in which the
+# histories must detect the fault. (Its object precedes the library that contains the same source unchanged and
+# compiled alone.)
 function(legopt_planted_fault name seeds main libraries)
   set(description ${CMAKE_CURRENT_SOURCE_DIR}/planted/${name}.txt)
   file(READ ${description} text)

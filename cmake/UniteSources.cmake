@@ -1,14 +1,14 @@
-# legopt_unite_sources(FOLDER): the sources of each target below are compiled some at a time, as one, so that the headers
-# they share are read and instantiated once; most of a compiler's time is spent there. CMake's own UNITY_BUILD does that
-# with absolute paths, and no compiler cache would serve another clone.
+# legopt_unite_sources(FOLDER): compiles the sources of each target below in batches, so that their common headers are
+# parsed and instantiated once; most compile time is spent there. CMake's own UNITY_BUILD does this with absolute
+# paths, which defeats compiler caches across clones.
 option(LEGOPT_UNITY "Compile sources some at a time; OFF to recompile only the file that was edited" ON)
 set(LEGOPT_UNITY_SIZE 8 CACHE STRING "Sources compiled at a time, at most")
 
-# Sources of the tree that are compiled alone all the same: absolute paths.
+# Absolute paths of sources that must be compiled alone.
 set_property(GLOBAL PROPERTY LEGOPT_COMPILED_ALONE "")
 
-# Writes batches of `sources` (relative to the tree) as NAME_1.cpp, ..., and appends them to the list `out`. They are of
-# nearly the same size: compilers run side by side.
+# Writes batches of `sources` (relative to the tree) as NAME_1.cpp, ..., and appends them to the list `out`. The
+# batches have nearly the same size, since compilers run in parallel.
 function(legopt_write_batches name sources out)
   list(LENGTH sources count)
   if(count LESS 2)
@@ -51,7 +51,7 @@ function(legopt_unite_target target)
       continue()
     endif()
     cmake_path(RELATIVE_PATH source BASE_DIRECTORY ${PROJECT_SOURCE_DIR})
-    # Names are distinct within a room. A test may take a file from elsewhere.
+    # Names are distinct within a module. A test may use a file from elsewhere.
     set(group ${target})
     cmake_path(GET source PARENT_PATH room)
     if(type STREQUAL "STATIC_LIBRARY" AND NOT "${PROJECT_SOURCE_DIR}/${room}" STREQUAL folder)
@@ -68,7 +68,7 @@ function(legopt_unite_target target)
   endforeach()
   set_property(TARGET ${target} PROPERTY SOURCES ${kept})
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    # Takes the anonymous namespace of an included source for that of a header.
+    # The warning regards the anonymous namespace of an included source as that of a header.
     target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
   endif()
 endfunction()

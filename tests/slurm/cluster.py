@@ -109,8 +109,7 @@ class Node:
         found = []
         for entry in filter(str.isdigit, os.listdir("/proc")):
             with contextlib.suppress(OSError):
-                name = os.path.basename(os.readlink(f"/proc/{entry}/exe")).removesuffix("-wlm")  # Debian's names of Slurm's
-                                                                                                 # programs
+                name = os.path.basename(os.readlink(f"/proc/{entry}/exe")).removesuffix("-wlm")  # Debian's names
                 if os.readlink(f"/proc/{entry}/ns/uts") == space and name == program:
                     found.append(int(entry))
         return found
