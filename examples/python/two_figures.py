@@ -8,7 +8,7 @@ problem.
 writes profiles.svg, profiles.png, pairs.svg and pairs.png. PYTHONPATH and LEGOPT are needed only in the source tree,
 not after installation. The parts between the lines "# %%" are cells for editors that support them. """
 
-# %% What is asked for
+# %% Arguments
 import argparse
 import csv
 import io
@@ -54,7 +54,7 @@ try:
 except legopt.LegoptError as error:
     sys.exit(f"two_figures: {error}")
 
-# %% Figure 1: on which share of the problems a method took at most so many times what the best one took
+# %% Figure 1: share of the problems on which a method took at most this multiple of the best time
 panels = {}
 for step in profiles:
     panels.setdefault((step["task"], step["initialization"]), []).append(step)

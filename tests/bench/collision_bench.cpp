@@ -28,8 +28,8 @@ struct World {
   std::shared_ptr<const CollisionModel> surface =
       CollisionModel::Build(robot, scene, AtlasReference(robot), {.scene = SceneRepresentation::kSurface});
   std::vector<Kinematics> standing;  ///< contact patches at the problem's contacts
-  std::vector<Kinematics> lifted;    ///< good start: 0.2 m higher
-  std::vector<Kinematics> buried;    ///< in-collision start: 0.05 m lower
+  std::vector<Kinematics> lifted;    ///< good initial guess: 0.2 m higher
+  std::vector<Kinematics> buried;    ///< initial guess in collision: 0.05 m lower
 
   World() {
     for (const auto& stance : ReadStances(DataFolder() / "problemsposture.json")) {

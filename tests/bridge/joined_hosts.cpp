@@ -131,7 +131,7 @@ void JoinedHosts::StartSpoke(int i) {
   caller(i).BecomeSpoke({kHubAddress}, random_());
 }
 
-// Records whatever PROTOCOL.md, section 14, forbids a bridge to do.
+// Records actions of a bridge that PROTOCOL.md, section 14, forbids.
 void JoinedHosts::Watch(const Host& host, bus::Port /*port*/, std::span<const std::uint8_t> frame) {
   bus::FrameView view;
   const Membership members = host.membership();

@@ -212,7 +212,7 @@ TEST_P(CallConformance, RefusalsTellWhy) {
   // A large request of a type without a handler is refused before its body is collected.
   server_->Serve(MessageType::kQuery, nullptr);
   EXPECT_EQ(CallAndWait(RandomBody(kLarge, 4)).code, ErrorCode::kUnknownType);
-  EXPECT_LT(server_->held_bytes(), 1000U);  // at most the earlier refusals
+  EXPECT_LT(server_->held_bytes(), 1000U);  // only the earlier refusals
 }
 
 TEST_P(CallConformance, ARestartedServerGetsTheRequestAgain) {

@@ -45,7 +45,7 @@ std::shared_ptr<const MessageKey> TestKey(std::uint8_t first_byte = 0);
 std::unique_ptr<TestBed> MakeTestBed(BedKind kind, std::string* why);
 
 // Moves the calling thread into a new network namespace; with `route`, loopback is up and carries multicast. Returns
-// an empty string, or what was refused.
+// an empty string, or the reason of a refusal.
 std::string EnterPrivateNetwork(bool route);
 
 }  // namespace legopt::bus

@@ -1,4 +1,4 @@
-// Policy: the tap reports of each datagram what a party would, shows every kind of frame, never throws, and makes no
+// Policy: the tap reports each datagram like a party, shows every kind of frame, never throws, and makes no
 // claims that it could not check.
 #include "client/tap/heard_datagram.h"
 

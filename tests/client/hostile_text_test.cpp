@@ -1,5 +1,5 @@
 // Policy: users who can submit, hold or report jobs must not be able to control the terminals of others. Every command
-// receives names and texts full of escape sequences. Its output for people, on either stream, contains no control
+// receives names and texts full of escape sequences. Its output for users, on either stream, contains no control
 // character except the line end, no C1 control and no bidirectional override. JSON output is safe as well and contains
 // the texts unchanged.
 #include <gmock/gmock.h>

@@ -1,5 +1,5 @@
 // Policy: a batch system receives exactly the settings of the pool file, and no secrets. Impossible settings are
-// refused with file, line, field and remedy, with a separate exit code for each kind of cause. Scripts stand in for
+// refused with file, line, field and remedy, with a separate exit code for each kind of cause. Scripts simulate
 // the batch systems; tests/slurm uses a real one.
 #include <sys/stat.h>
 #include <unistd.h>

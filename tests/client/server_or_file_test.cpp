@@ -67,7 +67,7 @@ const std::vector<Words> kCommands = {
     {"trace", "2"},
     {"logs", "3"},
     {"logs", "1"},
-    {"events", "1"},  // a server adds events of its own start, which belong to no experiment
+    {"events", "1"},  // a server adds events of its start, which belong to no experiment
     {"events", "1", "--format", "json"},
     {"query", "SELECT * FROM benchmark_table"},
     {"query", "SELECT * FROM benchmark_table", "--format", "csv"},

@@ -1,4 +1,4 @@
-// Policy: the layouts of tables for people at common terminal widths. No line is wider than requested, no number and
+// Policy: the layouts of tables for terminals at common widths. No line is wider than requested, no number and
 // no row is lost or broken, rows of one name are distinguished, and without a limit nothing changes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

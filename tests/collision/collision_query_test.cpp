@@ -132,7 +132,7 @@ TEST(CollisionQuery, ContactsObeyTheConventions) {
   EXPECT_GT(self, 50);
 }
 
-using Nearest = std::map<std::pair<int, int>, double>;  // by (link, other link or scene)
+using Nearest = std::map<std::pair<int, int>, double>;  // key: (link, other link or scene)
 
 void Consider(std::pair<int, int> pair, double distance_m, Nearest& nearest) {
   const auto [it, inserted] = nearest.try_emplace(pair, distance_m);

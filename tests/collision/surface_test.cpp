@@ -229,7 +229,7 @@ TEST(OrientedSurface, LiftsABuriedFoot) {
 TEST(OrientedSurface, IsTheSurfaceToWhomDoesNotOverlapIt) {
   const RobotModel robot = FlyingFoot({0.26, 0.13, 0.0535});
   const Scene scene = FloorOf({4, 4, 1});
-  for (const double height : {0.5 * 0.0535 + 0.01, -0.02 - 0.5 * 0.0535}) {  // in front, and behind
+  for (const double height : {0.5 * 0.0535 + 0.01, -0.02 - 0.5 * 0.0535}) {  // front and back
     const auto two_sided = ContactsAt(robot, scene, SceneRepresentation::kSurface, height, 0.03);
     const auto oriented = ContactsAt(robot, scene, SceneRepresentation::kOrientedSurface, height, 0.03);
     ASSERT_EQ(oriented.size(), two_sided.size());

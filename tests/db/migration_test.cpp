@@ -47,7 +47,7 @@ std::string Rows(const std::filesystem::path& path) {
 class Released : public testing::TestWithParam<int> {
  protected:
   void SetUp() override { MakeReleased(GetParam(), path_); }
-  TemporaryFolder folder_{TemporaryFolder::Place::kMemory};  // in memory: hundreds of upgrades must not wait for a
+  TemporaryFolder folder_{TemporaryFolder::Place::kMemory};  // memory: hundreds of upgrades must not wait for a
                                                              // disk
   std::filesystem::path path_ = folder_ / "results.sqlite";
 };

@@ -263,7 +263,7 @@ TEST_F(ReadOnly, ASchemaThatSaysSomethingElseIsNotIntact) {
 
 // All names that the file system accepts.
 TEST_F(ReadOnly, AnyPathCanBeOpened) {
-  const TemporaryFolder memory(TemporaryFolder::Place::kMemory);  // in memory: dozens of databases must not wait for a
+  const TemporaryFolder memory(TemporaryFolder::Place::kMemory);  // memory: dozens of databases must not wait for a
                                                                   // disk
   const std::string folder = std::filesystem::canonical(memory.path()).string();
   std::string deep = folder;

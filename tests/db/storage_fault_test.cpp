@@ -209,7 +209,7 @@ class StorageFault : public testing::Test {
   }
 
   std::string empty_;                                        // bytes of an empty database
-  TemporaryFolder folder_{TemporaryFolder::Place::kMemory};  // in memory: hundreds of runs must not wait for a disk
+  TemporaryFolder folder_{TemporaryFolder::Place::kMemory};  // memory: hundreds of runs must not wait for a disk
   std::filesystem::path path_ = folder_ / "results.sqlite";
 };
 

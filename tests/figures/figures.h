@@ -11,9 +11,9 @@ namespace legopt::figures {
 
 struct Request {
   int count = 0;       ///< trials, rows, packets or problems, depending on the figure; 0: the defaults below
-  double minutes = 0;  ///< of readers, throughput and soak; 0: the defaults below
+  double minutes = 0;  ///< duration of readers, throughput and soak; 0: the defaults below
   std::uint64_t seed = 1;
-  std::filesystem::path dataset;  ///< for determinism
+  std::filesystem::path dataset;  ///< dataset of determinism
 };
 
 /// Figure 2: `count` (500) SIGKILLs of the server while clients submit; every acknowledged experiment exists exactly

@@ -32,7 +32,7 @@ struct CompassOptions {
   int max_iterations = 10'000;
   StepRule rule = StepRule::kShrinking;
   double penalty = 100.0;              ///< mu, > 0
-  double constraint_tolerance = 1e-3;  ///< for each violation, > 0
+  double constraint_tolerance = 1e-3;  ///< limit of each violation, > 0
 
   static void Visit(auto& options, auto& fields) {
     fields.Number("step", options.step, 1e-9, 10.0);

@@ -217,8 +217,8 @@ TEST_P(Batches, AreAllThatAnIterationLooksAt) {
   const int epochs = iterations / ((10 + batch - 1) / batch);
   const std::vector<int>& points = program.points();
   ASSERT_GT(epochs, 3);
-  // Besides batches, all terms are evaluated at the start, at each end of an epoch, and with incremental sampling once
-  // at each penalty.
+  // In addition to batches, all terms are evaluated at the start, at each end of an epoch, and with incremental
+  // sampling once at each penalty.
   EXPECT_LE(points[10], 1 + epochs + (GetParam().incremental ? kPenalties : 0));
   EXPECT_GE(points[10], 1 + epochs);
   EXPECT_GE(points[static_cast<size_t>(batch)], iterations) << "a look and a search each";

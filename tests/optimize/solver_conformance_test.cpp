@@ -388,7 +388,7 @@ TEST_P(SolverConformance, RepeatsBitByBit) {
     SCOPED_TRACE(example.name);
     VectorXd first, second, third;
     const SolverResult a = Run(*solver_, example, first);
-    const SolverResult b = Run(*solver_, example, second);  // the same workspace
+    const SolverResult b = Run(*solver_, example, second);  // reuses the workspace
     Example again = make();
     const SolverResult c = Run(*MakeSolver(method_), again, third);
     EXPECT_EQ(first, second);
@@ -425,7 +425,7 @@ TEST_P(SolverConformance, HistoryEndsAtTheReturnedPoint) {
     VectorXd x = example.start;
     example.program->ProjectOnBounds(x);
     const ObjectiveValue start = EvaluateObjective(*example.program, x, scratch);
-    std::vector<IterationRecord> history = {{.cost = -1.0, .accepted = true}};  // from an earlier attempt
+    std::vector<IterationRecord> history = {{.cost = -1.0, .accepted = true}};  // an earlier attempt
     std::mt19937_64 generator(7);
     const SolverResult result = solver_->Solve(*example.program, x, {{}, &generator, &history});
     EXPECT_EQ(history[0].cost, -1.0);

@@ -50,7 +50,7 @@ void ExpectRefused(const std::string& xml, const std::vector<std::string>& in_fi
 // One element of the complete robot.
 struct Place {
   std::size_t index = 0;
-  std::string path;                     // from <robot> on
+  std::string path;                     // begins at <robot>
   std::string owner;                    // "link 'trunk'"
   std::vector<std::string> attributes;  // attributes that it has
 };

@@ -123,7 +123,7 @@ class CountingStore : public db::MemoryStore {
     }
   }
   int commits = 0;
-  std::map<std::int64_t, std::string> health;  // by experiment
+  std::map<std::int64_t, std::string> health;  // key: experiment
   bool reading_fails = false;
 };
 

@@ -130,7 +130,8 @@ TEST_F(BatchSystemTest, KillOfAllAfterTheDrainChargesNothing) {
   EXPECT_EQ(Charges(), Lines{"queued|0"});
 }
 
-// KILL does not reach all processes at the same instant: supervisors that outlive their job processes know the cause.
+// KILL does not reach all processes at the same instant: supervisors that outlive their job processes determine the
+// cause.
 TEST_F(BatchSystemTest, KillOfJobProcessesAfterTermChargesNothing) {
   const std::int64_t experiment = deployment_->Submit(StubSpec(4, 60'000), "a");
   const std::vector<Worker> workers = StartWorkers(2, "60");

@@ -4,7 +4,7 @@
 
 namespace legopt::simulation {
 
-/// Name of the external solver of some methods, and digits that stand for the hashes of the solver and of such a
+/// Name of the external solver of some methods, and digits that represent the hashes of the solver and of such a
 /// method.
 inline constexpr char kExternalSolver[] = "mine";
 inline constexpr char kSolverDigit = 'e', kExternalMethodDigit = 'b';

@@ -246,7 +246,7 @@ TEST(Figures, No7APartitionedWorkerStopsItselfInTime) {
     worker.SetPartition(0);
   }
   ASSERT_TRUE(stage.RunUntil([&] { return stage.AllOver(); }, 7200s));
-  stage.Check();  // at most one result per job, and never two workers on one job
+  stage.Check();  // one result per job at most, and never two workers on one job
   std::cout << "figure 7: 50 partitions of 30 s, never two workers at one job, "
             << stage.scheduler().counters().leases_expired << " leases expired\n";
 }

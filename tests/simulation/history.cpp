@@ -86,7 +86,7 @@ class History {
     PlanDecisions();
   }
 
-  // One client sends all commands: others would not know which experiments it has stopped.
+  // One client sends all commands: other clients have no record of the experiments it has stopped.
   void PlanDecisions() {
     constexpr double kRetried = 0.3, kTimeLimited = 0.6;
     SimulatedClient& user = *clients_.back();

@@ -18,7 +18,7 @@ struct Cast {
 };
 
 /// Injects random faults: lost, repeated, late, truncated and altered datagrams; processes that are killed (at once or
-/// in the middle of their work), paused, stopped and disconnected; wall clocks that jump; disks that are full or fail.
+/// in the middle of their work), paused, stopped and disconnected; wall clocks that jump; full or failing disks.
 ///
 /// Each history has its own selection of faults and its own rate, so that rare combinations occur. All arguments must
 /// outlive it.

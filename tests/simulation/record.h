@@ -24,7 +24,7 @@ class Record {
 
   struct Submission {
     std::int64_t num_jobs = 0;
-    std::optional<std::int64_t> experiment_id;  ///< as acknowledged
+    std::optional<std::int64_t> experiment_id;  ///< acknowledged number
   };
   struct Report {
     ReportedOutcome outcome{};

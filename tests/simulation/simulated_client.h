@@ -67,7 +67,7 @@ class SimulatedClient final : public Process {
   std::unique_ptr<bus::Endpoint> endpoint_;
   std::unique_ptr<client::SubmitCall> submission_;
   std::function<void(const client::SubmitCall::Outcome&)> on_submitted_;
-  std::map<std::int64_t, std::int64_t> done_;  // by experiment: the largest number shown by a status
+  std::map<std::int64_t, std::int64_t> done_;  // experiment -> largest number shown by a status
   bool asking_ = false;
   microseconds next_ask_{0};
   microseconds next_status_{0};

@@ -42,7 +42,7 @@ Stance FeetInEachOthersWay(const Dataset& dataset, ProblemSolver& solver, const 
   return stance;
 }
 
-// The overlap exceeds what a margin of 0.5 mm and three tolerances of 0.4 mm allow, and is less than twice the judge's
+// The overlap exceeds the sum of a margin of 0.5 mm and three tolerances of 0.4 mm, and is less than twice the judge's
 // 1 mm.
 TEST(EmbeddedPostures, LegOptBestStandsWithItsFeetInEachOthersWay) {
   const auto dataset = Dataset::Load(SourceFolder() + "/data/garage-small");

@@ -43,7 +43,7 @@ class Slots : public ::testing::Test {
 
 TEST_F(Slots, DerivativesAreByTheStepFromTheBasePoint) {
   constexpr double kStep = 1e-6;
-  constexpr double kTolerance = 2e-6;  // of central differences, entries of order one
+  constexpr double kTolerance = 2e-6;  // central differences, entries of order one
   // Far from contacts, whose normals jump, and rotated far enough that the retraction is nonlinear.
   slotted_.Rebase(Start(Initialization::kGood));
   const int n = slotted_.num_variables();

@@ -125,7 +125,7 @@ TEST(Bootstrap, PairsAreDrawnTogether) {
     return GeometricMean(ratios);
   };
   const BootstrapEstimate estimate = Bootstrap(6, ratio, {.resamples = 200});
-  EXPECT_EQ(estimate.value, 0.5);  // for any differences between the problems
+  EXPECT_EQ(estimate.value, 0.5);  // differences between the problems do not matter
   EXPECT_NEAR(estimate.interval.lower, 0.5, 1e-12);
   EXPECT_NEAR(estimate.interval.upper, 0.5, 1e-12);
 }

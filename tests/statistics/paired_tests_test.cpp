@@ -235,7 +235,7 @@ double CoverageOf(int count, int samples) {
 
 TEST(HodgesLehmann, CoversByTheLevel) {
   EXPECT_NEAR(CoverageOf(12, 3000), 0.958, 0.012);  // exact: 1 - 2 * 86/4096
-  EXPECT_NEAR(CoverageOf(210, 500), 0.95, 0.03);    // by the normal approximation
+  EXPECT_NEAR(CoverageOf(210, 500), 0.95, 0.03);    // normal approximation
 }
 
 TEST(HodgesLehmann, RefusesBadInput) {

@@ -101,7 +101,7 @@ class Blocks {
 
   static RowMajor UpperHalf(const RowMajor& m) { return m.template triangularView<Eigen::Upper>(); }
 
-  /// Returns a tiled matrix as a whole one.
+  /// Returns a tiled matrix in dense storage.
   static RowMajor WholeOf(const RowMajor& tiles) {
     RowMajor whole = RowMajor::Zero(tiles.rows(), tiles.rows());
     for (int i = 0; i < tiles.rows(); ++i) whole.template block<1, 4>(i, i / 4 * 4) = tiles.row(i);

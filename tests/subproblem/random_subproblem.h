@@ -16,7 +16,7 @@ struct RandomSubproblemShape {
   bool chains = false;       ///< rows have only the columns of a kinematic chain; a few, such as the balance, have all
   double weight = 100.0;
   double box = 0.1;
-  int fixed_variables = 0;  ///< in the first block
+  int fixed_variables = 0;  ///< number in the first block
 };
 
 /// Returns a subproblem of the given shape with entries similar to a posture's, determined by the seed.

@@ -216,7 +216,7 @@ TEST(InteriorPoint, EndsWhereNoStepCouldBeWorthIt) {
     const auto worth = solver.Solve(problem, {.gap = kAccuracy, .share = 0.999, .negligible = 0.99 * possible}, dx);
     EXPECT_EQ(worth.iterations, all) << seed;  // a correct bound never stops a useful solve
     const auto exact = solver.Solve(problem, {.gap = kAccuracy, .negligible = 10.0 * possible}, dx);
-    EXPECT_EQ(exact.iterations, hopeless.iterations) << seed;  // for any share
+    EXPECT_EQ(exact.iterations, hopeless.iterations) << seed;  // the share does not matter
   }
 }
 

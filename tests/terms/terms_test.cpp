@@ -112,7 +112,7 @@ class TermDerivatives {
 
   const RobotModel& robot_;
   WaypointProgram& program_;
-  AllContacts centre_;  ///< by waypoint
+  AllContacts centre_;  ///< index: waypoint
   int contacts_compared_ = 0;
 };
 
@@ -236,7 +236,7 @@ TEST(Terms, WhatIsSetAsideHasNoRowsUntilItIsBack) {
   const auto program = MakeTaskProgram(Task::kMotion, *dataset, query, stances, {});
   Eigen::VectorXd low = test::StandingUpright();
   Eigen::VectorXd next = low;
-  low[dataset->robot().num_dofs() + 2] -= 0.3;  // in the ground
+  low[dataset->robot().num_dofs() + 2] -= 0.3;  // below the ground
   next[dataset->robot().num_dofs()] += 0.3;
   Eigen::VectorXd x(program->num_waypoints() * low.size());
   for (int t = 0; t < program->num_waypoints(); ++t) x.segment(t * low.size(), low.size()) = t % 2 == 0 ? low : next;

@@ -57,9 +57,9 @@ class PlayedServer final : public ServerLink {
     poll(extra.data(), extra.size(), answers.empty() ? static_cast<int>(milliseconds) : 0);
   }
 
-  std::map<std::int64_t, legopt_msg::result_request> results;  ///< by job id, without released jobs
+  std::map<std::int64_t, legopt_msg::result_request> results;  ///< job id -> result, without released jobs
   std::vector<legopt_msg::result_request> given_back;
-  std::map<std::int64_t, legopt_msg::lease> leases;  ///< the last of each job, by its id
+  std::map<std::int64_t, legopt_msg::lease> leases;  ///< job id -> its last lease
   std::map<std::int64_t, LeaseVerdict> verdicts;     ///< sent in heartbeats, by job id; kContinue if absent
   std::function<void()> on_wait;
 

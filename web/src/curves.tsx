@@ -10,7 +10,7 @@ export interface Shown { title: string; mark: number; curve: Curve | null; hidde
 
 /** Step curves from `start`, each extended to the right edge and labelled there. */
 export function stepPlot(shown: Shown[], options: { width: number; start: number; log: boolean; label: string; limit?: number }): Element {
-  const all = shown.filter((s) => s.curve && s.curve.x.length > 0), drawn = all.filter((s) => !s.hidden);  // for the axes
+  const all = shown.filter((s) => s.curve && s.curve.x.length > 0), drawn = all.filter((s) => !s.hidden);  // all: for axes
   const largest = Math.max(options.start * 1.5, ...all.map((s) => s.curve!.x[s.curve!.x.length - 1])) || 1;
   const right = options.log ? largest * 1.15 : largest * 1.05;
   const smallest = all.length > 0 ? Math.min(...all.map((s) => s.curve!.x[0]), largest) : largest / 10;

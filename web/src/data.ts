@@ -102,7 +102,7 @@ export interface Solution {
   experiment: number; job: number; waypoints: number; encoding: 'd32' | 'f64'; offset: number; bytes: number;
   malformed?: boolean; unsolved?: { from: number; waypoints_per_stance: number }; failed_waypoint?: number; findings?: Findings[];
   between?: [number, number, Overlap[]][]; trace: Trace | null;
-  times?: number[];  // for paths: time of each configuration, in steps from waypoint to waypoint
+  times?: number[];  // paths: time of each configuration, in steps from waypoint to waypoint
   x: Float64Array[];
 }
 export interface Page {
@@ -163,7 +163,7 @@ export function unpack(bytes: DataView, encoding: 'd32' | 'f64'): Float64Array[]
   return rows;
 }
 
-const chunks = new Map<number, Promise<Solution[]>>();  // by index; from a server by job
+const chunks = new Map<number, Promise<Solution[]>>();  // key: index, or job with a server
 
 function readChunk(index: number): Promise<Solution[]> {
   let chunk = chunks.get(index);
@@ -195,7 +195,7 @@ export async function readSolution(page: Page, experiment: number, job: number):
 }
 
 export function holdsSolution(page: Page, experiment: number, job: number): boolean {
-  if (isLive) return true;  // for any job that has one
+  if (isLive) return true;  // any job that has one
   return page.chunks.some((chunk) => chunk.some(([e, j]) => e === experiment && j === job));
 }
 

@@ -122,7 +122,7 @@ const lastOf = ({ x, times }: Solution): number => Math.max(0, times ? times[tim
 /** Configuration at a slider position, in steps from waypoint to waypoint. */
 const configuration = ({ x, times }: Solution, at: number): Float64Array => {
   const stamp = (i: number) => times?.[i] ?? i;
-  let i = Math.min(Math.floor(at + 1e-9), x.length - 1);  // at most the last point: no path has fewer points than
+  let i = Math.min(Math.floor(at + 1e-9), x.length - 1);  // limited to the last point: no path has fewer points than
                                                           // waypoints
   while (i + 1 < x.length && stamp(i + 1) <= at + 1e-9) ++i;
   const s = i + 1 < x.length ? (at - stamp(i)) / (stamp(i + 1) - stamp(i)) : 0;
