@@ -1,6 +1,6 @@
-// Time budgets of the collision module. One full query of the robot against the garage and itself: 60 us required, 20
-// us aimed at (against the garage's triangles: 150 us). Judging one waypoint by exact meshes: 8 ms required, 1 ms
-// aimed at. Building a model: well under 2 s (of triangles: under 1 s).
+// Time budgets of the collision module. One full query of the robot against the garage and itself: at most 60 us,
+// target 20 us (against the garage's triangles: 150 us). Judging one waypoint by exact meshes: at most 8 ms, target 1
+// ms. Building a model: well under 2 s (of triangles: under 1 s).
 #include <benchmark/benchmark.h>
 #include <ode/ode.h>
 

@@ -1,5 +1,5 @@
-// Time budgets of kinematics. Forward kinematics and centre of mass: 3 us (1 us aimed at). All Jacobians, and torques
-// with derivatives: 10 us (3 us aimed at).
+// Time budgets of kinematics. Forward kinematics and centre of mass: at most 3 us, target 1 us. All Jacobians, and
+// torques with derivatives: at most 10 us, target 3 us.
 
 #include <benchmark/benchmark.h>
 

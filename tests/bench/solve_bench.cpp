@@ -1,5 +1,5 @@
-// Time budgets. A posture by SQP, mean over the solved problems: 4 ms required, 1 ms aimed at. The judge per waypoint:
-// 8 ms required, 1 ms aimed at. Argument 0: the embedded dataset; 1: the LegOpt test data, where present.
+// Time budgets. A posture by SQP, mean over the solved problems: at most 4 ms, target 1 ms. The judge per waypoint: at
+// most 8 ms, target 1 ms. Argument 0: the embedded dataset; 1: the LegOpt test data, where present.
 
 #include <benchmark/benchmark.h>
 

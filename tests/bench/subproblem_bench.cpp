@@ -1,5 +1,5 @@
-// Time budgets of the convex subproblem: posture 35 us (25 us aimed at), window of 12 waypoints 0.7 ms (0.45 ms aimed
-// at). Also prints GFLOP/s and its share of the core's measured peak in double precision. The peak in single
+// Time budgets of the convex subproblem: posture at most 35 us, target 25 us, window of 12 waypoints at most 0.7 ms,
+// target 0.45 ms. Also prints GFLOP/s and its share of the core's measured peak in double precision. The peak in single
 // precision, in which most steps are computed, is twice as high.
 
 #include <benchmark/benchmark.h>
