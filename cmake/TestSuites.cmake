@@ -1,7 +1,7 @@
 # legopt_add_suites(PROGRAM TIMEOUT LABELS RESULTS APART): read by ctest. Adds one entry per suite of a GoogleTest
-# program, so that one process runs all tests of a suite. If APART is true, adds one entry per test instead: for programs
-# with long tests, which can then run in parallel. GoogleTest writes the result of each test into the folder RESULTS;
-# scripts/test-summary reads it there.
+# program, so that one process runs all tests of a suite. If APART is true, adds one entry per test instead: for
+# programs with long tests, which can then run in parallel. GoogleTest writes the result of each test into the folder
+# RESULTS, where scripts/test-summary reads it.
 function(legopt_add_suites program timeout labels results apart)
   get_filename_component(name ${program} NAME)
   if(NOT EXISTS ${program})
@@ -17,7 +17,7 @@ function(legopt_add_suites program timeout labels results apart)
     file(RENAME ${listing}.new ${listing})
   endif()
   file(READ ${listing} text)
-  string(REGEX REPLACE " *#[^\n]*" "" text "${text}")  # the comment of a test may hold any bytes of its parameter
+  string(REGEX REPLACE " *#[^\n]*" "" text "${text}")  # the comment of a test may contain any bytes of its parameter
   string(REPLACE "\n" ";" lines "${text}")
   foreach(line IN LISTS lines)
     if(line MATCHES "^[^ ].*\\.$")

@@ -1,6 +1,7 @@
-// A solver of one's own, registered from outside of legopt and used as a method like any other: own_solver DATASET
+// A custom solver, registered outside of legopt and used as a method like any other: own_solver DATASET
 //
-// Gauss-Newton on cost and violated constraints with a fixed penalty and damping: no competitor, but forty lines.
+// Gauss-Newton on cost and violated constraints with a fixed penalty and damping: not competitive, but only forty
+// lines.
 #include <Eigen/Cholesky>
 #include <cstdio>
 #include <memory>
@@ -14,7 +15,7 @@
 
 namespace {
 
-// Options are a struct that lists its fields once: for reading, checking, writing and hashing.
+// Options are a struct that lists its fields once, for parsing, checking, writing and hashing.
 struct GaussNewtonOptions {
   int max_iterations = 100;
   double penalty = 1e6;
@@ -63,7 +64,7 @@ class GaussNewtonSolver : public legopt::Solver {
       const bool one_sided = shape.kind != legopt::TermKind::kCost && shape.kind != legopt::TermKind::kEquality;
       if (one_sided && model_.value(i) <= 0) continue;
       const double weight = shape.kind == legopt::TermKind::kCost ? 1.0 : options_.penalty;
-      const Eigen::Map<const Eigen::VectorXd> row(model_.row(0, i), tangent_size);  // of a posture: one waypoint
+      const Eigen::Map<const Eigen::VectorXd> row(model_.row(0, i), tangent_size);  // a posture has one waypoint
       hessian.noalias() += weight * row * row.transpose();
       gradient.noalias() += weight * model_.value(i) * row;
     }

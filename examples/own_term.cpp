@@ -1,4 +1,4 @@
-// A term of one's own: a posture whose pelvis stays below a height, as under a beam: own_term DATASET
+// A custom term: a posture whose pelvis stays below a height, as under a beam: own_term DATASET
 #include <algorithm>
 #include <cstdio>
 #include <memory>
@@ -12,7 +12,7 @@
 
 namespace {
 
-// Inequality: z of the root link's frame minus the height, m; satisfied when <= 0.
+// Inequality: z of the root link's frame minus the height, m; satisfied if <= 0.
 class BelowTerm : public legopt::Term {
  public:
   BelowTerm(legopt::WaypointState& state, double height_m)
@@ -36,7 +36,7 @@ class BelowTerm : public legopt::Term {
   double height_m_;
 };
 
-// Height of the root link in a posture that obeys the beam, if there is one.
+// Returns the height of the root link in a posture below the beam, if one is found.
 double RootHeight(const legopt::Dataset& dataset, const legopt::ProblemDefinition& problem, double beam_m) {
   const legopt::Method method = legopt::Method::Of("sqp");
   legopt::CollisionQuery query(dataset.collision_model(method.collision, method.pairs));

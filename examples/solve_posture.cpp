@@ -1,4 +1,4 @@
-// Solves one posture of a dataset by the best method and has it judged: solve_posture DATASET [PROBLEM]
+// Solves one posture of a dataset by the best method and judges it: solve_posture DATASET [PROBLEM]
 #include <cstdio>
 #include <cstdlib>
 
@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
     const legopt::Method method = legopt::Method::Of("best");
     const legopt::SolveOutcome outcome = solver.Solve(task, id, legopt::Initialization::kGood, method, {});
 
-    // The solver's own word is no success; the judge's is.
+    // Success is decided by the judge, not by the solver's status.
     legopt::Judge judge(dataset);
     const legopt::Evaluation evaluation = judge.Evaluate(task, dataset->problem(task, id), outcome.waypoints);
     std::printf("posture %d: %s, cost %.1f (N m)^2, %.2f ms\n", id, ToString(evaluation.literal).data(),

@@ -1,10 +1,10 @@
-// What balance costs a motion where nothing is in the way: sway_cost DATASET [DESCENTS]
+// Computes the cost of balance for an unobstructed motion: sway_cost DATASET [DESCENTS]
 //
-// The motions of the dataset as tasks `motion` and `balanced` (docs/readings.md#continuous-motions), both without
-// collisions, in pieces of six stances that nothing connects. The cheapest postures of each piece are looked for by
-// DESCENTS descents (default 4), the first from the initial guess, the others from near the best so far. Prints cost a
-// waypoint as the judge counts it, squared steps of the joints; ways from piece to piece count nothing.
-// Exits with 1 when a piece has no solution, with 2 when called in another way.
+// Solves the motions of the dataset as tasks `motion` and `balanced` (docs/readings.md#continuous-motions), both
+// without collisions, in separate pieces of six stances. The cheapest postures of each piece are searched by DESCENTS
+// descents (default 4), the first from the initial guess, the others from near the best so far. Prints the cost per
+// waypoint as the judge computes it, squared steps of the joints; segments between pieces are not included.
+// Exits with 1 if a piece has no solution, with 2 on wrong usage.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -32,7 +32,7 @@ struct Setting {
   int descents;
 };
 
-// Sum of the squared joint steps, rad^2.
+// Returns the sum of the squared joint steps, rad^2.
 double JointSteps(const Eigen::VectorXd& x, Eigen::Index size, int num_joints) {
   double sum = 0.0;
   for (Eigen::Index t = size; t < x.size(); t += size) {
@@ -43,16 +43,16 @@ double JointSteps(const Eigen::VectorXd& x, Eigen::Index size, int num_joints) {
 
 legopt::Method Descent() {
   legopt::Method method = legopt::Method::Of("best");
-  // It would take back the terms that are set aside here.
+  // Free iterations would enable the disabled terms again.
   std::get<legopt::BestOptions>(method.options).free_iterations = 0;
   return method;
 }
 
-// Infinity where no descent ended well.
+// Returns infinity if no descent converged to a feasible point.
 double CheapestPiece(const Setting& setting, legopt::Task task, std::span<const legopt::Stance> stances) {
   const auto program = legopt::MakeTaskProgram(task, setting.dataset, setting.query, stances,
                                                {.continuous = legopt::ContinuousCollision::kNone});
-  for (const auto& term : program->terms()) term->SetAside(true);  // the collisions
+  for (const auto& term : program->terms()) term->SetAside(true);  // disables the collision terms
   const Eigen::Index size = program->point_size();
   Eigen::VectorXd best(program->num_waypoints() * size);
   for (int t = 0; t < program->num_waypoints(); ++t) {

@@ -2,13 +2,13 @@
 
 #include <string>
 
-/// Where the tests find what they read and run. Functions, not definitions: paths in their command lines would make
-/// every clone compile all tests anew, whatever a compiler cache holds.
+/// Folders that the tests read and run. They are functions rather than compile definitions: paths on compiler command
+/// lines would force every clone to recompile all tests, even with a compiler cache.
 namespace legopt {
 
-std::string SourceFolder();     ///< of this tree
-std::string BuildFolder();      ///< has the programs
-std::string TestDataFolder();   ///< LegOpt's own data, when present
-std::string ReferenceFolder();  ///< figures of the reference implementation, when present
+std::string SourceFolder();     ///< root of this source tree
+std::string BuildFolder();      ///< build folder, which contains the programs
+std::string TestDataFolder();   ///< LegOpt's own data, if present
+std::string ReferenceFolder();  ///< figures of the reference implementation, if present
 
 }  // namespace legopt

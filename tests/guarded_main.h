@@ -5,7 +5,8 @@
 
 namespace legopt {
 
-/// The main function of a test program: what escapes from `body` ends it with a line and 1, not with an abort.
+/// Main function of a test program. An exception that escapes from `body` is printed and the program exits with 1
+/// instead of aborting.
 inline int GuardedMain(int argc, char** argv, int (*body)(int argc, char** argv)) noexcept {
   try {
     return body(argc, argv);

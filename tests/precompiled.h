@@ -1,6 +1,6 @@
 #pragma once
-// The headers that most tests include (legopt_precompile in tests/CMakeLists.txt). A test must still include every
-// header that it needs.
+// Headers that most tests include (legopt_precompile in tests/CMakeLists.txt). A test must still include every header
+// that it needs.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

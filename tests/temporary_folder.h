@@ -7,12 +7,12 @@
 
 namespace legopt::test {
 
-/// A folder of its own, removed with all that is in it at the end.
+/// A temporary folder that is removed with its contents on destruction.
 class TemporaryFolder {
  public:
   enum class Place {
     kDisk,
-    kMemory,  ///< /dev/shm where there is one: a commit must reach the file, not a platter
+    kMemory,  ///< /dev/shm if available: a commit must reach the file, not a disk
   };
 
   explicit TemporaryFolder(Place place = Place::kDisk) {

@@ -1,6 +1,6 @@
 #include <gmock/gmock.h>
 
-// Exit code 77, which CTest and scripts take for "skipped", if tests were skipped and none ran.
+// Returns 77, which CTest and scripts interpret as "skipped", if tests were skipped and none ran.
 int main(int argc, char** argv) {
   testing::InitGoogleMock(&argc, argv);
   const int status = RUN_ALL_TESTS();

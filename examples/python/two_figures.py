@@ -5,11 +5,10 @@ problem.
     legopt run quick --db results.sqlite
     PYTHONPATH=python LEGOPT=build/legopt examples/python/two_figures.py results.sqlite LegOpt-best Adam --out figures
 
-writes profiles.svg, profiles.png, pairs.svg and pairs.png. PYTHONPATH and LEGOPT are for the source tree; installed,
-both are found. The parts between the lines "# %%" are cells for editors that know them.
-"""
+writes profiles.svg, profiles.png, pairs.svg and pairs.png. PYTHONPATH and LEGOPT are needed only in the source tree,
+not after installation. The parts between the lines "# %%" are cells for editors that support them. """
 
-# %% What is asked for
+# %% Arguments
 import argparse
 import csv
 import io
@@ -29,14 +28,14 @@ asked = parser.parse_args()
 
 try:
     import matplotlib
-    matplotlib.use("Agg")  # files, no window
+    matplotlib.use("Agg")  # files only, no window
     from matplotlib import pyplot
 except ImportError as missing:
     sys.exit(f"two_figures: drawing needs matplotlib ({missing}); on Debian: apt install python3-matplotlib")
 
 
 def save(figure, name):
-    """As SVG for a page or a paper, as PNG for the rest."""
+    """Saves a figure as SVG for pages and papers, and as PNG for other uses."""
     os.makedirs(asked.out, exist_ok=True)
     for suffix in ("svg", "png"):
         path = os.path.join(asked.out, f"{name}.{suffix}")
@@ -55,11 +54,11 @@ try:
 except legopt.LegoptError as error:
     sys.exit(f"two_figures: {error}")
 
-# %% Figure 1: on which share of the problems a method took at most so many times what the best one took
+# %% Figure 1: share of the problems on which a method took at most this multiple of the best time
 panels = {}
 for step in profiles:
     panels.setdefault((step["task"], step["initialization"]), []).append(step)
-# Colour, dash and shape belong to a method, also in print without colours.
+# Colour, dash and marker identify a method, even if printed without colours.
 styles = {number: {"color": f"C{i % 10}", "linestyle": ["-", "--", "-.", ":"][i % 4], "marker": "osD^vPX*"[i % 8]}
           for i, number in enumerate(methods)}
 farthest = 1.1 * max((float(step["ratio"]) for step in profiles), default=1.0)

@@ -1,16 +1,16 @@
-"""A solver that is handed files: one Gauss-Newton step on the rows that do not hold, with the standard library alone.
+"""A solver of level "files": one Gauss-Newton step on the violated rows, with the standard library alone.
 
     newton_step.py PROBLEM SOLUTION
 
-legopt says in PROBLEM how the start evaluates, judges where the step leads, and asks again from there.
-"""
+PROBLEM contains the evaluation at the start. legopt judges the result of the step, and calls the solver again from
+there. """
 
 import json
 import sys
 
 
 def solve_symmetric(matrix, right):
-    """x with matrix x = right, for a positive definite matrix: Gauss, without pivots."""
+    """Solves matrix x = right for a positive definite matrix by Gaussian elimination without pivoting."""
     n = len(right)
     rows = [row + [value] for row, value in zip(matrix, right)]
     for i in range(n):
@@ -24,12 +24,12 @@ def solve_symmetric(matrix, right):
 
 
 def step(problem):
-    """The shortest step that, to first order, makes every violated row hold; a little shorter where rows disagree."""
+    """Returns the shortest step that satisfies every violated row to first order; a little shorter if rows conflict."""
     at, damping = problem["at_start"], 1e-6
     violated = []  # (value, {variable: derivative})
     for row, value, derivatives in zip(problem["rows"], at["values"], at["jacobian"]):
         if row["kind"] == "equality" or (row["kind"] == "inequality" and value > -1e-3):
-            shift = 0.0 if row["kind"] == "equality" else 1e-4  # inequalities a little inside
+            shift = 0.0 if row["kind"] == "equality" else 1e-4  # inequalities are satisfied with a small margin
             violated.append((value + shift, {row["first"] + i: d for i, d in enumerate(derivatives)}))
     products = [[sum(d * b.get(i, 0.0) for i, d in a.items()) for _, b in violated] for _, a in violated]
     for i in range(len(violated)):

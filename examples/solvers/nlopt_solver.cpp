@@ -1,8 +1,9 @@
-// NLopt's SLSQP as a solver of legopt, in one file: docs/solvers.md has the protocol. By hand:
+// NLopt's SLSQP as an external solver of legopt, in one file: docs/solvers.md describes the protocol. To build by
+// hand:
 //
-//     g++ -std=c++17 -O2 nlopt_solver.cpp -o nlopt_solver -lnlopt_cxx -lnlopt
+//   g++ -std=c++17 -O2 nlopt_solver.cpp -o nlopt_solver -lnlopt_cxx -lnlopt
 //
-// Wishes (preferences) become a part of the cost: weight times their sum of max(v, 0).
+// Preferences are added to the cost: weight times the sum of max(v, 0).
 #include <algorithm>
 #include <cstdlib>
 #include <exception>
@@ -20,28 +21,28 @@ namespace {
 using nlohmann::json;
 
 constexpr int kProtocol = 1;
-constexpr double kFarCost = 1e12, kFarRow = 1e6;  // where the program is not finite
+constexpr double kFarCost = 1e12, kFarRow = 1e6;  // if the program is not finite
 
-/// legopt has no more effort for this solve.
+/// Thrown if legopt's effort limit for this solve is reached.
 struct Stopped {};
 
 struct Row {
   std::string kind;
   std::size_t first = 0, size = 0;  ///< the variables that it depends on
-  double weight = 0.0;              ///< of a preference
+  double weight = 0.0;              ///< weight of a preference
 };
 
 void Say(const json& message) {
-  std::cout << message.dump() << std::endl;  // with its flush: legopt waits for the line
+  std::cout << message.dump() << std::endl;  // flushed, since legopt waits for the line
 }
 
 json Hear() {
   std::string line;
-  if (!std::getline(std::cin, line)) std::exit(EXIT_SUCCESS);  // legopt is gone
+  if (!std::getline(std::cin, line)) std::exit(EXIT_SUCCESS);  // legopt has ended
   return json::parse(line);
 }
 
-/// The bounds of a `solve`, in which null is none.
+/// Reads the bounds of a `solve`, in which null means `none`.
 std::vector<double> ReadBounds(const json& list, double none) {
   std::vector<double> bounds;
   for (const json& bound : list) bounds.push_back(bound.is_null() ? none : bound.get<double>());
@@ -56,14 +57,14 @@ std::vector<Row> ReadRows(const json& list) {
   return rows;
 }
 
-/// The program at the point that was asked for last: cost and all rows come with one evaluation.
+/// The program at the last requested point: one evaluation yields cost and all rows.
 class Point {
  public:
   explicit Point(std::vector<Row> rows) : rows_(std::move(rows)) {}
 
   const std::vector<Row>& rows() const { return rows_; }
 
-  /// The `evaluation` at x. Throws Stopped.
+  /// Returns the `evaluation` at x. Throws Stopped.
   const json& At(const std::vector<double>& x) {
     if (x == x_) return evaluation_;
     x_ = x;
@@ -85,7 +86,7 @@ class Point {
   int asked_ = 0;
 };
 
-// The cost with its wishes; nlopt::vfunc.
+// Cost including preferences; nlopt::vfunc.
 double Cost(const std::vector<double>& x, std::vector<double>& gradient, void* data) {
   Point& point = *static_cast<Point*>(data);
   const json& at = point.At(x);
@@ -107,10 +108,10 @@ double Cost(const std::vector<double>& x, std::vector<double>& gradient, void* d
   return cost;
 }
 
-/// The rows of one kind, as NLopt asks for them.
+/// The rows of one kind, as NLopt requires them.
 struct Rows {
   Point* point;
-  std::vector<std::size_t> chosen;  ///< of all rows
+  std::vector<std::size_t> chosen;  ///< indices into all rows
 
   Rows(Point* of, const std::string& kind) : point(of) {
     for (std::size_t i = 0; i < of->rows().size(); ++i) {
@@ -119,7 +120,7 @@ struct Rows {
   }
 };
 
-// Values and the dense Jacobian, row after row; nlopt::mfunc.
+// Values and the dense Jacobian, row by row; nlopt::mfunc.
 void RowValues(unsigned /*rows*/, double* values, unsigned variables, const double* x, double* jacobian, void* data) {
   const Rows& rows = *static_cast<Rows*>(data);
   const json& at = rows.point->At(std::vector<double>(x, x + variables));
@@ -144,7 +145,7 @@ nlopt::opt MakeOptimizer(const json& problem) {
   return optimizer;
 }
 
-// The word for how NLopt ended; SLSQP says "roundoff" where it can improve no more.
+// Returns the status for NLopt's result; SLSQP reports "roundoff" if it cannot improve further.
 const char* Minimise(nlopt::opt& optimizer, std::vector<double>& x) {
   try {
     double cost = 0.0;
@@ -158,7 +159,7 @@ const char* Minimise(nlopt::opt& optimizer, std::vector<double>& x) {
   }
 }
 
-// legopt looks at the last point and at all points that were asked for, and takes the best.
+// legopt considers the last point and all evaluated points, and uses the best.
 json Solve(const json& problem) {
   Point point(ReadRows(problem.at("rows")));
   nlopt::opt optimizer = MakeOptimizer(problem);
@@ -183,7 +184,7 @@ void Serve() {
   Say({{"type", "hello"}, {"protocol", kProtocol}, {"name", "NLopt SLSQP"}, {"version", version}});
   for (;;) {
     const json line = Hear();
-    if (line.at("type") == "solve") Say(Solve(line));  // the other is a `cancel` of a solve that had ended
+    if (line.at("type") == "solve") Say(Solve(line));  // the other message is a `cancel` of a solve that had ended
   }
 }
 
@@ -193,7 +194,7 @@ int main() {
   try {
     Serve();
   } catch (const std::exception& error) {
-    std::cerr << error.what() << "\n";  // its last words, which legopt reports
+    std::cerr << error.what() << "\n";  // last line of output, which legopt reports
     return EXIT_FAILURE;
   }
 }

@@ -1,6 +1,6 @@
-"""SciPy's SLSQP as a solver of legopt: python3-scipy, and the package legopt.
+"""SciPy's SLSQP as an external solver of legopt. Requires python3-scipy and the package legopt.
 
-Wishes (preferences) become a part of the cost: weight times their sum of max(v, 0).
+Preferences are added to the cost: weight times the sum of max(v, 0).
 """
 
 import os
@@ -15,7 +15,7 @@ import legopt.solver  # noqa: E402
 
 
 class Point:
-    """Values and derivatives at the point that was asked for last."""
+    """Values and derivatives at the last requested point."""
 
     def __init__(self, problem):
         self.problem, self.x, self.at = problem, None, None
@@ -28,7 +28,7 @@ class Point:
         return self.at
 
     def rows(self, x, kind):
-        """Values, and a dense Jacobian, of all rows of a kind."""
+        """Returns values, and a dense Jacobian, of all rows of a kind."""
         at = self.evaluate(x)
         chosen = [i for i, row in enumerate(self.problem.rows) if row.kind == kind]
         values = np.full(len(chosen), 1e6)

@@ -1,6 +1,6 @@
 #!/bin/sh
-# A solver that stays where it starts: the least that the protocol asks for, in any language that reads and writes
-# lines. legopt evaluates and judges the point, whatever its solver claims.
+# A solver that returns its start: the minimum that the protocol requires, possible in any language that reads and
+# writes lines. legopt evaluates and judges the point, independent of the solver's status.
 echo '{"type": "hello", "protocol": 1, "name": "stay", "version": "1"}'
 while read -r line; do
   case $line in

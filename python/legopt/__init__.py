@@ -1,5 +1,5 @@
-"""Results of legopt in Python: open a database read-only, take tidy rows or frames, ask the program for comparisons,
-hand solutions to other robotics libraries. docs/python.md shows all of it.
+"""Results of legopt in Python: open a database read-only, get tidy rows or frames, compare methods by the program,
+convert solutions for other robotics libraries. docs/python.md describes all of it.
 
     import legopt
 
@@ -23,6 +23,6 @@ __version__ = "0.1.0"
 
 
 def open(path: str | os.PathLike[str]) -> Database:
-    """The results database `path`, for reading. DatabaseError: there is none, it is none of legopt, or of another
-    version; the text says what to do."""
+    """Opens the results database `path` for reading. DatabaseError if it does not exist, is not a legopt database, or
+    has another version; the message has the remedy."""
     return Database(path)

@@ -20,7 +20,7 @@ RULES = ["literal", "strict", "solid"]
 
 _RULE = "SELECT rule FROM experiments WHERE :id IS NULL OR experiment_id = :id"
 
-# One row per job: the view job_list, and around it what the tables have besides. solve_ms and contended are the rule of
+# One row per job: the view job_list, and further columns of the tables. solve_ms and contended follow
 # docs/statistics.md, "What is counted".
 _CONTENDED = "(r.involuntary_context_switches > 0 OR r.wall_us > 1.2 * r.cpu_us)"
 _JOBS = f"""
@@ -41,14 +41,14 @@ WHERE :experiment IS NULL OR c.experiment_id = :experiment
 ORDER BY l.job_id"""
 _TRUTHS = ["incremental", "contended", "solved"]
 
-# Columns of `results` that say nothing about a result, or have a method of their own here.
+# Columns of `results` that do not describe a result, or have a separate method here.
 _LEFT_OUT = {"job_id", "cell_id", "attempt", "trace", "history_json"}
 
 _NO_TRACE = "has a result without a trace: its solver took no step, or tells none"
 
 
 class Database:
-    """Every method reads what the file has at that moment, also while a server works on it. Use it in one thread; as a
+    """Every method reads the current content of the file, even while a server writes it. Use it in one thread; as a
     context manager it closes itself."""
 
     def __init__(self, path: str | os.PathLike[str], limit_s: float | None = 30):
@@ -66,37 +66,38 @@ class Database:
 
     @property
     def path(self) -> str:
-        """As it was given."""
+        """Returns the path passed to the constructor."""
         return self._file.path
 
     def close(self) -> None:
-        """After that every method is a DatabaseError."""
+        """Closes the file; afterwards every method raises DatabaseError."""
         self._file.close()
 
     def query(self, sql: str, parameters: Sequence[Any] | dict[str, Any] = ()) -> Rows:
-        """The rows of one SELECT, BLOBs as bytes; docs/database.md has tables and views. RequestError: wrong SQL."""
+        """Returns the rows of one SELECT, BLOBs as bytes; docs/database.md lists tables and views. RequestError for
+        wrong SQL."""
         return self._file.query(sql, parameters)
 
     def experiments(self) -> Rows:
-        """One row per experiment, as the view experiment_list; times are microseconds since 1970, UTC."""
+        """Returns one row per experiment, from the view experiment_list; times are microseconds since 1970, UTC."""
         return self._file.select("SELECT * FROM experiment_list ORDER BY experiment_id")
 
     def methods(self, experiment: int | str | None = None) -> Rows:
-        """One row per method of an experiment (number or name; default: the newest), `choice` being the name by which
-        compare() and paired() know it."""
+        """Returns one row per method of an experiment (number or name; default: the newest). `choice` is its name in
+        compare() and paired()."""
         return read_methods(self._file, self._experiment(experiment))
 
     def jobs(self, experiment: int | str | None = None, rule: str | None = None) -> Rows:
-        """One row per job of an experiment (number or name; default: of all), with the names of the view job_list and
-        of the tables, and besides
+        """Returns one row per job of an experiment (number or name; default: all), with the columns of the view
+        job_list and of the tables, and in addition
 
-        * `choice`: the method as compare() names it
-        * `rule`, `solved`: whether the judge accepts its solution by the rule (default: that of the experiment, the
-          weakest one where jobs of all are asked for); None: never run to its end
-        * `contended`: whether others had its processor
-        * `solve_ms`: time of the whole solve, its wall time, or its CPU time where contended
+        * `choice`: the method's name in compare()
+        * `rule`, `solved`: whether the judge accepts its solution by the rule (default: that of the experiment, or the
+          weakest one for jobs of all experiments); None if the job never ran to its end
+        * `contended`: whether other processes used its processor
+        * `solve_ms`: time of the whole solve: its wall time, or its CPU time if contended
 
-        RequestError: no such experiment or rule, or results without a verdict by it."""
+        RequestError for an unknown experiment or rule, or results without a verdict by the rule."""
         number = None if experiment is None else self._experiment(experiment)
         rule = self._rule(rule, number)
         if rule == "solid":
@@ -116,17 +117,17 @@ class Database:
 
     def paired(self, a: int | str, b: int | str, experiment: int | str | None = None, *, method: str | None = None,
                task: str | None = None, initialization: str | None = None, rule: str | None = None) -> Rows:
-        """One row per problem that both were asked to solve, as `legopt compare A B` pairs them: A and B are methods of
-        an experiment (default: the newest), or experiments (number or name) whose methods of equal name and figures are
+        """Returns one row per problem requested of both, paired as by `legopt compare A B`: A and B are methods of
+        an experiment (default: the newest), or experiments (number or name) whose methods of equal name and options are
         paired. Repetitions are averaged first. Columns:
 
         * `task`, `initialization`, `problem_id`; `choice_a`, `choice_b`: the methods
         * `job_a`, `job_b`: the first repetition of each
         * `finished_a`, `solved_a`, ...: repetitions that ran to their end, and that solved it
-        * `solve_ms_a`, `cost_a`, ...: means over the solved ones; None where there is none
-        * `outcome`: both, only_a, only_b, neither, or missing where one of them has never been run to its end
+        * `solve_ms_a`, `cost_a`, ...: means over the solved ones; None if there are none
+        * `outcome`: both, only_a, only_b, neither, or missing if one of them never ran to its end
 
-        RequestError: no such method, experiment, rule, or not one dataset."""
+        RequestError for an unknown method, experiment or rule, or for different datasets."""
         number = None if experiment is None else self._experiment(experiment)
         found = pairs.find_cells(self._file, str(a), str(b), number, method)
         sides = {found.experiment_a, found.experiment_b}
@@ -137,8 +138,8 @@ class Database:
         return pairs.read_pairs(self._file, found, task, initialization, rule)
 
     def waypoints(self, job: int) -> Waypoints:
-        """The solution of a job as far as it came, whether the judge accepts it or not; of a motion that lost its first
-        window that is nothing. RequestError: no such job, or it has no result."""
+        """Returns the solution of a job as far as it was solved, accepted by the judge or not; empty for a motion whose
+        first window failed. RequestError if there is no such job, or it has no result."""
         facts = self._job(job, "d.joint_names, p.task FROM jobs AS j JOIN problems AS p USING (problem_key) "
                                "JOIN datasets AS d USING (dataset_id) LEFT JOIN results AS r ON r.job_id = j.job_id")
         stored = self._file.select("SELECT x FROM waypoints WHERE job_id = ? ORDER BY waypoint", [job])
@@ -151,9 +152,10 @@ class Database:
         return Waypoints(job, x, names, times)
 
     def unsolved_window(self, job: int) -> Waypoints | None:
-        """The best point of the window of a motion at which the solver ended, no part of the solution; `first_waypoint` is
-        the number of its first row in the motion. None: all windows are solved, the window was not begun, or the result
-        was made before schema version 11. RequestError: no such job, or it has no result."""
+        """Returns the best point of the window of a motion at which the solver ended, which is not part of the
+        solution; `first_waypoint` is the number of its first row in the motion. None if all windows are solved, the
+        window was not begun, or the result was made before schema version 11. RequestError if there is no such job, or
+        it has no result."""
         facts = self._job(job, "d.joint_names FROM jobs AS j JOIN problems AS p USING (problem_key) "
                                "JOIN datasets AS d USING (dataset_id) LEFT JOIN results AS r ON r.job_id = j.job_id")
         stored = self._file.select("SELECT waypoint, x FROM unsolved_waypoints WHERE job_id = ? ORDER BY waypoint", [job])
@@ -164,9 +166,10 @@ class Database:
         return Waypoints(job, x, names, first_waypoint=stored[0]["waypoint"])
 
     def trace(self, job: int) -> Rows:
-        """How its solve converged, one row per step that is kept, as `legopt trace`: step, window, restart, start,
-        penalty, trust_box, accepted, evaluations, elapsed_us, cost, violation. Of results before schema version 7 a row
-        per penalty value, in the columns of then. RequestError: no such job, or no trace."""
+        """Returns the convergence of a job's solve, one row per stored step, like `legopt trace`: step, window,
+        restart, start, penalty, trust_box, accepted, evaluations, elapsed_us, cost, violation. For results before
+        schema version 7: a row per penalty value with that version's columns. RequestError if there is no such job, or
+        no trace."""
         facts = self._job(job, "r.trace, r.history_json FROM jobs AS j LEFT JOIN results AS r ON r.job_id = j.job_id")
         source = f"{self.path}: job {job}"
         if facts["trace"]:
@@ -176,17 +179,17 @@ class Database:
         raise RequestError(f"job {job} {_NO_TRACE}")
 
     def run(self, command: str, *arguments: object, program: str | os.PathLike[str] | None = None) -> str:
-        """What the program `legopt COMMAND ARGUMENTS --db FILE` prints: `db.run("table", 1, "--format", "csv")`. The
-        program is `program`, else what the environment variable LEGOPT names, else on the PATH. ProgramError: there is
-        none, or it refused."""
+        """Returns the output of the program `legopt COMMAND ARGUMENTS --db FILE`: `db.run("table", 1, "--format",
+        "csv")`. The program is `program`, else that of the environment variable LEGOPT, else the one on the PATH.
+        ProgramError if there is none, or it refused."""
         return run_program([command, *map(str, arguments), "--db", os.path.abspath(self.path)], program)
 
     def compare(self, a: int | str, b: int | str, experiment: int | str | None = None, *, method: str | None = None,
                 task: str | None = None, initialization: str | None = None, rule: str | None = None, margin: float = 0.0,
                 charge_s: float | None = None, program: str | os.PathLike[str] | None = None) -> dict[str, Any]:
-        """What `legopt compare A B --format json` says, number for number, because it is asked; docs/statistics.md
+        """Returns the numbers of `legopt compare A B --format json`, computed by the program; docs/statistics.md
         defines each. A and B as for paired(); `margin`: percent by which times and costs must differ; `charge_s`:
-        seconds that a failed run costs. Errors as of run()."""
+        seconds charged for a failed run. Errors as for run()."""
         number = None if experiment is None else self._experiment(experiment)
         flags = _flags(experiment=number, method=method, task=task, initialization=initialization, rule=rule,
                        margin=margin, charge=charge_s)
@@ -196,14 +199,14 @@ class Database:
                      method: str | None = None, task: str | None = None, initialization: str | None = None,
                      rule: str | None = None, margin: float = 0.0, charge_s: float | None = None,
                      program: str | os.PathLike[str] | None = None) -> dict[str, Any]:
-        """The same of two database files, this one being A: of the newest experiment of each, or of `experiment`."""
+        """Compares two database files, this one as A: the newest experiment of each, or `experiment`."""
         path = other.path if isinstance(other, Database) else os.fspath(other)
         flags = _flags(experiment=experiment, method=method, task=task, initialization=initialization, rule=rule,
                        margin=margin, charge=charge_s)
         files = [os.path.abspath(self.path), os.path.abspath(path)]
         return read_json(run_program(["compare", *flags, "--format", "json", *files], program))
 
-    # --- below: checks -----------------------------------------------------------------------------------------------
+    # --- checks ----------------------------------------------------------------------------------------------------
 
     def _experiment(self, experiment: int | str | None) -> int:
         return pairs.find_experiment(self._file, experiment)
@@ -236,7 +239,7 @@ class Database:
                          if name not in known | _LEFT_OUT and not name.startswith("solved_"))
 
     def _rule(self, rule: str | None, experiment: int | None) -> str:
-        """The rule asked for, else the experiment's, as `legopt table` chooses it."""
+        """Returns the requested rule, else the experiment's, as `legopt table` chooses it."""
         if rule is None:
             found = self._file.select(_RULE, {"id": experiment}).column("rule")
             return min(found, key=RULES.index, default="solid")

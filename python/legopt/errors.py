@@ -1,4 +1,4 @@
-"""What can go wrong. Each text names the thing, what is wrong with it and how to set it right."""
+"""Exceptions. Each message names the object, the error and a remedy."""
 
 from __future__ import annotations
 
@@ -7,19 +7,20 @@ from collections.abc import Iterable
 
 
 class LegoptError(Exception):
-    """All of them."""
+    """Base class of all exceptions."""
 
 
 class DatabaseError(LegoptError):
-    """The file cannot be read: missing, not of legopt, of another version, damaged or in the way of another program."""
+    """The file cannot be read: missing, not of legopt, of another version, damaged or blocked by another program."""
 
 
 class RequestError(LegoptError, ValueError):
-    """What was asked for is not there or cannot be: a job, a method, a rule, a joint, a column, an SQL statement."""
+    """The requested object does not exist or is invalid: a job, a method, a rule, a joint, a column, an SQL
+    statement."""
 
 
 class ProgramError(LegoptError):
-    """The program `legopt` is not there or refused. `exit_code`: its exit code, None where it did not run."""
+    """The program `legopt` is missing or refused. `exit_code`: its exit code, None if it did not run."""
 
     def __init__(self, message: str, exit_code: int | None = None):
         super().__init__(message)
@@ -27,11 +28,11 @@ class ProgramError(LegoptError):
 
 
 class MissingPackageError(LegoptError, ImportError):
-    """A Python package that legopt does without until it is asked for."""
+    """An optional Python package is required for this call."""
 
 
 def suggest(word: object, valid: Iterable[object]) -> str:
-    """ "did you mean 'X'? valid: A, B" for the end of an error; without the guess where nothing is close."""
+    """Returns "did you mean 'X'? valid: A, B" for the end of an error message; without a guess if none is close."""
     names = [str(name) for name in valid]
     close = difflib.get_close_matches(str(word).lower(), [name.lower() for name in names], n=1)
     guess = next((name for name in names if close and name.lower() == close[0]), None)

@@ -1,5 +1,5 @@
-"""JSON as strictly as the program reads it: no key twice in an object, no NaN, no infinite number, no half of a surrogate
-pair."""
+"""JSON parsed as strictly as by the program: no duplicate keys in an object, no NaN, no infinite number, no unpaired
+surrogate."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
 
 
 def read_json(text: str | bytes) -> Any:
-    """The one value of a JSON text. ValueError: it is none, or breaks one of these rules."""
+    """Returns the value of a JSON text. ValueError if it is not JSON, or breaks one of these rules."""
     try:
         value = json.loads(text, object_pairs_hook=_object, parse_constant=_refuse_number, parse_float=_number)
     except RecursionError as error:

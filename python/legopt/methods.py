@@ -1,5 +1,5 @@
-"""Methods of an experiment, and the names that tell them apart: "SQP", and where there are several of a name
-"SQP:multi_starts=10", as `legopt compare` takes and prints them."""
+"""Methods of an experiment, and names that distinguish them: "SQP", and for several methods of a name
+"SQP:multi_starts=10", as `legopt compare` accepts and prints them."""
 
 from __future__ import annotations
 
@@ -14,8 +14,7 @@ Method = dict[str, Any]
 
 
 def read_methods(file: ReadOnlyFile, experiment: int) -> Rows:
-    """The methods of an experiment, in the order of its table: `choice` is the shortest name that only one of them
-    has."""
+    """Returns the methods of an experiment, in the order of its table: `choice` is the shortest unique name."""
     found = file.select(
         "SELECT m.method_id, m.name AS method, m.multi_starts, m.sample_size, m.incremental, m.collision, m.hash "
         "FROM methods AS m JOIN cells AS c USING (method_id) WHERE c.experiment_id = ? GROUP BY m.method_id "
@@ -28,7 +27,7 @@ def read_methods(file: ReadOnlyFile, experiment: int) -> Rows:
 
 
 def _figures_of(method: Method) -> dict[str, str]:
-    """What tells methods of one name apart, the number as the last resort."""
+    """Returns the options that distinguish methods of one name, with the number as the last resort."""
     return {"multi_starts": str(method["multi_starts"]), "sample_size": str(method["sample_size"]),
             "incremental": "yes" if method["incremental"] else "no", "collision": method["collision"],
             "id": str(method["method_id"])}
@@ -52,9 +51,9 @@ def _of_name(name: str, methods: Sequence[Method]) -> list[Method]:
 
 
 def find_method(text: str, methods: Sequence[Method]) -> Method | None:
-    """The method that `text` names, whatever the letter case; None where none has its name. RequestError: several have
-    it, or none of the name has such figures."""
-    found = _of_name(text, methods)  # a name may have a colon itself
+    """Returns the method that `text` names, ignoring case; None if no method has this name. RequestError if several
+    have it, or none of this name has such options."""
+    found = _of_name(text, methods)  # a name may contain a colon itself
     if not found and ":" in text:
         name, _, figures = text.rpartition(":")
         named = _of_name(name, methods)
@@ -71,7 +70,7 @@ def find_method(text: str, methods: Sequence[Method]) -> Method | None:
 
 
 def choose_method(text: str, methods: Sequence[Method], experiment: int) -> Method:
-    """The same; that there is none is a RequestError, too."""
+    """Returns the method that `text` names; RequestError as well if there is none."""
     found = find_method(text, methods)
     if found is None:
         raise RequestError(f"experiment {experiment} has no method '{text}'; "

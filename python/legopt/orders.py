@@ -1,4 +1,4 @@
-"""Solutions in the order of other robotics libraries, by the names of joints.
+"""Solutions in the coordinate order of other robotics libraries, by the names of joints.
 
 legopt's vector is x = [joints ..., base x y z, base quaternion w x y z]. The others have the base first:
 
@@ -6,8 +6,8 @@ legopt's vector is x = [joints ..., base x y z, base quaternion w x y z]. The ot
 * Drake      q = [quaternion w x y z, x y z, joints ...]
 * MuJoCo     qpos = [x y z, quaternion w x y z, joints ...]
 
-and joints in orders of their own, Pinocchio's by the alphabet of their names. None of them needs to be installed: a
-function takes their model and looks at the few members that its text names, or takes a list of joint names.
+and have their own order of joints, Pinocchio the alphabetical one. None of them needs to be installed: each function
+takes their model, of which it uses only the listed members, or a list of joint names.
 
     order = legopt.orders.pinocchio(waypoints.joint_names, model)
     q = order.from_legopt(waypoints)
@@ -25,12 +25,12 @@ from .rows import require
 from .waypoints import Waypoints
 
 _BASE = 7  # numbers of a floating base: position and quaternion
-_UNITS_APART = 1e-9  # rad or m: a joint that the other model has not may differ so much from what it is held at
+_UNITS_APART = 1e-9  # rad or m: allowed deviation of a joint that the other model lacks from its fixed value
 
 
 @dataclasses.dataclass(frozen=True)
 class _Joint:
-    """A joint of one number, or of cos and sin of it, from `place` on."""
+    """A joint of one number, or of its cos and sin, beginning at index `place`."""
 
     name: str
     place: int
@@ -39,25 +39,25 @@ class _Joint:
 
 @dataclasses.dataclass(frozen=True)
 class Order:
-    """Where the numbers of legopt's vectors stand in those of another library. Made by pinocchio(), drake() and
+    """Maps the numbers of legopt's vectors to those of another library. Made by pinocchio(), drake() and
     mujoco()."""
 
     library: str
     joint_names: Sequence[str]  #: legopt's, in legopt's order
-    size: int  #: numbers of the other library's vector
-    base_position: Sequence[int]  #: places of x y z there
-    base_quaternion: Sequence[int]  #: places of w x y z there
-    joints: Sequence[_Joint]  #: of the other library
+    size: int  #: size of the other library's vector
+    base_position: Sequence[int]  #: indices of x y z in it
+    base_quaternion: Sequence[int]  #: indices of w x y z in it
+    joints: Sequence[_Joint]  #: joints of the other library
     others: Mapping[str, float]
 
     def from_legopt(self, x: Any) -> Any:
-        """The other library's vector of one vector of legopt's, or its vectors of several (a list, an array or a frame
-        of waypoints). An array for an array, else lists. RequestError: a wrong length, or a joint that the other model
-        does not have and that is not where `others` holds it."""
+        """Converts a vector of legopt's, or several (a list, an array or a frame of waypoints), to the other library.
+        Returns an array for an array, else lists. RequestError for a wrong length, or if a joint that the other model
+        lacks differs from its value in `others`."""
         return _each(x, len(self.joint_names) + _BASE, "legopt", self._from_legopt)
 
     def to_legopt(self, q: Any) -> Any:
-        """legopt's vector of one vector of the other library, or its vectors of several; as from_legopt()."""
+        """Converts a vector of the other library, or several, to legopt; as from_legopt()."""
         return _each(q, self.size, self.library, self._to_legopt)
 
     def _from_legopt(self, x: Sequence[float]) -> list[float]:
@@ -93,10 +93,10 @@ class Order:
 
 def pinocchio(joint_names: Sequence[str], model: Any, *, others: Mapping[str, float] | None = None,
               continuous: Iterable[str] = ()) -> Order:
-    """Pinocchio's q. `model`: a pinocchio.Model with a free-flyer (`names`, `nqs`, `idx_qs` are looked at), or names of
-    joints in its order, with or without "universe" and "root_joint"; `continuous`: which of such a list are cos, sin.
-    `others`: joints that only one of the two robots has, and where they are held (rad, m). RequestError: joints that
-    only one has, none or several free-flyers, a joint of another kind."""
+    """Returns the order of Pinocchio's q. `model`: a pinocchio.Model with a free-flyer (`names`, `nqs`, `idx_qs` are
+    used), or names of joints in its order, with or without "universe" and "root_joint"; `continuous`: those of such a
+    list that are cos, sin. `others`: joints that only one of the two robots has, with their fixed values (rad, m).
+    RequestError for joints that only one has, none or several free-flyers, or a joint of another kind."""
     if not hasattr(model, "idx_qs"):
         names = [name for name in model if name not in ("universe", "root_joint")]
         return _of_names("Pinocchio", joint_names, names, others, [0, 1, 2], [6, 3, 4, 5], set(continuous))
@@ -113,16 +113,16 @@ def pinocchio(joint_names: Sequence[str], model: Any, *, others: Mapping[str, fl
 
 def drake(joint_names: Sequence[str], plant: Any, model_instance: Any = None, *,
           others: Mapping[str, float] | None = None) -> Order:
-    """Drake's q. `plant`: a finalized MultibodyPlant (`GetJointIndices`, `get_joint`, and of joints `name`,
-    `position_start`, `num_positions` are called), or names of joints in the order of their positions, without the
-    floating base. `model_instance`: q is that of plant.GetPositions(context, model_instance). `others` and errors: as
-    of pinocchio()."""
+    """Returns the order of Drake's q. `plant`: a finalized MultibodyPlant (`GetJointIndices`, `get_joint`, and of
+    joints `name`, `position_start`, `num_positions` are called), or names of joints in the order of their positions,
+    without the floating base. `model_instance`: q is that of plant.GetPositions(context, model_instance). `others` and
+    errors: as in pinocchio()."""
     if not hasattr(plant, "GetJointIndices"):
         return _of_names("Drake", joint_names, list(plant), others, [4, 5, 6], [0, 1, 2, 3], set())
     indices = plant.GetJointIndices() if model_instance is None else plant.GetJointIndices(model_instance)
     found = sorted(((joint.position_start(), joint.num_positions(), joint.name())
                     for joint in map(plant.get_joint, indices) if joint.num_positions() > 0))
-    # Of one instance the vector has only its own numbers, in their order.
+    # The vector of one instance has only its own numbers, in their order.
     bases, joints, place = [], [], 0
     for _, width, name in found:
         if width == _BASE:
@@ -137,8 +137,9 @@ def drake(joint_names: Sequence[str], plant: Any, model_instance: Any = None, *,
 
 
 def mujoco(joint_names: Sequence[str], model: Any, *, others: Mapping[str, float] | None = None) -> Order:
-    """MuJoCo's qpos. `model`: a mujoco.MjModel (`njnt`, `jnt_type`, `jnt_qposadr`, `nq` and `joint(i).name` are looked
-    at), or names of its joints in their order, without the free joint. `others` and errors: as of pinocchio()."""
+    """Returns the order of MuJoCo's qpos. `model`: a mujoco.MjModel (`njnt`, `jnt_type`, `jnt_qposadr`, `nq` and
+    `joint(i).name` are used), or names of its joints in their order, without the free joint. `others` and errors: as in
+    pinocchio()."""
     if not hasattr(model, "jnt_qposadr"):
         return _of_names("MuJoCo", joint_names, list(model), others, [0, 1, 2], [3, 4, 5, 6], set())
     widths = {0: _BASE, 1: 4, 2: 1, 3: 1}  # free, ball, slide, hinge
@@ -175,8 +176,8 @@ def _one_base(library: str, bases: list[tuple[str, int]], fix: str) -> int:
 
 
 def _checked(order: Order, plain: bool = False) -> Order:
-    """RequestError unless each joint of either side is one of the other, or held by `others`. `plain`: no cos and
-    sin."""
+    """Raises RequestError unless each joint of either side belongs to the other, or is fixed by `others`. `plain`: no
+    cos and sin."""
     ours, theirs = list(order.joint_names), [joint.name for joint in order.joints]
     for side, names in (("legopt's robot", ours), (f"the model of {order.library}", theirs)):
         twice = sorted({name for name in names if names.count(name) > 1})
@@ -203,12 +204,12 @@ def _quoted(names: Sequence[str]) -> str:
 
 
 def _each(given: Any, size: int, library: str, convert: Any) -> Any:
-    """`convert` of a vector, or of each of several; arrays for what is one."""
+    """Applies `convert` to a vector, or to each of several; returns arrays for arrays."""
     values = given.x if isinstance(given, Waypoints) else given
     is_array = hasattr(values, "__array__")
     if is_array:
         values = require("numpy", "an array").asarray(values, dtype="float64").tolist()
-    several = len(values) == 0 or hasattr(values[0], "__len__")  # of no waypoints there are no vectors
+    several = len(values) == 0 or hasattr(values[0], "__len__")  # an empty list contains no vectors
     vectors = list(values) if several else [values]
     for number, vector in enumerate(vectors):
         if len(vector) != size:

@@ -1,4 +1,4 @@
-"""Two methods on the same problems, paired as client/compare does it in the program."""
+"""Pairs two methods on the same problems, like client/compare in the program."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from .rows import Rows
 
 COLUMNS = ["task", "initialization", "problem_id", "choice_a", "choice_b", "job_a", "job_b", "finished_a", "finished_b",
            "solved_a", "solved_b", "solve_ms_a", "solve_ms_b", "cost_a", "cost_b", "outcome"]
-_SHORTEST_MS = 1e-3  # the clock's own resolution: a solve that took nothing took less than this
+_SHORTEST_MS = 1e-3  # resolution of the clock: shorter times are raised to it
 _US_PER_MS = 1e3
 
 
 @dataclasses.dataclass(frozen=True)
 class CellPairs:
-    """Which methods of which experiments are paired."""
+    """The methods of the experiments that are paired."""
 
     experiment_a: int
     experiment_b: int
@@ -27,8 +27,8 @@ class CellPairs:
 
 
 def find_experiment(file: ReadOnlyFile, experiment: int | str | None) -> int:
-    """The number of the experiment that a number or a name means, the newest of a name; None: the newest of all.
-    RequestError: there is none."""
+    """Returns the number of the experiment with this number or name, the newest of a name; None: the newest of all.
+    RequestError if there is none."""
     known = file.select("SELECT experiment_id, name FROM experiments ORDER BY experiment_id DESC")
     if not known:
         raise RequestError("there is no experiment in the database yet")
@@ -45,7 +45,7 @@ def find_experiment(file: ReadOnlyFile, experiment: int | str | None) -> int:
 
 
 def find_cells(file: ReadOnlyFile, a: str, b: str, experiment: int | None, method: str | None) -> CellPairs:
-    """A and B are methods of an experiment where A is one, else experiments."""
+    """Finds the paired methods. A and B are methods of an experiment if A is one, else experiments."""
     common = find_experiment(file, experiment)
     ours = read_methods(file, common)
     mine = choose_method(a, ours, common) if experiment is not None else find_method(a, ours)
@@ -87,7 +87,8 @@ def _pair_experiments(file: ReadOnlyFile, a: int, b: int, method: str | None) ->
 
 
 def _counterpart(method: Method, others: Sequence[Method]) -> Method | None:
-    """The one that stands for `method`: of equal options, else the first of equal name and figures."""
+    """Returns the counterpart of `method`: one with equal options, else the first with equal name and options that
+    distinguish it."""
     alike = [other for other in others
              if all(other[key] == method[key]
                     for key in ("method", "multi_starts", "sample_size", "incremental", "collision"))]
@@ -96,7 +97,7 @@ def _counterpart(method: Method, others: Sequence[Method]) -> Method | None:
 
 
 def read_pairs(file: ReadOnlyFile, found: CellPairs, task: str | None, initialization: str | None, rule: str) -> Rows:
-    """The rows of Database.paired."""
+    """Returns the rows of Database.paired."""
     rows = Rows(COLUMNS)
     for mine, other in found.methods:
         cells_a = _cells(file, found.experiment_a, mine)
@@ -128,12 +129,12 @@ def _cells(file: ReadOnlyFile, experiment: int, method: Method) -> dict[tuple[st
 
 @dataclasses.dataclass
 class _Score:
-    """One problem of one method, its repetitions added up."""
+    """One problem of one method, with its repetitions added up."""
 
     job: int
     finished: int = 0
     solved: int = 0
-    solve_ms: float = 0.0  #: sums over the solved ones, added as the program adds them
+    solve_ms: float = 0.0  #: sums over the solved ones, in the program's order of addition
     cost: float = 0.0
 
     def mean(self, total: float) -> float | None:
@@ -156,7 +157,7 @@ def _problems(file: ReadOnlyFile, cell: dict[str, Any], rule: str, limit_us: int
         if job["state"] not in ("done", "failed", "dead"):
             continue
         score.finished += 1
-        # Where limits differ, what took longer than the smaller one counts as failed.
+        # If limits differ, solves that took longer than the smaller one count as failed.
         in_time = limit_us >= cell["wall_limit_us"] or (job["solve_us"] or 0) <= limit_us
         if job["state"] == "done" and job["solved"] and in_time:
             score.solved += 1
@@ -174,7 +175,7 @@ def _row(kind: tuple[str, str], problem: int, a: tuple[Method, _Score], b: tuple
 
 
 def _outcome(a: _Score, b: _Score) -> str:
-    """By shares of solved repetitions, over a common denominator so that 1/3 equals 2/6."""
+    """Compares shares of solved repetitions, over a common denominator so that 1/3 equals 2/6."""
     if a.finished == 0 or b.finished == 0:
         return "missing"
     first, second = a.solved * b.finished, b.solved * a.finished

@@ -1,4 +1,4 @@
-"""The program `legopt`: what it computes is asked of it, so that there is one implementation of the statistics."""
+"""The program `legopt`, which computes all statistics, so that there is one implementation."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ VARIABLE = "LEGOPT"
 
 
 def find_program(program: str | os.PathLike[str] | None = None) -> str:
-    """Its path: `program`, else the environment variable LEGOPT, else what PATH has. ProgramError: there is none."""
+    """Returns its path: `program`, else the environment variable LEGOPT, else the one on the PATH. ProgramError if
+    there is none."""
     wanted = program or os.environ.get(VARIABLE)
     found = shutil.which(os.fspath(wanted)) if wanted else shutil.which("legopt")
     if found is None:
@@ -23,10 +24,10 @@ def find_program(program: str | os.PathLike[str] | None = None) -> str:
 
 
 def run_program(arguments: list[str], program: str | os.PathLike[str] | None = None) -> str:
-    """What `legopt ARGUMENTS` prints. ProgramError, with its exit code and what it said: it refused."""
+    """Returns the output of `legopt ARGUMENTS`. ProgramError with its exit code and error message if it refused."""
     path = find_program(program)
     try:
-        # Elsewhere than here: `compare` would take a file of this folder for what is a method's name.
+        # Runs in another folder: `compare` would prefer a file of the current folder to a method of this name.
         done = subprocess.run([path, *arguments], cwd="/", stdin=subprocess.DEVNULL, capture_output=True, check=False)
     except OSError as error:
         raise ProgramError(f"{path} cannot be run: {error.strerror}; is it the program of this machine?") from error

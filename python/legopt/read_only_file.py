@@ -1,5 +1,5 @@
-"""One SQLite file, read and never written: no byte of it changes, and where nobody works on it nothing appears beside
-it."""
+"""One SQLite file, read and never written: none of its bytes change, and no side file is created unless another process
+uses it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .schema_digests import SCHEMA_DIGESTS
 
 APPLICATION_ID = 0x4C474F50  # "LGOP"
 SCHEMA_VERSION = 12
-_OLDEST_SQLITE = (3, 37)  # the first that knows STRICT tables; others call the schema malformed
+_OLDEST_SQLITE = (3, 37)  # the first that supports STRICT tables; earlier ones report a malformed schema
 
 _INSTRUCTIONS_PER_CHECK = 10_000
 
@@ -30,7 +30,8 @@ _DESCRIBING = {"table_info", "table_xinfo", "table_list", "index_list", "index_i
 
 
 def _authorize(action: int, first: str | None, second: str | None, *_: str | None) -> int:
-    """Asked by SQLite while it compiles a statement. mode=ro protects the file alone: ATTACH could make another one."""
+    """Called by SQLite while it compiles a statement. mode=ro protects only the file: ATTACH could create another
+    one."""
     if action == sqlite3.SQLITE_PRAGMA:
         return sqlite3.SQLITE_OK if first in _DESCRIBING else sqlite3.SQLITE_DENY
     if action == sqlite3.SQLITE_FUNCTION and second == "load_extension":
@@ -41,10 +42,10 @@ def _authorize(action: int, first: str | None, second: str | None, *_: str | Non
 class ReadOnlyFile:
     """SELECT on one legopt database.
 
-    SQLite makes the side files -wal and -shm also for who only reads, and leaves them. So a file that has none is read
-    as immutable, that is without locks, and it is looked before and after each statement whether somebody began to
-    write; if so, the statement runs again, with locks. Where a log has to be read in a folder that cannot be written,
-    file and log are read in a private copy.
+    SQLite creates the side files -wal and -shm even for readers, and leaves them. So a file without them is opened as
+    immutable, i.e. without locks. Before and after each statement the file is checked for a writer; if there is one,
+    the statement runs again with locks. If a log must be read in a folder that cannot be written, file and log are read
+    in a private copy.
 
     `limit_s`: seconds after which a statement is stopped; None for no limit.
     """
@@ -60,7 +61,7 @@ class ReadOnlyFile:
             raise DatabaseError(f"{self.path}: no such database; check the path")
         if not os.path.isfile(self.path):
             raise DatabaseError(f"{self.path}: not a file; name the database file")
-        self._real_path = os.path.realpath(self.path)  # SQLite looks for side files beside it
+        self._real_path = os.path.realpath(self.path)  # SQLite searches side files there
         self._connection: sqlite3.Connection | None = None
         self._seen: tuple[int, ...] | None = None
         self._connect()
@@ -71,20 +72,22 @@ class ReadOnlyFile:
             raise
 
     def close(self) -> None:
-        """Once is enough, twice does no harm."""
+        """Closes the file; may be called again."""
         if self._connection is not None:
             self._connection.close()
             self._connection = None
 
     def select(self, sql: str, parameters: Sequence[Any] | dict[str, Any] = ()) -> Rows:
-        """The rows of one statement of our own. DatabaseError: the file cannot be read, or is not intact."""
+        """Returns the rows of a statement of this package. DatabaseError if the file cannot be read, or is not
+        intact."""
         try:
             return self._run(sql, parameters)
         except sqlite3.Error as error:
             raise self._fault(error) from error
 
     def query(self, sql: str, parameters: Sequence[Any] | dict[str, Any] = ()) -> Rows:
-        """The rows of a caller's statement. RequestError: it is wrong, or no SELECT; DatabaseError as above."""
+        """Returns the rows of a caller's statement. RequestError if it is wrong, or no SELECT; DatabaseError as
+        above."""
         try:
             rows = self._run(sql, parameters)
             if not rows.columns:
@@ -99,7 +102,7 @@ class ReadOnlyFile:
                 raise RequestError(f"bad SQL: {error}; tables and views: {', '.join(self._tables())}") from error
             raise self._fault(error) from error
 
-    # --- below: SQLite -----------------------------------------------------------------------------------------------
+    # --- SQLite ----------------------------------------------------------------------------------------------------
 
     def _run(self, sql: str, parameters: Sequence[Any] | dict[str, Any]) -> Rows:
         if self._connection is None:
@@ -133,7 +136,7 @@ class ReadOnlyFile:
         return (facts.st_dev, facts.st_ino, facts.st_size, facts.st_mtime_ns)
 
     def _changed(self) -> bool:
-        """Whether an immutable file is not any more."""
+        """Returns whether a file opened as immutable has changed."""
         if self._seen is None:
             return False
         try:
@@ -152,7 +155,7 @@ class ReadOnlyFile:
             self._connection.set_progress_handler(self._is_too_late, _INSTRUCTIONS_PER_CHECK)
             self._connection.text_factory = lambda text: text.decode("utf-8", "replace")
             self._connection.execute("PRAGMA query_only = 1")
-            # Table-valued functions look like a change to the authorizer when they are used for the first time.
+            # The first use of a table-valued function looks like a change to the authorizer.
             for function in ("json_each('[]')", "json_tree('[]')", *(f"pragma_{name}('jobs')" for name in _DESCRIBING)):
                 self._connection.execute(f"SELECT 1 FROM {function}").fetchall()
             self._connection.set_authorizer(_authorize)
@@ -171,7 +174,7 @@ class ReadOnlyFile:
         return self._open_copy()
 
     def _open_copy(self) -> sqlite3.Connection:
-        """Of file and log; SQLite reads on when the copy's names are gone."""
+        """Opens a copy of file and log; SQLite can read them after their names are removed."""
         with tempfile.TemporaryDirectory(prefix="legopt-read-") as folder:
             copy = os.path.join(folder, "copy.sqlite")
             while True:
@@ -185,7 +188,7 @@ class ReadOnlyFile:
             return connection
 
     def _require_own_log(self) -> None:
-        """As db/file_state.h: SQLite would put the pages of a log in place of those of any file beside it."""
+        """Raises if the log belongs to another file, like db/file_state.h: SQLite would apply its pages to any file."""
         def sessions() -> list[str]:
             try:
                 with open(self._real_path + ".lock", encoding="ascii", errors="replace") as lock:
@@ -204,7 +207,7 @@ class ReadOnlyFile:
         while os.path.exists(log) and os.path.getsize(log) > 0:
             named, in_file = sessions(), session_of("mode=ro&immutable=1")
             if named != sessions():
-                continue  # a server starts at this moment
+                continue  # a server is starting at this moment
             foreign = in_file not in named if named else None not in (in_file, session_of("mode=ro")) and (
                 in_file != session_of("mode=ro"))
             if foreign:
@@ -213,7 +216,7 @@ class ReadOnlyFile:
             return
 
     def _require_schema(self) -> None:
-        """The same rule as RequireIntact in db/migrations.h."""
+        """Applies the rule of RequireIntact in db/migrations.h."""
         found, unexpected = set(), []
         tables = {name.removeprefix("table ") for name in SCHEMA_DIGESTS if name.startswith("table ")}
         for kind, name, table, sql in self._connection.execute(
@@ -282,7 +285,7 @@ class ReadOnlyFile:
 
 
 def digest_of(sql: str) -> str:
-    """As in SCHEMA_DIGESTS."""
+    """Returns a digest as in SCHEMA_DIGESTS."""
     return hashlib.sha256(sql.encode()).hexdigest()[:16]
 
 
@@ -291,7 +294,7 @@ def _uri(path: str, mode: str) -> str:
 
 
 def _distinct(names: list[str]) -> list[str]:
-    """Names that come again get a number, as in `legopt query`: a, a_2, a_3."""
+    """Numbers repeated names, like `legopt query`: a, a_2, a_3."""
     distinct: list[str] = []
     for name in names:
         number, unique = 1, name

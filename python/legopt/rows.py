@@ -1,4 +1,4 @@
-"""Rows as plain Python has them, and on request as NumPy and pandas do."""
+"""Rows in plain Python, and on request in NumPy and pandas."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from .errors import MissingPackageError, RequestError, suggest
 if TYPE_CHECKING:
     import pandas
 
-# Where Debian has them; elsewhere pip and conda know them by the name that is imported.
+# Names of Debian's packages; pip and conda use the import name.
 _DEBIAN_PACKAGES = {"numpy": "python3-numpy", "pandas": "python3-pandas"}
 
 
 def require(package: str, purpose: str) -> Any:
-    """The imported package. MissingPackageError: it is not installed; the text names Debian's package."""
+    """Returns the imported package. MissingPackageError if it is not installed; the message names Debian's package."""
     try:
         return importlib.import_module(package)
     except ImportError as error:
@@ -25,28 +25,28 @@ def require(package: str, purpose: str) -> Any:
 
 
 class Rows(list[dict[str, Any]]):
-    """A list of dicts that all have the same keys, `columns`, in their order. It stays a list: `json.dumps`, `sorted`
-    and `csv.DictWriter` take it."""
+    """A list of dicts that all have the same keys, `columns`, in their order. As a list it is accepted by `json.dumps`,
+    `sorted` and `csv.DictWriter`."""
 
     def __init__(self, columns: Sequence[str], rows: Iterable[dict[str, Any]] = ()):
         super().__init__(rows)
         self.columns = list(columns)
 
     def column(self, name: str) -> list[Any]:
-        """One column. RequestError: there is none of this name."""
+        """Returns one column. RequestError if there is none of this name."""
         if name not in self.columns:
             raise RequestError(f"there is no column '{name}'; {suggest(name, self.columns)}")
         return [row[name] for row in self]
 
     def where(self, **equal: Any) -> Rows:
-        """The rows whose columns have these values: `rows.where(task="motion", state="done")`."""
+        """Returns the rows whose columns have these values: `rows.where(task="motion", state="done")`."""
         for name in equal:
             self.column(name)
         return Rows(self.columns, (row for row in self if all(row[name] == value for name, value in equal.items())))
 
     def frame(self) -> pandas.DataFrame:
-        """As a pandas DataFrame. NULL is NaN in floats, <NA> in whole numbers (Int64) and truth values (boolean), None
-        in texts. MissingPackageError without pandas."""
+        """Returns a pandas DataFrame. NULL is NaN in floats, <NA> in whole numbers (Int64) and truth values (boolean),
+        None in texts. MissingPackageError without pandas."""
         pandas = require("pandas", "a DataFrame")
         return pandas.DataFrame({name: self._series(pandas, name) for name in self.columns}, columns=self.columns)
 

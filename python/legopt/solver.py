@@ -1,4 +1,4 @@
-"""A solver of one's own in Python: docs/solvers.md has the protocol that this speaks.
+"""Custom solvers in Python: docs/solvers.md describes the protocol that this module implements.
 
     import legopt.solver
 
@@ -9,8 +9,8 @@
 
     legopt.solver.serve(solve, name="mine", version="1")
 
-Standard library only; all vectors are lists of floats. Print to standard error only: standard output is the protocol's.
-"""
+Standard library only; all vectors are lists of floats. Print only to standard error: standard output is used by the
+protocol. """
 
 from __future__ import annotations
 
@@ -29,64 +29,65 @@ PROTOCOL = 1
 
 
 class ProtocolError(LegoptError):
-    """What legopt sent is not what this release of the protocol has."""
+    """A message of legopt that does not conform to this release of the protocol."""
 
 
 class Stopped(Exception):
-    """legopt has no more time or effort for this solve. `serve` answers it; a solver need not catch it."""
+    """The time or effort limit of this solve is reached. `serve` handles it; a solver need not catch it."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """A constraint, or a wish: v = 0, v <= 0, or as near to v <= 0 as its weight is worth."""
+    """A constraint, v = 0 or v <= 0, or a preference: v <= 0 at the price of its weight."""
 
     kind: str  #: "equality", "inequality", "preference"
-    first: int  #: the first variable that it depends on
-    size: int  #: so many, from there on
-    weight: float = 0.0  #: of a preference
+    first: int  #: index of the first variable that it depends on
+    size: int  #: number of variables
+    weight: float = 0.0  #: weight of a preference
 
 
 @dataclass(frozen=True)
 class Contact:
-    """Two bodies that are near each other, or go through each other. World frame, metres."""
+    """Two bodies that are near each other or penetrate each other. World frame, metres."""
 
     waypoint: int
-    link: str  #: of the robot
-    other: str | None  #: a link, too; None: the scene
-    distance: float  #: below 0: the length of the way that parts them
+    link: str  #: link of the robot
+    other: str | None  #: another link; None: the scene
+    distance: float  #: below 0: the length of the shortest translation that separates them
     point: list[float]  #: on the link
     other_point: list[float]  #: on the other
     normal: list[float]  #: unit vector from the other to the link
 
     @property
     def depth(self) -> float:
-        """How far one is in the other; 0 where they are apart."""
+        """Returns the penetration depth; 0 if they are apart."""
         return max(0.0, -self.distance)
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """The program at one point."""
+    """The program's values at one point."""
 
-    finite: bool  #: otherwise there is nothing else: go back
+    finite: bool  #: False: no other field is set; return to an earlier point
     cost: float = float("nan")
-    violation: float = float("nan")  #: the largest of a row
+    violation: float = float("nan")  #: the largest of all rows
     values: list[float] = field(default_factory=list)  #: v of every row
-    gradient: list[float] | None = None  #: of the cost, one number a variable
-    jacobian: list[list[float]] | None = None  #: of every row, by its own variables (Row.first, Row.size)
-    contacts: list[Contact] | None = None  #: of every waypoint
+    gradient: list[float] | None = None  #: gradient of the cost, one number per variable
+    jacobian: list[list[float]] | None = None  #: Jacobian of every row with respect to its own variables (Row.first,
+                                               #: Row.size)
+    contacts: list[Contact] | None = None  #: contacts of all waypoints
 
 
 @dataclass(frozen=True)
 class Solution:
-    """A solver's last word."""
+    """The result of a solver."""
 
     x: list[float]
     status: str  #: "converged", "limit", "failed"
 
 
 class Problem:
-    """minimise cost(x) subject to rows and lower <= x <= upper; x is the way from the start, which is all zeros."""
+    """minimise cost(x) subject to rows and lower <= x <= upper; x is relative to the start, which is all zeros."""
 
     def __init__(self, line: dict[str, Any], read: Callable[[], dict[str, Any]], write: Callable[[dict[str, Any]], None]):
         self._read, self._write = read, write
@@ -97,17 +98,18 @@ class Problem:
         self.lower = [float("-inf") if v is None else v for v in line["lower"]]
         self.upper = [float("inf") if v is None else v for v in line["upper"]]
         self.rows = [Row(r["kind"], r["first"], r["size"], r.get("weight", 0.0)) for r in line["rows"]]
-        self.round: int = line["round"]  #: 0, then more about better starts, with the rows that were met
-        self.seed: int = line["seed"]  #: for the solver's own draws
-        self.tolerance: float = line["tolerance"]  #: violations from here on count
-        self.settings: dict[str, Any] = line["settings"]  #: of the declaration
+        self.round: int = line["round"]  #: 0 at first, then one more for each improved start, with the rows that
+                                         #: appeared
+        self.seed: int = line["seed"]  #: seed of the solver's own random numbers
+        self.tolerance: float = line["tolerance"]  #: larger violations are not accepted
+        self.settings: dict[str, Any] = line["settings"]  #: settings of the description file
 
     def start(self) -> list[float]:
-        """Where the solve begins."""
+        """Returns the point where the solve begins."""
         return [0.0] * self.num_variables
 
     def evaluate(self, x: list[float], gradients: bool = False, contacts: bool = False) -> Evaluation:
-        """Cost and rows at x, counted as effort. Raises Stopped."""
+        """Returns cost and rows at x; counted as effort. Raises Stopped."""
         self._asked += 1
         self._write({"type": "evaluate", "id": self._asked, "x": [float(v) for v in x], "gradients": gradients,
                      "contacts": contacts})
@@ -128,28 +130,28 @@ class Problem:
         return evaluation
 
     def progress(self, evaluation: Evaluation) -> None:
-        """A line of the solve's history (legopt trace)."""
+        """Adds a line to the solve's history (legopt trace)."""
         self._write({"type": "progress", "cost": evaluation.cost, "violation": evaluation.violation})
 
     def solution(self, x: list[float], status: str = "converged") -> Solution:
-        """What `solve` returns. `status`: converged, limit or failed."""
+        """Returns the result of `solve`. `status`: converged, limit or failed."""
         return Solution([float(v) for v in x], status)
 
     def best(self, status: str = "limit") -> Solution:
-        """The best point that was evaluated: least violation above the tolerance, then least cost."""
+        """Returns the best evaluated point: least violation above the tolerance, then least cost."""
         return Solution(self.start() if self._best is None else self._best[1], status)
 
 
 def serve(solve: Callable[[Problem], Solution], name: str, version: str, source: TextIO | None = None,
           sink: TextIO | None = None) -> None:
-    """Answers every problem by solve(problem) until legopt ends it. What `solve` raises ends the process, and its last
-    words are the reason that legopt reports; Stopped is answered by the best point so far."""
+    """Answers every problem by solve(problem) until legopt ends it. An exception of `solve` ends the process, and its
+    last line of output is the reason that legopt reports; Stopped is answered by the best point so far."""
     source, sink = source or sys.stdin, sink or sys.stdout
 
     def read() -> dict[str, Any]:
         line = source.readline()
         if not line:
-            raise SystemExit(0)  # legopt is gone
+            raise SystemExit(0)  # legopt has ended
         return read_json(line)
 
     def write(message: dict[str, Any]) -> None:
@@ -160,7 +162,7 @@ def serve(solve: Callable[[Problem], Solution], name: str, version: str, source:
     while True:
         line = read()
         if line["type"] == "cancel":
-            continue  # of a solve that had ended already
+            continue  # message of a solve that had ended already
         if line["type"] != "solve" or line["protocol"] != PROTOCOL:
             raise ProtocolError(f"expected 'solve' of protocol {PROTOCOL}, got '{line['type']}'")
         problem = Problem(line, read, write)

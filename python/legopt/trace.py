@@ -1,4 +1,4 @@
-"""How the solve of a job converged: the layout is told in docs/database.md, "Traces"."""
+"""Convergence of a job's solve. docs/database.md, "Traces", describes the layout."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from .zstd import decompress
 COLUMNS = ["step", "window", "restart", "start", "penalty", "trust_box", "accepted", "evaluations", "elapsed_us",
            "cost", "violation"]
 
-# Columns of the first part, one after the other, each with the struct code of its values.
+# Columns of the first part in order, each with the struct code of its values.
 _STORED = [("step", "i"), ("window", "i"), ("restart", "i"), ("start", "i"), ("accepted", "B"), ("evaluations", "q"),
            ("penalty", "d"), ("trust_box", "d"), ("cost", "d"), ("violation", "d")]
 _BYTES_PER_ROW = sum(struct.calcsize("<" + code) for _, code in _STORED)
 _TIME_BYTES = 8
 _LENGTH_BYTES = 4
-_MOST_BYTES = 16 << 20  # of a part: nothing that legopt writes is larger
+_MOST_BYTES = 16 << 20  # size of a part: legopt writes no larger one
 
 
 def decode_trace(packed: bytes, source: str) -> Rows:
-    """The rows of a `trace` column. DatabaseError, which names `source`: it is damaged."""
+    """Returns the rows of a `trace` column. DatabaseError, with `source` in its message, if it is damaged."""
 
     def refuse(what: str) -> DatabaseError:
         return DatabaseError(f"{source}: the trace {what}; the database or the worker that wrote it is damaged")
@@ -51,7 +51,7 @@ def decode_trace(packed: bytes, source: str) -> Rows:
 
 
 def decode_history(text: str, source: str) -> Rows:
-    """What results before schema version 7 have instead: a row per penalty value, in the columns of then."""
+    """Returns the history of results before schema version 7: a row per penalty value with that version's columns."""
     try:
         history = read_json(text)
         columns, rows = history["columns"], history["rows"]

@@ -1,5 +1,5 @@
-"""Decompression by zstd, which Python has only since 3.14: else by the package zstandard, else by the system's libzstd,
-the library that legopt itself uses."""
+"""Decompression by zstd, which Python includes only since 3.14: otherwise by the package zstandard, or by the system's
+libzstd, the library that legopt itself uses."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from .errors import MissingPackageError
 
 
 def decompress(packed: bytes, most: int) -> bytes:
-    """The content of one frame, of at most `most` bytes. ValueError: it is damaged or larger. MissingPackageError:
-    there is nothing on this machine that can decompress."""
+    """Returns the content of one frame, at most `most` bytes. ValueError if it is damaged or larger.
+    MissingPackageError if this machine has no decompressor."""
     return _decompressor()(packed, most)
 
 

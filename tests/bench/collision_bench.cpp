@@ -1,6 +1,6 @@
-// Budgets of the collision room: one full query of the robot against the garage and itself, must 60
-// us, aim 20 us (against its triangles: 150 us); judging one waypoint by exact meshes, must 8 ms, aim 1 ms; building a
-// model, well under 2 s (of triangles: under 1 s).
+// Time budgets of the collision module. One full query of the robot against the garage and itself: at most 60 us,
+// target 20 us (against the garage's triangles: 150 us). Judging one waypoint by exact meshes: at most 8 ms, target 1
+// ms. Building a model: well under 2 s (of triangles: under 1 s).
 #include <benchmark/benchmark.h>
 #include <ode/ode.h>
 
@@ -20,16 +20,16 @@
 namespace legopt::test {
 namespace {
 
-/// Atlas on the soles of the posture problems, in the garage. Built once per program run.
+/// Atlas in the garage with its contact patches at the contacts of the posture problems. Built once per program run.
 struct World {
   RobotModel robot = Atlas();
   Scene scene = Garage();
   std::shared_ptr<const CollisionModel> model = CollisionModel::Build(robot, scene, AtlasReference(robot));
   std::shared_ptr<const CollisionModel> surface =
       CollisionModel::Build(robot, scene, AtlasReference(robot), {.scene = SceneRepresentation::kSurface});
-  std::vector<Kinematics> standing;  ///< soles where the problem wants them
-  std::vector<Kinematics> lifted;    ///< good start: 0.2 m higher
-  std::vector<Kinematics> buried;    ///< in-collision start: 0.05 m lower
+  std::vector<Kinematics> standing;  ///< contact patches at the problem's contacts
+  std::vector<Kinematics> lifted;    ///< good initial guess: 0.2 m higher
+  std::vector<Kinematics> buried;    ///< initial guess in collision: 0.05 m lower
 
   World() {
     for (const auto& stance : ReadStances(DataFolder() / "problemsposture.json")) {
@@ -42,7 +42,7 @@ struct World {
   }
 };
 
-/// Null, and the benchmark is marked, when the shared data are missing.
+/// Returns null and marks the benchmark as failed if the test data are missing.
 const World* SharedWorld(benchmark::State& state) {
   if (!std::filesystem::exists(GarageFile())) {
     state.SkipWithError("test data missing (set LEGOPT_TEST_DATA)");
@@ -82,7 +82,7 @@ BENCHMARK(BM_SurfaceStanding)->Arg(0)->Arg(30)->Arg(50)->ArgName("margin_mm")->U
 BENCHMARK(BM_SurfaceGoodStart)->Arg(30)->Arg(50)->ArgName("margin_mm")->Unit(benchmark::kMicrosecond);
 BENCHMARK(BM_SurfaceInCollision)->Arg(30)->Arg(50)->ArgName("margin_mm")->Unit(benchmark::kMicrosecond);
 
-/// Literal and strict rule, or with what the solid rule looks at besides.
+/// Judges by the original evaluator's rule and by every listed pair; with `solid`, by the physical rule as well.
 void RunJudge(benchmark::State& state, std::vector<Kinematics> World::*postures, bool solid) {
   const World* world = SharedWorld(state);
   if (world == nullptr) return;
@@ -106,8 +106,8 @@ void BM_JudgeInCollision(benchmark::State& state) { RunJudge(state, &World::buri
 BENCHMARK(BM_JudgeStanding)->Arg(0)->Arg(1)->ArgName("solid")->Unit(benchmark::kMicrosecond);
 BENCHMARK(BM_JudgeInCollision)->Arg(0)->Arg(1)->ArgName("solid")->Unit(benchmark::kMicrosecond);
 
-/// One transition evaluated: feet and trunk move between postures of successive stances of a motion, which need up to
-/// ten sub-steps; both ends' own contacts are there already.
+/// Evaluates one transition. Feet and trunk move between postures of successive stances of a motion, which takes up to
+/// ten sub-steps. The contacts of both end points are computed beforehand.
 void RunSwept(benchmark::State& state, std::shared_ptr<const CollisionModel> World::*model, bool linearize) {
   const World* world = SharedWorld(state);
   if (world == nullptr) return;
@@ -175,7 +175,7 @@ void BM_NewQuery(benchmark::State& state) {
 }
 BENCHMARK(BM_NewQuery)->Unit(benchmark::kMicrosecond);
 
-/// Two hulls of 60 points; argument: distance of their centres in centimetres (their radius is about 17 cm).
+/// Two hulls of 60 points with a radius of about 17 cm. Argument: distance of their centres in centimetres.
 void BM_SignedDistance(benchmark::State& state) {
   Draw draw(1);
   const ConvexShape hull_a = ConvexShape::FromHull(draw.RandomHull(200, {0.1, 0.1, 0.1}));
@@ -205,8 +205,8 @@ BENCHMARK(BM_SignedDistance)
     ->ArgName("centres_cm")
     ->Unit(benchmark::kNanosecond);
 
-/// One box of the robot's size against the garage's solids in each of ODE's spaces: the ground for OdeConvexWorld's
-/// choice.
+/// Queries one box of the robot's size against the garage's solids in each of ODE's spaces. OdeConvexWorld's choice of
+/// a space is based on this benchmark.
 void BM_Broadphase(benchmark::State& state) {
   const World* world = SharedWorld(state);
   if (world == nullptr) return;

@@ -1,4 +1,4 @@
-// What the store costs: commits, group commit, and the benchmark table over a million results.
+// Cost of the store: commits, group commit, and the benchmark table over a million results.
 
 #include <benchmark/benchmark.h>
 
@@ -12,7 +12,7 @@
 namespace legopt::db {
 namespace {
 
-// One transaction per iteration, each with state.range(0) jobs leased and finished (36 numbers, as a posture has).
+// One transaction per iteration leases and finishes state.range(0) jobs, each with 36 numbers as for a posture.
 void BM_Commit(benchmark::State& state) {
   const TemporaryFolder folder;
   const auto store = OpenSqliteStore(folder / "bench.sqlite");

@@ -1,5 +1,5 @@
-// The budgets of collision_bench on the datasets that the repository holds: the generated garage of convex pieces, and
-// the small one made by hand. Needs nothing from outside.
+// The benchmarks of collision_bench on the datasets in the repository: the generated garage of convex pieces and the
+// small hand-made one. No external data are needed.
 #include <benchmark/benchmark.h>
 
 #include <array>
@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::array<const char*, 2> kNames = {"garage-easier", "garage-small"};
 
-/// Loaded once per program run.
+/// Returns a dataset that is loaded once per program run.
 const std::shared_ptr<const Dataset>& Embedded(std::int64_t which) {
   static std::array<std::shared_ptr<const Dataset>, kNames.size()> datasets;
   auto& dataset = datasets.at(static_cast<size_t>(which));
@@ -27,7 +27,8 @@ const std::shared_ptr<const Dataset>& Embedded(std::int64_t which) {
   return dataset;
 }
 
-/// A full query at the starts of all posture problems. Arguments: dataset, margin in mm, 1 for the surface model.
+/// Runs full queries at the initial guesses of all posture problems. Arguments: dataset, margin in mm, 1 for the
+/// surface model.
 void BM_EmbeddedQuery(benchmark::State& state, Initialization initialization) {
   const Dataset& dataset = *Embedded(state.range(0));
   const double margin_m = 1e-3 * static_cast<double>(state.range(1));
@@ -56,7 +57,7 @@ void Cases(benchmark::internal::Benchmark* query) {
 BENCHMARK_CAPTURE(BM_EmbeddedQuery, good, Initialization::kGood)->Apply(Cases);
 BENCHMARK_CAPTURE(BM_EmbeddedQuery, in_collision, Initialization::kInCollision)->Apply(Cases);
 
-/// Everything read, hashed and built: what a job process does before its first job.
+/// Reads, hashes and builds everything, as a job process does before its first job.
 void BM_LoadEmbedded(benchmark::State& state) {
   const auto folder = SourceFolder() + "/data/" + kNames.at(static_cast<size_t>(state.range(0)));
   for (auto _ : state) {

@@ -16,7 +16,7 @@ constexpr char kShared[] = R"sql(
     INSERT INTO problems SELECT i + 1, 1, iif(i % 2, 'motion', 'posture'), i / 2, 1 FROM n;
 )sql";
 
-// ?1: its number.
+// Statements for one experiment; ?1 is its number, counted from 1.
 constexpr const char* kOfExperiment[] = {
     "INSERT INTO experiments (experiment_id, submission_id, name, dataset_id, seed, repetitions, max_attempts, "
     "wall_limit_us, memory_limit_bytes, first_job_id, num_jobs, spec_json, spec_hash, submitted_at_us, build_id) "

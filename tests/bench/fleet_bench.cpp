@@ -1,16 +1,15 @@
-// Load of a server with a large fleet: real server code on a real database file, hundreds of real worker pools, a
-// simulated network in virtual time. Prints the CPU time of the server's part of the work for each result, its share of
-// a core at the rate of the fleet, and the memory of the whole process under way.
+// Cost of a server for a large fleet: real server code on a real database file, hundreds of real worker pools, and a
+// simulated network in virtual time. Prints the server's CPU time per result, the share of a core it uses at the
+// fleet's rate, and the memory of the whole process during the run.
 //
-//     fleet_bench [--workers 500] [--slots 1] [--jobs 1000000] [--experiments 1] [--job-ms 250] [--keyed]
+//   fleet_bench [--workers 500] [--slots 1] [--jobs 1000000] [--experiments 1] [--job-ms 250] [--keyed]
 //
-// With --restart: how long a server that was away for 3 s takes until it knows every worker again, and what that costs.
-// What it takes for a datagram in virtual time, and the receive buffer, are given, the CPU time is measured:
+// With --restart, measures how long a server needs after an outage of 3 s until every worker has registered again, and
+// the CPU time of that. The virtual time per datagram and the receive buffer are options; the CPU time is measured:
 //
-//     fleet_bench --restart [--workers 500] [--keyed] [--datagram-us 25] [--buffer 550]
+//   fleet_bench --restart [--workers 500] [--keyed] [--datagram-us 25] [--buffer 550]
 //
-// The server's part is everything that the server's thread does but the kernel's work for UDP sockets, which
-// server_bench has.
+// All work of the server's thread is included except the kernel's work for UDP sockets, which server_bench measures.
 
 #include <spdlog/spdlog.h>
 #include <unistd.h>
@@ -78,7 +77,7 @@ void PrintLife(const char* what, const Fleet& fleet, microseconds since, std::ch
   std::fflush(stdout);
 }
 
-// From the first hellos, all at once, over an outage, to a second in which nothing happens.
+// Measures three phases: all workers say hello at once, registration after an outage, and an idle period.
 int RunRestart(const FleetOptions& options) {
   spdlog::set_level(spdlog::level::off);
   constexpr microseconds kLimit = std::chrono::seconds(60);

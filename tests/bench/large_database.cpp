@@ -1,9 +1,9 @@
-// Makes a database of millions of results, for figures of tables, servers and backups on it:
+// Creates a database of millions of results to measure tables, servers and backups:
 //
-//     large_database FILE [--experiments 10]
-//     time legopt table --db FILE
+//   large_database FILE [--experiments 10]
+//   time legopt table --db FILE
 //
-// An experiment is a million results, 560 MB and about half a minute.
+// An experiment has a million results and takes 560 MB and about half a minute.
 
 #include <CLI/CLI.hpp>
 #include <cstdio>

@@ -1,5 +1,6 @@
-// A motion of 100, 1,000 and 10,000 stances by LegOpt-best: time per waypoint and memory beside the solution must not
-// grow with the length. The stances of a motion of the embedded dataset, walked to and fro.
+// Solves motions of 100, 1,000 and 10,000 stances by LegOpt-best. Time per waypoint, and memory apart from the
+// solution, must not grow with the length. The motion walks back and forth over the stances of a motion of the
+// embedded dataset.
 
 #include <benchmark/benchmark.h>
 #include <malloc.h>
@@ -13,7 +14,7 @@
 namespace legopt {
 namespace {
 
-constexpr int kMotion = 0;  // of the embedded dataset
+constexpr int kMotion = 0;  // problem of the embedded dataset
 
 ProblemDefinition ToAndFro(const ProblemDefinition& once, std::size_t stances) {
   ProblemDefinition problem{once.id, {}};
@@ -37,13 +38,13 @@ void LongMotion(benchmark::State& state) {
   const ProblemDefinition problem =
       ToAndFro(dataset->problem(Task::kMotion, kMotion), static_cast<std::size_t>(state.range(0)));
   const Method method = Method::Of("best");
-  solver.Solve(Task::kMotion, ToAndFro(problem, 20), Initialization::kGood, method, {});  // buffers have their size
+  solver.Solve(Task::kMotion, ToAndFro(problem, 20), Initialization::kGood, method, {});  // warm-up
   SolveOutcome outcome;
   double during = 0;
   for (auto _ : state) {
     SolveSettings settings;
     const double before = HeapBytes();
-    // It walks through all free blocks, and must not be what takes the time.
+    // HeapBytes walks through all free blocks, so few calls are made lest they dominate the measured time.
     settings.progress = [&](int done, int windows) {
       constexpr int kLooks = 20;
       if (done % std::max(1, windows / kLooks) == 0) during = std::max(during, HeapBytes() - before);

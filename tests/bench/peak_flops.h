@@ -10,13 +10,14 @@
 namespace legopt {
 
 /// @file
-/// What one core of this machine can do at most: chains of fused multiply-adds that wait for nothing, in the vectors
-/// that the kernels of the interior-point solver use.
+/// Measures the peak floating-point rate of one core: independent chains of fused multiply-adds in the vectors that
+/// the kernels of the interior-point solver use.
 
-inline constexpr int kChains = 12;     ///< enough for two units of four cycles, few enough for sixteen registers
-inline constexpr int kLinks = 200000;  ///< of each chain: some 0.1 ms
+inline constexpr int kChains = 12;     ///< enough for two units with a latency of four cycles, few enough for sixteen
+                                       ///< registers
+inline constexpr int kLinks = 200000;  ///< length of each chain, about 0.1 ms
 
-/// Chains in vectors of four doubles; the sum is there so that nobody leaves them out.
+/// Runs the chains in vectors of four doubles. Returns a sum so that the compiler cannot remove them.
 __attribute__((target("avx2,fma"))) inline double RunChainsOfFour() {
   __m256d sums[kChains];
   const __m256d factor = _mm256_set1_pd(0.999), addend = _mm256_set1_pd(1e-3);
@@ -28,7 +29,7 @@ __attribute__((target("avx2,fma"))) inline double RunChainsOfFour() {
   return _mm256_cvtsd_f64(sums[0]);
 }
 
-/// Likewise of eight.
+/// Runs the chains in vectors of eight doubles.
 __attribute__((target("avx512f"))) inline double RunChainsOfEight() {
   __m512d sums[kChains];
   const __m512d factor = _mm512_set1_pd(0.999), addend = _mm512_set1_pd(1e-3);
@@ -40,7 +41,7 @@ __attribute__((target("avx512f"))) inline double RunChainsOfEight() {
   return _mm512_cvtsd_f64(sums[0]);
 }
 
-/// Largest of several measurements, flop/s: double precision, a fused multiply-add being two.
+/// Returns the highest of several measurements in flop/s. A fused multiply-add in double precision counts as two.
 inline double MeasurePeak() {
   constexpr int kTrials = 40;
   const bool wide = kernels::KernelsOf<double>(kernels::BlockVectors::kEight) != nullptr;

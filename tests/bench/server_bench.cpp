@@ -1,6 +1,6 @@
-// Empty jobs end to end: real server code on a real database file and real LCM, two workers that do nothing.
+// Empty jobs end to end: real server code on a real database file, real LCM, and two workers that do nothing.
 //
-// Each party has its own thread, transport and endpoint, as separate processes would. Needs a multicast route.
+// Each party has its own thread, transport and endpoint, as separate processes would. Requires a multicast route.
 
 #include <benchmark/benchmark.h>
 #include <spdlog/spdlog.h>
@@ -66,7 +66,7 @@ legopt_msg::result_request ResultOf(const legopt_msg::lease& lease, std::int64_t
   return result;
 }
 
-// Leases batches and reports every job as finished at once, several results on their way at a time.
+// Leases batches and reports every job as finished at once, with several results in flight.
 class EmptyWorker {
  public:
   EmptyWorker(const bus::LcmOptions& network, std::uint64_t seed)
@@ -188,7 +188,7 @@ void BM_EmptyJobsOverLcm(benchmark::State& state) {
 }
 BENCHMARK(BM_EmptyJobsOverLcm)->UseManualTime()->Iterations(3)->Unit(benchmark::kMillisecond);
 
-// The scheduler alone: lease and finish one job of a large experiment.
+// The scheduler alone leases and finishes one job of a large experiment.
 void BM_ScheduleOneJob(benchmark::State& state) {
   db::MemoryStore store;
   std::int64_t token = 0;

@@ -1,11 +1,10 @@
-// The service end to end with real processes over real LCM: what it costs to move a job, and what a second worker
-// brings.
+// The service end to end with real processes over real LCM: overhead per job and speed-up by a second worker.
 //
-//   EmptyJobs          two workers of one slot, jobs that do nothing: jobs/s from the first lease to the last result
-//   QuickJobs          two workers of two slots, jobs that sleep for N ms: which share of the time slots have a job
-//   SolvingThroughput  the default dataset by SQP: jobs/s of one worker, of two, and their ratio
+// EmptyJobs          two workers of one slot, jobs that do nothing: jobs/s from the first lease to the last result
+// QuickJobs          two workers of two slots, jobs that sleep for N ms: share of the slots' time spent on jobs
+// SolvingThroughput  the default dataset by SQP: jobs/s of one worker, of two, and their ratio
 //
-// "server us/job" is the server's CPU time, "server MB" the most memory it took.
+// "server us/job" is the server's CPU time, "server MB" its peak memory.
 
 #include <benchmark/benchmark.h>
 #include <unistd.h>
@@ -23,7 +22,7 @@ namespace {
 
 constexpr double kMicroseconds = 1e6;
 
-// Jobs per second of one experiment, start-up of processes excluded.
+// Returns the jobs per second of one experiment, start-up of processes excluded.
 double RunExperiment(Deployment& deployment, const nlohmann::json& spec, const std::string& id) {
   const std::int64_t experiment = deployment.Submit(spec, id);
   deployment.WaitUntilDone(experiment);
@@ -39,7 +38,7 @@ std::unique_ptr<client::ChildProcess> Solver(const Deployment& deployment) {
   return deployment.StartWorker("legopt-worker", {"--slots", "1", "--dataset", DefaultDataset().string()});
 }
 
-// CPU time that a process has used, user and system: fields 14 and 15 of /proc/PID/stat.
+// Returns the user and system CPU time of a process: fields 14 and 15 of /proc/PID/stat.
 double CpuSeconds(pid_t pid) {
   std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
   std::string text((std::istreambuf_iterator<char>(file)), {});
@@ -53,7 +52,7 @@ double CpuSeconds(pid_t pid) {
   return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
 }
 
-// The most memory that a process has had, in megabytes: VmHWM of /proc/PID/status.
+// Returns the peak memory of a process in megabytes: VmHWM of /proc/PID/status.
 double PeakMegabytes(pid_t pid) {
   std::ifstream file("/proc/" + std::to_string(pid) + "/status");
   std::string word;
@@ -85,7 +84,7 @@ void EmptyJobs(benchmark::State& state) {
   state.counters["server MB"] = peak;
 }
 
-// Seconds that an experiment's jobs have had on their slots.
+// Returns the seconds during which an experiment's jobs occupied slots.
 double BusySeconds(const Deployment& deployment, const std::string& name) {
   const std::string sql =
       "SELECT sum(r.wall_us) FROM results AS r JOIN cells USING (cell_id) JOIN experiments AS e "

@@ -1,5 +1,5 @@
-// Posture by SQP: must 4 ms, aim 1 ms, mean over the solved problems; and the judge's time per waypoint: must 8 ms, aim
-// 1 ms. Argument 0: the embedded dataset; 1: the LegOpt test data, where present.
+// Time budgets. A posture by SQP, mean over the solved problems: at most 4 ms, target 1 ms. The judge per waypoint: at
+// most 8 ms, target 1 ms. Argument 0: the embedded dataset; 1: the LegOpt test data, where present.
 
 #include <benchmark/benchmark.h>
 

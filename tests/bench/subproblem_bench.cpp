@@ -1,6 +1,6 @@
-// Convex subproblem budgets: posture 35 us (aim 25), window of 12 waypoints 0.7 ms (aim 0.45). Beside the time:
-// GFLOP/s, and their share of what one core of the machine was measured to do at most in doubles; it does twice as many
-// in floats, in which most of the steps are computed.
+// Time budgets of the convex subproblem: posture at most 35 us, target 25 us, window of 12 waypoints at most 0.7 ms,
+// target 0.45 ms. Also prints GFLOP/s and its share of the core's measured peak in double precision. The peak in single
+// precision, in which most steps are computed, is twice as high.
 
 #include <benchmark/benchmark.h>
 
@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kAccuracy = 1e-6;
 
-/// Columns of a row's part that have coefficients, four at a time.
+/// Returns the number of columns with coefficients in one part of a row; columns come in groups of four.
 double NumColumns(const ConvexSubproblem& problem, const ConvexSubproblem::Row& row, int part) {
   const double* const coefficients = problem.coefficients(row, part);
   int columns = 0;
@@ -26,15 +26,15 @@ double NumColumns(const ConvexSubproblem& problem, const ConvexSubproblem::Row& 
   return columns;
 }
 
-/// Additions and multiplications that an iteration needs, terms below n per row left out. n variables a block, c of
-/// them in a row:
+/// Returns the additions and multiplications of one iteration, without terms of lower order than n per row. With n
+/// variables per block, c of which occur in a row:
 ///
-///     forming A'DA   c (c + 2) a row and block
-///     factoring      n^3 / 3 a block; n^3 / 3 each for U^-T C and its square where the coupling C is diagonal and rows
-///                    between blocks are few, else n^3 each
-///     solving twice  4 n^2 a block and 4 n^2 (dense: 8 n^2) a coupling
-///     residuals      2 n^2 a block and 2 n (dense: 4 n^2) a coupling
-///     A x, A'y       three times each, 2 c a row and block
+/// forming A'DA   c (c + 2) per row and block
+/// factoring      n^3 / 3 per block; n^3 / 3 each for U^-T C and its square if the coupling C is diagonal and few rows
+///                connect blocks, else n^3 each
+/// solving twice  4 n^2 per block and 4 n^2 (dense: 8 n^2) per coupling
+/// residuals      2 n^2 per block and 2 n (dense: 4 n^2) per coupling
+/// A x, A'y       three times each, 2 c per row and block
 double FlopsOfIteration(const RandomSubproblemShape& shape, const ConvexSubproblem& problem) {
   const double n = shape.block_size, blocks = shape.num_blocks, links = shape.coupled ? blocks - 1.0 : 0.0;
   double rows = 0.0;
@@ -71,7 +71,7 @@ void PostureHeavyPenalty(benchmark::State& state) { Run(state, {.weight = 1e5});
 void WindowOfTwelve(benchmark::State& state) {
   Run(state, {.num_blocks = 12, .cost_rows = 0, .coupled = true, .fixed_variables = 35});
 }
-// As LegOpt-best has them on average, in rows and their columns: postures, and windows of motions.
+// The average numbers of rows and columns in LegOpt-best, for postures and for windows of motions.
 void PostureOfChains(benchmark::State& state) { Run(state, {.inequality_rows = 16, .chains = true}); }
 void WindowOfAMotion(benchmark::State& state) {
   Run(state, {.num_blocks = 12,

@@ -1,4 +1,4 @@
-// Access files: the reader understands the writer, and the writer does not follow a link that another user planted.
+// Access files: the reader parses the writer's output, and the writer does not follow a link planted by another user.
 #include "bridge/access_file.h"
 
 #include <gtest/gtest.h>

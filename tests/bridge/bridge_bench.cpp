@@ -1,5 +1,5 @@
-// Cost of the bridge over real sockets of this host: calls between two buses that share nothing but the link, beside
-// calls on one bus; and what a pool that does nothing costs the hub.
+// Cost of the bridge over real sockets of this host: calls between two buses connected only by the link, compared with
+// calls on one bus, and the hub's cost for idle spokes.
 #include <benchmark/benchmark.h>
 #include <poll.h>
 
@@ -60,7 +60,8 @@ class EchoServer {
   std::thread thread_;
 };
 
-// range(0): bytes of the body, both ways; range(1): calls open at a time; range(2): over the bridge, or on one bus.
+// range(0): bytes of the body in each direction; range(1): number of open calls; range(2): 1 over the bridge, 0 on one
+// bus.
 void Calls(benchmark::State& state) {
   try {
     const bus::LcmOptions near = BusOfItsOwn();
@@ -85,7 +86,7 @@ void Calls(benchmark::State& state) {
         if (result.status != bus::CallResult::kOk) state.SkipWithError("a call failed");
       });
     };
-    call();  // the link is there
+    call();  // wait until the link is up
     while (open > 0) client.Poll(std::chrono::milliseconds(10));
     const std::clock_t cpu_before = std::clock();
     for (auto _ : state) {
@@ -103,7 +104,7 @@ void Calls(benchmark::State& state) {
 }
 BENCHMARK(Calls)->ArgsProduct({{108, 1000}, {1, 48}, {0, 1}})->UseRealTime();
 
-// Spokes of one socket, whose envelopes the hub cannot tell from those of as many hosts.
+// Many spokes on one socket; to the hub they look like spokes on as many hosts.
 class Spokes final : private Carrier {
  public:
   Spokes(std::size_t count, LinkAddress hub) : socket_(AnyPortOfLoopback()) {
@@ -132,7 +133,7 @@ class Spokes final : private Carrier {
   static microseconds Now() {
     return std::chrono::duration_cast<microseconds>(std::chrono::steady_clock::now().time_since_epoch());
   }
-  // Whose an envelope is stands in it; all but one spoke would drop it.
+  // Dispatches each envelope by the link number in its header; all other spokes would drop it.
   void Drain(microseconds now) {
     EnvelopeBuffer room;
     LinkAddress from = 0;
@@ -147,7 +148,7 @@ class Spokes final : private Carrier {
   void ToLink(LinkAddress to, std::span<const std::uint8_t> envelope) override {
     EnvelopeView view;
     if (OpenEnvelope(envelope, 4711, nullptr, view) == EnvelopeFault::kNone && !owners_.contains(view.header.link)) {
-      // The first words of a spoke tell its number; spokes knock in their order.
+      // The first envelope of a spoke carries its link number; spokes connect in order.
       owners_[view.header.link] = spokes_[owners_.size()].get();
     }
     socket_.Send(to, envelope);
@@ -158,8 +159,8 @@ class Spokes final : private Carrier {
   std::unordered_map<std::int64_t, Spoke*> owners_;
 };
 
-// range(0): spokes that are connected and have nothing to say, for five seconds. The hub's share of a core is that of
-// this process without the spokes' thread.
+// range(0): number of connected, idle spokes. Runs for five seconds. The hub's share of a core is measured as the CPU
+// time of this process without the spokes' thread.
 void IdleSpokes(benchmark::State& state) {
   try {
     LinkSocket socket = AnyPortOfLoopback();

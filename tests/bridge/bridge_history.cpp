@@ -1,6 +1,6 @@
-// Plays seeded histories of bridged hosts: calls under standard chaos, while hub and spokes are exchanged, hosts move,
-// and a stranger injects what it has recorded, damaged and turned round. Every call must be answered once with its own
-// body, and no bridge may do what PROTOCOL.md, section 14, forbids.
+// Runs seeded histories of bridged hosts: calls under standard chaos while hub and spokes restart, hosts change their
+// address, and a stranger injects recorded, damaged and reflected envelopes. Every call must be answered once with its
+// own body, and no bridge may do what PROTOCOL.md, section 14, forbids.
 
 #include <CLI/CLI.hpp>
 #include <cstdint>
@@ -19,7 +19,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 constexpr int kCallers = 3;
-constexpr int kCalls = 40;  // of a history
+constexpr int kCalls = 40;  // calls per history
 constexpr seconds kCallLimit{60};
 
 class History {
@@ -28,7 +28,7 @@ class History {
     hosts_.wire().set_misfortune(bus::Misfortune::StandardChaos());
   }
 
-  // What went wrong; empty: nothing.
+  // Returns the fault that was found, or an empty string.
   std::string Play() {
     for (int call = 0; call < kCalls; ++call) {
       Begin("call " + std::to_string(call) + std::string(Below(4) == 0 ? 5000 : 5, '.'));
@@ -93,7 +93,7 @@ class History {
     }
   }
 
-  // A process of a caller's host, or of the server's, without the key.
+  // Forges a frame without the key, as another process on a caller's host or on the server's host.
   void ForgeOnABus() {
     const int caller = AnyCaller();
     bus::FrameHeader header;

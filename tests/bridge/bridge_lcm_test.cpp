@@ -1,4 +1,4 @@
-// The thread between LCM and a link, over real sockets of this host: calls between two buses that share nothing else.
+// The thread between LCM and a link, over real sockets of this host: calls between two buses connected only by it.
 #include <gtest/gtest.h>
 
 #include <atomic>

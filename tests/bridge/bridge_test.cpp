@@ -1,4 +1,5 @@
-// Hub and spoke in virtual time: what is carried, what is not, and who is believed. PROTOCOL.md, section 14.
+// Hub and spoke in virtual time: which frames are forwarded, which are not, and which peers are trusted. PROTOCOL.md,
+// section 14.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +22,7 @@ class BridgeTest : public testing::Test {
   void Settle(microseconds time = seconds(1)) {
     hosts_.RunUntil([] { return false; }, time);
   }
-  // Everything that callers sent to the hub so far.
+  // Returns everything that callers have sent to the hub so far.
   std::vector<Bytes> SentToHub() const {
     std::vector<Bytes> sent;
     for (const auto& letter : const_cast<JoinedHosts&>(hosts_).wire().recorded()) {
@@ -45,7 +46,7 @@ TEST_F(BridgeTest, AnIdleLinkIsOneKnockInTwoSecondsAndTheServersBusHearsNothing)
   const auto before = hosts_.wire().recorded().size();
   Settle(seconds(100));
   const auto sent = hosts_.wire().recorded().size() - before;
-  EXPECT_GE(sent, 2U * 2 * 100 / 3);  // of two spokes, with their answers
+  EXPECT_GE(sent, 2U * 2 * 100 / 3);  // two spokes, each with answers
   EXPECT_LE(sent, 2U * 2 * 100 * 3 / 4);
   EXPECT_EQ(hub().forwarded_up, 0U);
 }
@@ -77,7 +78,7 @@ TEST_F(BridgeTest, AHundredThousandForgedFramesAreNotCarried) {
       case 1:  // cut
         forged.resize(random() % forged.size());
         break;
-      case 2: {  // made with another key, or without one
+      case 2: {  // sealed with another key, or without one
         EnvelopeView view;
         ASSERT_EQ(OpenEnvelope(sent.back(), 4711, BridgeTestKey().get(), view), EnvelopeFault::kNone);
         view.header.nonce += 1'000'000 + i;
@@ -108,7 +109,7 @@ TEST_F(BridgeTest, WhatALocalProcessForgesStaysOnItsHost) {
   bus::DatagramBuffer buffer;
   hosts_.caller(0).network().Inject(bus::Port::kControl, bus::SealFrame(header, 0, buffer, BridgeTestKey(1).get()));
   hosts_.caller(0).network().Inject(bus::Port::kControl, bus::SealFrame(header, 0, buffer, nullptr));
-  header.destination = JoinedHosts::kFirstCaller + 2;  // two callers have nothing to say to each other
+  header.destination = JoinedHosts::kFirstCaller + 2;  // callers exchange no frames with each other
   hosts_.caller(0).network().Inject(bus::Port::kControl, bus::SealFrame(header, 0, buffer, BridgeTestKey().get()));
   Settle();
   EXPECT_EQ(hosts_.caller(0).spoke().counters().forwarded_up, before.forwarded_up);
@@ -118,7 +119,7 @@ TEST_F(BridgeTest, WhatALocalProcessForgesStaysOnItsHost) {
 TEST_F(BridgeTest, RecordedEnvelopesAreWorthNothingInALaterLifeOfTheHub) {
   ASSERT_EQ(hosts_.CallAndWait(0, "a"), "<a>");
   const auto recorded = SentToHub();
-  hosts_.caller(0).EndBridge();  // nobody proves that its link lives
+  hosts_.caller(0).EndBridge();  // no spoke proves that its link is alive
   hosts_.caller(1).EndBridge();
   hosts_.StartHub();
   for (const Bytes& bytes : recorded) hosts_.Inject(JoinedHosts::kHubAddress, bytes);
@@ -146,7 +147,7 @@ TEST_F(BridgeTest, AnExchangedHubCostsOneRepeat) {
 
 TEST_F(BridgeTest, AHostThatMovesIsFollowed) {
   ASSERT_EQ(hosts_.CallAndWait(0, "a"), "<a>");
-  hosts_.caller(0).MoveTo(5000);  // as behind a router that has forgotten us
+  hosts_.caller(0).MoveTo(5000);  // like a router that forgot our address
   EXPECT_EQ(hosts_.CallAndWait(0, "b", seconds(2)), "<b>");
   hosts_.StartSpoke(0);
   EXPECT_EQ(hosts_.CallAndWait(0, "c", seconds(2)), "<c>");

@@ -1,4 +1,4 @@
-// The envelope as PROTOCOL.md, section 14, prints it, and what is none.
+// The envelope as printed in PROTOCOL.md, section 14, and malformed envelopes.
 #include "bridge/envelope.h"
 
 #include <gtest/gtest.h>
@@ -75,7 +75,7 @@ TEST_F(EnvelopeTest, FieldsOutOfRangeAreRefusedWhateverTheTag) {
   EXPECT_EQ(fault_of([](EnvelopeHeader& h) { h.nonce = 0; }), EnvelopeFault::kMalformed);
   EXPECT_EQ(fault_of([](EnvelopeHeader& h) { h.value = -1; }), EnvelopeFault::kMalformed);
   EXPECT_EQ(fault_of([](EnvelopeHeader& h) { h.deployment = 4712; }), EnvelopeFault::kDeployment);
-  // A frame belongs to one kind.
+  // Only envelopes of kind kFrame contain a frame.
   EXPECT_EQ(fault_of([](EnvelopeHeader& h) { h.kind = EnvelopeKind::kFrame; }), EnvelopeFault::kMalformed);
   EXPECT_EQ(fault_of([](EnvelopeHeader&) {}, vectors_["request-keyed"]), EnvelopeFault::kMalformed);
 }

@@ -131,7 +131,7 @@ void JoinedHosts::StartSpoke(int i) {
   caller(i).BecomeSpoke({kHubAddress}, random_());
 }
 
-// What PROTOCOL.md, section 14, says a bridge must not do.
+// Records actions of a bridge that PROTOCOL.md, section 14, forbids.
 void JoinedHosts::Watch(const Host& host, bus::Port /*port*/, std::span<const std::uint8_t> frame) {
   bus::FrameView view;
   const Membership members = host.membership();
@@ -174,7 +174,7 @@ bool JoinedHosts::RunUntil(const std::function<bool()>& done, microseconds limit
       const auto due = host->next();
       if (due && (!next || *due < *next)) next = due;
     }
-    // What is due now has been done: time must go on.
+    // Everything due now has been done, so time must advance.
     now_ = std::min(end, std::max(next.value_or(end), now_ + microseconds(1)));
   }
 }

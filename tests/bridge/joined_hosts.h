@@ -1,5 +1,5 @@
-// Hosts without common multicast, joined by hub and spokes over a faulty link, in virtual time: one with the server,
-// some with a caller each. Whatever leaves a bridge is held to what it may do.
+// Hosts without common multicast, joined by hub and spokes over a faulty link in virtual time. One host has the
+// server, the others have a caller each. Every frame that leaves a bridge is checked against the protocol's rules.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ namespace legopt::bridge {
 
 using Bytes = std::vector<std::uint8_t>;
 
-// Carries envelopes between addresses, and injures them. Remembers what was sent.
+// Carries envelopes between addresses, injects faults, and records everything sent.
 class LinkWire {
  public:
   struct Letter {
@@ -34,7 +34,7 @@ class LinkWire {
   explicit LinkWire(std::uint64_t seed) : random_(seed) {}
   void set_misfortune(const bus::Misfortune& misfortune) { misfortune_ = misfortune; }
   void Send(LinkAddress from, LinkAddress to, std::span<const std::uint8_t> bytes, microseconds now);
-  // Whatever is due at `now`, in order.
+  // Returns everything due at `now`, in order.
   std::vector<Letter> TakeDue(microseconds now);
   std::optional<microseconds> next() const;
   const std::vector<Letter>& recorded() const { return recorded_; }
@@ -48,7 +48,7 @@ class LinkWire {
   std::vector<Letter> recorded_;
 };
 
-// A host: its bus, a party on it, and its end of the link.
+// A host: its bus, a party on the bus, and its end of the link.
 class Host final : private Carrier, private bus::DatagramReceiver {
  public:
   using Watch = std::function<void(const Host&, bus::Port, std::span<const std::uint8_t>)>;
@@ -61,12 +61,12 @@ class Host final : private Carrier, private bus::DatagramReceiver {
   void MoveTo(LinkAddress address) { address_ = address; }
   void AddParty(bus::EndpointId id, std::uint64_t seed);
 
-  // Does what is due now.
+  // Does everything due now.
   void Work(microseconds now);
   void Take(const LinkWire::Letter& letter, microseconds now);
   std::optional<microseconds> next() const;
 
-  // Calls what is put on this host's bus by the bridge.
+  // Sets a function that receives each frame the bridge puts on this host's bus.
   void set_watch(Watch watch) { watch_ = std::move(watch); }
   bus::SimulatedNetwork& network() { return network_; }
   bus::Endpoint& party() { return *party_; }
@@ -94,7 +94,7 @@ class Host final : private Carrier, private bus::DatagramReceiver {
   Watch watch_;
 };
 
-// Host 0 has the server, which answers each call with its body in angle brackets.
+// Joined hosts. Host 0 has the server, which answers each call with its body in angle brackets.
 class JoinedHosts {
  public:
   static constexpr LinkAddress kHubAddress = 1000;
@@ -108,17 +108,17 @@ class JoinedHosts {
   microseconds now() const { return now_; }
   int handled() const { return handled_; }
 
-  // A new life of the hub, and of the spoke of caller `i` at another address.
+  // Restarts the hub, and the spoke of caller `i` at a new address.
   void StartHub();
   void StartSpoke(int i);
-  // Until `done`, or `limit` has passed (then false).
+  // Runs until `done`; returns false if `limit` passes first.
   bool RunUntil(const std::function<bool()>& done, microseconds limit);
-  // Calls the server from the host of caller `i`, and waits; the answer, empty when there is none within `limit`.
+  // Calls the server from the host of caller `i` and waits. Returns the answer; empty if none arrives within `limit`.
   std::string CallAndWait(int i, const std::string& body, microseconds limit = std::chrono::seconds(30));
   // Sends from a stranger's address.
   void Inject(LinkAddress to, std::span<const std::uint8_t> bytes) { wire_.Send(kStranger, to, bytes, now_); }
 
-  // What a bridge did that none may do; empty: nothing.
+  // Returns the forbidden action of a bridge that was recorded; empty if none.
   const std::string& offence() const { return offence_; }
 
   static constexpr LinkAddress kStranger = 9999;
@@ -137,7 +137,7 @@ class JoinedHosts {
   std::string offence_;
 };
 
-// A key that everybody may know.
+// Returns a key for tests, which is not secret.
 std::shared_ptr<const bus::MessageKey> BridgeTestKey(std::uint8_t first_byte = 0);
 
 }  // namespace legopt::bridge

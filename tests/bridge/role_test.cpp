@@ -1,4 +1,4 @@
-// Links of spokes with a derived key: the hub carries only frames of their role, and a spoke accepts only frames made
+// Links of spokes with a derived key: the hub forwards only frames of their role, and a spoke accepts only frames made
 // for it. PROTOCOL.md, sections 11 and 14.
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ class LinkRoles : public testing::Test {
  protected:
   const bus::MessageKey* KeyOf(KeyRole role) const { return full_->ForRole(role); }
 
-  // A request to the server, or the server's answer to it.
+  // Returns a request to the server, or the server's answer to it.
   Bytes Frame(KeyRole role, bool answer = false, bus::EndpointId party = kWorkerParty) {
     bus::FrameHeader header;
     header.kind = answer ? bus::FrameKind::kReply : bus::FrameKind::kRequest;
@@ -49,7 +49,7 @@ class LinkRoles : public testing::Test {
     return {frame.begin(), frame.end()};
   }
 
-  // Hands on what hub and spoke have sent until both are silent.
+  // Passes messages between hub and spoke until both are silent.
   void Exchange(Spoke& spoke, Sink& from_spoke) {
     while (!from_spoke.sent.empty() || !from_hub_.sent.empty()) {
       for (const Bytes& bytes : std::exchange(from_spoke.sent, {})) hub_.OnLink(kSpokeAt, bytes, now_);
@@ -80,7 +80,7 @@ TEST_F(LinkRoles, AWorkersKeyMakesALinkForItsOwnFrames) {
   hub_.OnBus(bus::Port::kControl, Frame(KeyRole::kWorker, true), now_);
   Exchange(spoke, from_spoke_);
   EXPECT_EQ(from_spoke_.heard, std::vector<Bytes>{Frame(KeyRole::kWorker, true)});
-  // Frames of other roles: a process beside the spoke, or one beside the hub.
+  // Frames of other roles, made by a process on the spoke's host or on the hub's host.
   for (const KeyRole role : {KeyRole::kOperator, KeyRole::kClient}) {
     spoke.OnBus(bus::Port::kControl, Frame(role), now_);
     EXPECT_TRUE(from_spoke_.sent.empty()) << ToString(role);
@@ -105,7 +105,7 @@ TEST_F(LinkRoles, ASpokeWithTheFullKeyCarriesEveryRole) {
   }
 }
 
-// A host that has heard the frame of a client sends it, or its address, over its own link.
+// A host that has received a client's frame sends it, or its address, over its own link.
 TEST_F(LinkRoles, AWorkersLinkDrawsNoRouteOfAnotherRole) {
   Sink from_client;
   Spoke client({kRoleDeployment, KeyOf(KeyRole::kClient)}, {kHubAt}, 3, from_client);
@@ -116,7 +116,7 @@ TEST_F(LinkRoles, AWorkersLinkDrawsNoRouteOfAnotherRole) {
 
   Spoke worker({kRoleDeployment, KeyOf(KeyRole::kWorker)}, {kHubAt}, 2, from_spoke_);
   Link(worker, from_spoke_);
-  worker.OnBus(bus::Port::kControl, Frame(KeyRole::kWorker), now_);  // under the client's address
+  worker.OnBus(bus::Port::kControl, Frame(KeyRole::kWorker), now_);  // with the client's address
   EXPECT_EQ(from_spoke_.sent.size(), 1U);
   const Bytes envelope = from_spoke_.sent[0];
   Exchange(worker, from_spoke_);

@@ -1,5 +1,5 @@
-// With a key: nothing unsigned, mis-signed or replayed reaches a handler, whoever restarts in between, and honest calls
-// go through. PROTOCOL.md, section 11; acceptance figure 16.
+// With a key, no unsigned, wrongly signed or replayed frame reaches a handler, even if a party restarts in between,
+// and honest calls succeed. PROTOCOL.md, section 11; acceptance figure 16.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -65,7 +65,7 @@ class Authentication : public testing::Test {
     network_.Run(endpoints, done, limit);
   }
 
-  // Injects in small bursts and lets the server see each.
+  // Injects datagrams in small bursts and polls the server after each.
   void Inject(Party& server, const std::vector<std::pair<Port, Datagram>>& datagrams) {
     recording_ = false;
     for (const auto& [port, datagram] : datagrams) {
@@ -145,7 +145,7 @@ TEST_F(Authentication, AForgedHintDoesNotEndACallOfSomebodyWithTheKey) {
   EXPECT_EQ(client.endpoint.counters().rejected_unsigned, 1U);
 }
 
-// Everything that was ever said, once more, in order and backwards.
+// Replays all recorded traffic, in order and backwards.
 TEST_F(Authentication, RecordedTrafficIsRefusedWithinOneLife) {
   const auto server = MakeServer(1, TestKey());
   Party client(network_, kClient, 2, TestKey());
@@ -167,7 +167,7 @@ TEST_F(Authentication, RecordedTrafficIsRefusedAfterARestart) {
   server = MakeServer(3, TestKey());
   Inject(*server, recorded);
   EXPECT_EQ(handled_, 1);
-  // The honest caller goes on in the same session, and what it said to the first life stays unusable.
+  // The honest caller continues in the same session, and its frames to the first server process stay unusable.
   EXPECT_EQ(Call(client, *server, "y").body, "<y>");
   Inject(*server, recorded);
   EXPECT_EQ(handled_, 2);
@@ -245,16 +245,16 @@ TEST_F(Authentication, OfAHundredThousandForgedCommandsNoneIsAccepted) {
       case 1:  // signed with another key
         network_.Inject(Port::kControl, SealFrame(header, 8, buffer, wrong_key.get()));
         break;
-      case 2: {  // a true one, changed
+      case 2: {  // a genuine one, modified
         Datagram changed = honest;
         constexpr std::size_t kDestination = 32;
         std::size_t at = random() % changed.size();
-        if (at >= kDestination && at < kDestination + 8) at = 0;  // else it would be somebody else's: no fault
+        if (at >= kDestination && at < kDestination + 8) at = 0;  // another party's frame is no fault
         changed[at] = static_cast<std::uint8_t>(changed[at] ^ (1 + random() % 255));
         network_.Inject(Port::kControl, changed);
         break;
       }
-      default:  // a true one, again
+      default:  // a genuine one, replayed
         network_.Inject(Port::kControl, honest);
     }
     server->endpoint.Poll(microseconds(0));
@@ -262,7 +262,7 @@ TEST_F(Authentication, OfAHundredThousandForgedCommandsNoneIsAccepted) {
   const Counters& counters = server->endpoint.counters();
   EXPECT_EQ(handled_, 10);
   EXPECT_EQ(counters.requests_challenged, challenged);
-  // The proof among the recorded frames is known already; everything else is refused and counted.
+  // The proof among the recorded frames has been accepted before; everything else is refused and counted.
   const std::uint64_t refused = counters.rejected() - rejected_before;
   EXPECT_LE(refused, static_cast<std::uint64_t>(kCommands));
   EXPECT_GE(refused, static_cast<std::uint64_t>(kCommands) * 97 / 100);

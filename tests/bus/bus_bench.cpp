@@ -1,6 +1,6 @@
 // Cost of calls over real multicast on loopback: a server thread and a client thread, each with its own transport.
-// "process_us_per_call" is CPU time of both sides and of LCM's four reader threads together. And what a served party
-// keeps of each caller that was answered, over a simulated network.
+// "process_us_per_call" is the CPU time of both sides and of LCM's four reader threads together. Also measures the
+// memory that a party holds per served caller, over a simulated network.
 #include <benchmark/benchmark.h>
 #include <malloc.h>
 
@@ -44,7 +44,7 @@ class Server {
   std::thread thread_;
 };
 
-// range(0): bytes of the body, both ways; range(1): calls open at a time.
+// range(0): bytes of the body in each direction; range(1): number of open calls.
 void Calls(benchmark::State& state) {
   try {
     LcmOptions options;
@@ -76,7 +76,7 @@ void Calls(benchmark::State& state) {
 BENCHMARK(Calls)->Args({200, 1})->Args({200, 16})->Args({1000, 16})->UseRealTime();
 BENCHMARK(Calls)->Args({3000, 1})->Args({300'000, 1})->Args({300'000, 4})->UseRealTime();
 
-// One caller after the other makes a call and is gone; the second argument tells whether there is a key.
+// Each caller makes one call and leaves. The second argument is 1 if there is a key.
 void MemoryOfCallers(benchmark::State& state) {
   constexpr std::array<std::uint8_t, MessageKey::kBytes> kKey{1};
   const auto key = state.range(1) != 0 ? std::make_shared<const MessageKey>(kKey) : nullptr;

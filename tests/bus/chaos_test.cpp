@@ -1,5 +1,5 @@
-// Calls under every misfortune of the simulated network, over many seeds. A failing seed is printed; run it alone with
-// LEGOPT_CHAOS_SEED=<seed>.
+// Calls under every kind of fault of the simulated network, with many seeds. A failing seed is printed; run it alone
+// with LEGOPT_CHAOS_SEED=<seed>.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -42,11 +42,11 @@ struct Outcome {
   int wrong = 0;
   int handled_twice = 0;
   int unfinished = 0;
-  std::uint64_t transcript = 0;  // of every byte sent
+  std::uint64_t transcript = 0;  // hash of every byte sent
   microseconds took{0};
 };
 
-// Two clients call one server: small, middling and large bodies, large replies, replies now and later.
+// Two clients call one server with small, medium and large bodies, large replies, and immediate and delayed replies.
 Outcome Play(std::uint64_t seed, const Misfortune& misfortune, std::size_t largest,
              const std::shared_ptr<const MessageKey>& key = nullptr) {
   SimulatedNetwork network(seed, misfortune);
@@ -165,8 +165,8 @@ TEST(Chaos, TheSameSeedGivesTheSameBytes) {
   }
 }
 
-// Acceptance figure 12: 300 KB bodies under standard chaos, none corrupt, p99 10 s. 100 of them
-// here; LEGOPT_CHAOS_TRANSFERS=1000 for the whole figure.
+// Acceptance figure 12: 300 KB bodies under standard chaos, none corrupt, 99th percentile at most 10 s. Runs 100
+// transfers; set LEGOPT_CHAOS_TRANSFERS=1000 for the whole figure.
 TEST(Chaos, ALargeBodyArrivesWithinTenSecondsUnderStandardChaos) {
   const char* asked = std::getenv("LEGOPT_CHAOS_TRANSFERS");
   const auto transfers = asked == nullptr ? 100UL : std::max(1UL, std::strtoul(asked, nullptr, 10));
@@ -203,7 +203,7 @@ TEST(Chaos, ALargeBodyArrivesWithinTenSecondsUnderStandardChaos) {
             << " s\n";
 }
 
-// Figure 12 as well: what a sender leaves behind that dies in the middle is thrown away within a lease.
+// Figure 12 as well: an incomplete body of a sender that died is discarded within a lease.
 TEST(Chaos, ASenderThatDiesMidwayLeavesNothingBehind) {
   constexpr std::uint64_t kTrials = 30;
   constexpr std::uint64_t kHalf = kLargeBody / 1024 / 2;  // chunks
@@ -276,7 +276,7 @@ TEST(Chaos, ManySmallCallsAtOnceArePaced) {
   EXPECT_EQ(client.endpoint.counters().requests_retried, 0U);
 }
 
-// At most 32 chunks of one sender are under way to one receiver at any time.
+// At most 32 chunks of one sender are in flight to one receiver at any time.
 TEST(Chaos, TheWindowIsKept) {
   SimulatedNetwork network(1);
   Misfortune slow;
@@ -299,7 +299,7 @@ TEST(Chaos, TheWindowIsKept) {
   const std::vector<Endpoint*> endpoints = {&server.endpoint, &client.endpoint};
   ASSERT_TRUE(network.Run(
       endpoints, [&] { return answered == 3; }, minutes(1)));
-  // The round trip is 40 ms: what is sent within any 40 ms is in flight together.
+  // The round trip is 40 ms: chunks sent within any 40 ms are in flight together.
   for (auto from = sent_at.begin(); from != sent_at.end(); ++from) {
     int together = 0;
     for (auto at = from; at != sent_at.end() && at->first < from->first + milliseconds(40); ++at)

@@ -1,5 +1,5 @@
-// Encode and Decode of every message: what is legal survives, what is not is refused, and nothing throws or
-// over-allocates.
+// Encode and Decode of every message: legal messages survive a round trip, illegal ones are refused, and no input
+// makes them throw or over-allocate.
 #include "bus/codec.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@
 namespace legopt::bus {
 namespace {
 
-// The bytes of a message as the generated encoder writes them, unchecked.
+// Returns a message's bytes as written by the generated encoder, without validation.
 template <class Message>
 std::string RawEncode(const Message& message) {
   std::string bytes(static_cast<std::size_t>(message.getEncodedSize()), '\0');
@@ -69,7 +69,7 @@ TYPED_TEST(EveryMessage, AnotherFingerprintIsRefused) {
   EXPECT_FALSE(Decode<TypeParam>(bytes).has_value());
 }
 
-// Every four bytes in turn become a length that is negative, enormous, or just wrong.
+// Every four bytes in turn are replaced by a negative, enormous or wrong length.
 TYPED_TEST(EveryMessage, HostileLengthsAreRefusedOrHarmless) {
   const std::string bytes = Encode(Sample<TypeParam>());
   for (std::size_t at = 8; at + 4 <= bytes.size(); ++at) {
@@ -133,7 +133,7 @@ TEST(Result, WaypointsMustBeFinite) {
     auto message = Sample<legopt_msg::result_request>();
     message.waypoints[3] = bad;
     EXPECT_NE(WhyRefused(message).find("waypoints"), std::string::npos);
-    // A sender leaves them out and says so.
+    // A sender that omits the waypoints sets their number to 0.
     const auto prepared = Decode<legopt_msg::result_request>(Encode(message));
     ASSERT_TRUE(prepared.has_value());
     EXPECT_EQ(prepared->num_waypoints, 0);
@@ -198,7 +198,7 @@ TEST(Ranges, AreEnforced) {
   EXPECT_THROW(Encode(query), BusError);
 }
 
-// Each action takes its own priority and text, and there is none above the last.
+// Each action takes its own priority and text; numbers beyond the last action are refused.
 TEST(Ranges, ControlRequestsHoldWhatTheirActionNeeds) {
   const auto fault_of_number = [](int action, const std::string& reason, int priority = 0) {
     legopt_msg::control_request m{};
@@ -232,7 +232,7 @@ TEST(Ranges, ControlRequestsHoldWhatTheirActionNeeds) {
   for (const int action : {-1, int{kNumWords<ControlAction>}}) EXPECT_NE(fault_of_number(action, ""), "") << action;
 }
 
-// What is refused is told in these words: people read them, and other workers' authors search for them.
+// These error messages are part of the interface: users read them, and authors of other workers search for them.
 TEST(Ranges, FaultsNameFieldValueAndWhatIsAllowed) {
   auto lease = Sample<legopt_msg::lease>();
   lease.task = "dance";
@@ -263,7 +263,7 @@ TEST(Ranges, FaultsNameFieldValueAndWhatIsAllowed) {
   EXPECT_EQ(Validate(method), "options_json: JSON: must be nested at most 64 deep");
 }
 
-// Of several faults the first is told: of the fields in their order, then of what arrays hold.
+// Of several faults the first is reported: fields in their order, then array elements.
 TEST(Ranges, TheFirstFaultIsTold) {
   auto result = Sample<legopt_msg::result_request>();
   result.waypoints[0] = std::nan("");

@@ -1,4 +1,4 @@
-// What the conformance tests share: a server, a client and a network of the parameter's kind.
+// Fixture of the conformance tests: a server, a client and a network of the parameter's kind.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -44,7 +44,7 @@ class Conformance : public testing::TestWithParam<BedKind> {
     });
   }
 
-  // Calls and waits.
+  // Makes a call and waits for its result.
   CallResult CallAndWait(std::string body, const CallOptions& options = {}) {
     std::optional<CallResult> result;
     client_->Call(kServer, MessageType::kQuery, std::move(body), options,
@@ -53,7 +53,7 @@ class Conformance : public testing::TestWithParam<BedKind> {
     return result.value_or(CallResult{});
   }
 
-  // Lets everything that is under way arrive.
+  // Waits until everything in flight has arrived.
   void Settle() {
     bed_->RunUntil([] { return false; }, std::chrono::milliseconds(60));
   }

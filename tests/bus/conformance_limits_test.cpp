@@ -1,5 +1,5 @@
-// What every transport must let an Endpoint refuse, bound and survive (PROTOCOL.md, sections 3, 8 and 10), on the
-// simulated network and on real multicast alike.
+// Limits and refusals that an Endpoint must enforce over every transport (PROTOCOL.md, sections 3, 8 and 10). Runs on
+// the simulated network and on real multicast.
 #include <algorithm>
 #include <vector>
 
@@ -84,7 +84,7 @@ TEST_P(LimitConformance, AnotherVersionIsRefusedWithAReply) {
   EXPECT_TRUE(refused);
 }
 
-// Random bytes, a true request cut at every length, and a true request with every byte changed in turn.
+// Random bytes, a genuine request cut at every length, and a genuine request with every byte changed in turn.
 TEST_P(LimitConformance, HostileDatagramsAreCountedAndChangeNothing) {
   ServeEcho(*server_);
   CallAndWait("innocent");
@@ -110,7 +110,7 @@ TEST_P(LimitConformance, HostileDatagramsAreCountedAndChangeNothing) {
   for (std::size_t length = 1; length < request.size(); ++length) {
     inject(Datagram(request.begin(), request.begin() + static_cast<std::ptrdiff_t>(length)));
   }
-  const std::size_t destination = 32;  // changing it makes the frame somebody else's, which is no fault
+  const std::size_t destination = 32;  // changing it addresses the frame to another party, which is no fault
   for (std::size_t at = 0; at < request.size(); ++at) {
     if (at >= destination && at < destination + 8) continue;
     Datagram datagram = request;
@@ -169,7 +169,7 @@ TEST_P(LimitConformance, RepliesAreForgottenOnceTheCallerIsDone) {
   ServeEcho(*server_);
   constexpr int kCalls = 100;
   for (int i = 0; i < kCalls; ++i) CallAndWait(RandomBody(900, static_cast<std::uint64_t>(i)));
-  EXPECT_LT(server_->held_bytes(), 2000U);  // the last one only
+  EXPECT_LT(server_->held_bytes(), 2000U);  // only the last reply
 }
 
 TEST_P(LimitConformance, MemoryForRepliesIsBounded) {
@@ -178,7 +178,7 @@ TEST_P(LimitConformance, MemoryForRepliesIsBounded) {
   bed_->Remove(*server_);
   server_ = &bed_->Add(kServer, options);
   ServeEcho(*server_);
-  // A call that stays open keeps its caller from declaring the later ones finished.
+  // While a call is open, its caller does not declare the later ones finished.
   std::optional<Responder> kept;
   server_->Serve(MessageType::kStatus, [&](Request&&, Responder responder) { kept = responder; });
   CallOptions patient;

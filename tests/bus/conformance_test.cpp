@@ -1,5 +1,5 @@
-// What every transport must let an Endpoint keep of calls and large bodies (PROTOCOL.md, sections 5 and 6), on the
-// simulated network and on real multicast alike.
+// Guarantees for calls and large bodies that an Endpoint must keep over every transport (PROTOCOL.md, sections 5 and
+// 6). Runs on the simulated network and on real multicast.
 #include <map>
 #include <set>
 #include <stdexcept>
@@ -93,7 +93,7 @@ TEST_P(CallConformance, RepeatedDatagramsOfSmallAndLargeCallsAreHandledOnce) {
   const auto recorded = bed_->recorded();
   for (const auto& [port, datagram] : recorded) bed_->Inject(port, datagram);
   const auto noticed = [&] {
-    // With a key: the same bytes again, where a retry has a nonce of its own.
+    // With a key, identical bytes are a replay; a retry has a new nonce.
     const Counters& server = server_->counters();
     return (keyed() ? server.rejected_replay : server.duplicate_requests) > 0 &&
            client_->counters().duplicate_replies > 0;
@@ -209,14 +209,14 @@ TEST_P(CallConformance, RefusalsTellWhy) {
   EXPECT_EQ(failed.error, "no such table");
   EXPECT_EQ(server_->counters().handler_failures, 1U);
 
-  // A large request to a type that nobody serves is refused as well, without being collected.
+  // A large request of a type without a handler is refused before its body is collected.
   server_->Serve(MessageType::kQuery, nullptr);
   EXPECT_EQ(CallAndWait(RandomBody(kLarge, 4)).code, ErrorCode::kUnknownType);
-  EXPECT_LT(server_->held_bytes(), 1000U);  // earlier refusals at most
+  EXPECT_LT(server_->held_bytes(), 1000U);  // only the earlier refusals
 }
 
 TEST_P(CallConformance, ARestartedServerGetsTheRequestAgain) {
-  // The first server takes the body in and dies without an answer.
+  // The first server receives the body and dies without an answer.
   server_->Serve(MessageType::kQuery, [&](Request&&, Responder) { ++handled_; });
   for (const std::size_t size : {std::size_t{10}, kLarge}) {
     handled_ = 0;

@@ -1,5 +1,5 @@
-// Keys of roles: which calls each may make, and that no role speaks, answers or acknowledges for another. PROTOCOL.md,
-// section 11, "Roles".
+// Keys of roles: which calls each role may make, and that no role can send, answer or acknowledge in the name of
+// another. PROTOCOL.md, section 11, "Roles".
 #include "bus/key_role.h"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ constexpr EndpointId kRolesCaller = 1000;
 constexpr std::int64_t kRolesDeployment = 1;
 constexpr std::array<KeyRole, 3> kRoles = {KeyRole::kOperator, KeyRole::kWorker, KeyRole::kClient};
 
-// The table of PROTOCOL.md once more, so that a changed row of messages.def does not pass unnoticed.
+// The table of PROTOCOL.md, repeated so that a changed row of messages.def does not pass unnoticed.
 const std::set<MessageType> kForWorkers = {MessageType::kProbe,  MessageType::kStatus,    MessageType::kHello,
                                            MessageType::kLease,  MessageType::kHeartbeat, MessageType::kResult,
                                            MessageType::kMethod, MessageType::kDataset};
@@ -88,7 +88,7 @@ class KeyRoles : public testing::Test {
     return result.value_or(CallResult{});
   }
 
-  // The header of the newest frame of a kind that `from` sent.
+  // Returns the header of the newest frame of this kind sent by `from`.
   FrameHeader Newest(EndpointId from, FrameKind kind) const {
     for (auto entry = recorded_.rbegin(); entry != recorded_.rend(); ++entry) {
       FrameView frame;
@@ -167,7 +167,7 @@ TEST_F(KeyRoles, WithoutAKeyEverybodyIsAnOperator) {
   EXPECT_EQ(role, KeyRole::kOperator);
 }
 
-// A host of a pool listens to a client's call and answers before the server does.
+// A host of a pool overhears a client's call and answers before the server does.
 TEST_F(KeyRoles, AWorkersKeyDoesNotAnswerInTheServersPlace) {
   for (const KeyRole role : {KeyRole::kClient, KeyRole::kOperator}) {
     const auto client = MakeCaller(role, kRolesCaller, 3);
@@ -192,7 +192,7 @@ TEST_F(KeyRoles, AWorkersKeyDoesNotAnswerInTheServersPlace) {
   }
 }
 
-// Under the client's own address, session and call numbers.
+// The attacker uses the client's own address, session and call numbers.
 TEST_F(KeyRoles, AWorkersKeyDoesNotReachTheSessionOfAClient) {
   const auto client = MakeCaller(KeyRole::kClient);
   ASSERT_EQ(Call(*client, MessageType::kSubmit, "a").body, "<a>");
@@ -200,7 +200,7 @@ TEST_F(KeyRoles, AWorkersKeyDoesNotReachTheSessionOfAClient) {
   FrameHeader request = Newest(kRolesCaller, FrameKind::kRequest);
   const FrameHeader challenge = Newest(kServer, FrameKind::kError);
   ASSERT_EQ(challenge.code, static_cast<std::int16_t>(ErrorCode::kProveSession));
-  // The session of the worker's key has to prove itself, although the client's has.
+  // The session of the worker's key has to prove itself, although the client's session has done so.
   request.type = static_cast<std::int16_t>(MessageType::kProbe);
   request.call_id = request.completed_below = 1'000;
   request.nonce = 5'000;
@@ -208,7 +208,8 @@ TEST_F(KeyRoles, AWorkersKeyDoesNotReachTheSessionOfAClient) {
   Inject(request, 0, KeyRole::kWorker);
   server_.endpoint.Poll(microseconds(0));
   EXPECT_EQ(server_.endpoint.counters().requests_challenged, challenged + 1);
-  // Once it has, it makes calls of its own: the client's calls are neither over nor answered, its nonces not used.
+  // After its proof the worker's session makes calls of its own. The client's calls are neither finished nor answered
+  // by them, and its nonces stay unused.
   const auto& recorded = *std::find_if(recorded_.begin(), recorded_.end(), [&](const auto& entry) {
     FrameView frame;
     return OpenFrame(entry.second, kRolesDeployment, kAnybody, frame, TestKey().get()) == FrameFault::kNone &&

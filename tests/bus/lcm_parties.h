@@ -1,4 +1,4 @@
-// Parties over the real transport, for tests that need what only the kernel can show.
+// Parties over the real transport, for tests that depend on the kernel.
 #pragma once
 
 #include <chrono>
@@ -14,7 +14,7 @@ namespace legopt::bus {
 
 inline constexpr EndpointId kClient = 1000;
 
-// Runs `body` on a thread of its own, which may change its network namespace without harm to other tests.
+// Runs `body` on a separate thread, which may change its network namespace without affecting other tests.
 template <class Body>
 void OnThread(Body body) {
   std::thread(body).join();
@@ -39,7 +39,7 @@ inline void ServeEcho(Host& server) {
                         [](Request&& request, Responder responder) { responder.Reply(request.body); });
 }
 
-// Whether a call reaches a server that echoes, and its answer comes back.
+// Returns whether a call reaches an echoing server and the answer returns.
 inline bool EchoBetween(Host& client, Host& server) {
   std::string answer;
   client.endpoint.Call(kServer, MessageType::kProbe, "ping", {}, [&](CallResult&& r) { answer = r.body; });

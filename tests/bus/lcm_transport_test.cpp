@@ -1,4 +1,4 @@
-// What only the real transport can show: start-up errors with their codes, the socket filter, what the kernel grants.
+// Behaviour specific to the real transport: start-up errors with their codes, the socket filter, and kernel limits.
 #include "bus/lcm_transport.h"
 
 #include <arpa/inet.h>
@@ -96,7 +96,7 @@ TEST_F(Udp, APortHeldByAnotherProgramIsUnusable) {
   }
 }
 
-// A descriptor number that another thread closes while LCM opens its sockets must not hide one of them.
+// A descriptor number that another thread closes while LCM opens its sockets must not hide one of LCM's sockets.
 TEST_F(Udp, OtherThreadsMayOpenAndCloseFilesMeanwhile) {
   std::atomic<bool> stop{false};
   std::vector<std::thread> busy;
@@ -201,7 +201,7 @@ TEST_F(Udp, TheSocketFilterKeepsTheTrafficOfOthersAway) {
   EXPECT_GE(bystander.endpoint.counters().kernel_filtered, 2U * kCalls);
 }
 
-// Long-form packets, other channels and plain rubbish on the live ports (acceptance figure 14).
+// Long-form packets, other channels and garbage on the live ports (acceptance figure 14).
 TEST_F(Udp, PacketsThatLcmMustNotSeeAreKeptAway) {
   const LcmOptions options = FreshOptions();
   Host server(options, kServer);
@@ -219,7 +219,7 @@ TEST_F(Udp, PacketsThatLcmMustNotSeeAreKeptAway) {
   const auto send = [&](const std::string& packet) {
     ::sendto(fd, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&address), sizeof(address));
   };
-  // A fragment whose offset wraps around: it crashes an unprotected receiver.
+  // A fragment whose offset wraps around crashes an unprotected receiver.
   const std::string wrapping("LC03\0\0\0\1\0\0\0\x10\xFF\xFF\xFF\xF8\0\1\0\2AAAAAAAAAAAAAAAAAAAAAAAA", 44);
   send(wrapping);
   for (int i = 0; i < 100; ++i)
@@ -250,7 +250,7 @@ TEST_F(Udp, ExtraDescriptorsWakeThePoll) {
 
 TEST_F(Udp, NoDescriptorIsInheritedByPrograms) {
   const LcmTransport transport(FreshOptions());
-  // The shell sees what it inherited; sockets would show as socket:[...].
+  // The shell lists its inherited descriptors; sockets would appear as socket:[...].
   EXPECT_NE(std::system("ls -l /proc/self/fd | grep -q socket:"), 0);
 }
 

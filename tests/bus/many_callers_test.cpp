@@ -1,4 +1,4 @@
-// More callers than the 4,096 that a party once remembered: each is served once, proves itself once, and is known
+// More callers than 4,096, a former limit of a party: each is served once, proves itself once, and is recognised
 // later.
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ constexpr int kManyCallers = 5000;
 constexpr EndpointId kFirstCaller = 1000;
 constexpr std::int64_t kCallersDeployment = 1;
 
-// Kernels of 4 MiB buffers lose nothing here; what is looked at is memory of callers, not loss.
+// Receive buffers of 4 MiB lose nothing here: this tests the memory of callers, not loss.
 class ManyCallers : public testing::Test {
  protected:
   struct Caller {

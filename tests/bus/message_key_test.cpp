@@ -1,4 +1,4 @@
-// A key file is taken only when it is a regular file of ours that nobody else may read and that holds one key.
+// A key file is accepted only if it is a regular file of the own user, unreadable for others, that holds one key.
 #include "bus/message_key.h"
 
 #include <fcntl.h>
@@ -31,7 +31,7 @@ class KeyFile : public testing::Test {
     return file;
   }
   const std::filesystem::path& folder() const { return folder_.path(); }
-  // The message of the refusal; empty when the file is taken.
+  // Returns the message of the refusal; empty if the file is accepted.
   static std::string Fault(const std::string& file) {
     try {
       MessageKey::Load(file);
@@ -59,8 +59,8 @@ TEST_F(KeyFile, IsHexadecimalTextWithOrWithoutALineEnd) {
   }
 }
 
-// systemd's grant of a credential: group bits that are the mask of an access control list, in a folder closed to
-// others.
+// A credential granted by systemd has group bits, which are the mask of an access control list, and its folder is
+// closed to others.
 TEST_F(KeyFile, OfSystemdMayBeReadableByAGroup) {
   const std::string file = Write(kDigits, 0440);
   ASSERT_EQ(::chmod(folder().c_str(), 0750), 0);
@@ -92,7 +92,7 @@ TEST_F(KeyFile, MayExistInMemoryOnly) {
   const int other = MessageKey::Random()->WriteInMemory();
   EXPECT_FALSE(std::ranges::equal(first->bytes(), MessageKey::Load("/dev/fd/" + std::to_string(other))->bytes()));
   ::close(other);
-  // Handed over on purpose, but not to programs that are started later.
+  // A descriptor that is passed on purpose must not be inherited by programs started later.
   ASSERT_EQ(::fcntl(fd, F_SETFD, 0), 0);
   MessageKey::Load(name);
   EXPECT_EQ(::fcntl(fd, F_GETFD), FD_CLOEXEC);

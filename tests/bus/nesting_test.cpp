@@ -1,4 +1,4 @@
-// JSON texts of messages nest at most 64 deep: whoever reads one, or shows it in an error, may recurse.
+// JSON texts of messages nest at most 64 levels deep, so that recursive readers and error messages are safe.
 #include <gtest/gtest.h>
 
 #include <string>

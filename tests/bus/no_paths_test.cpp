@@ -1,5 +1,5 @@
-// No message names a path to open or a command to run. Every text that a message carries is listed here with what it is
-// for; a new one fails this test until somebody has thought about it.
+// No message names a path to open or a command to run. Every text field of a message is listed here with its use; a
+// new field fails this test until it is reviewed and listed.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -13,13 +13,13 @@
 
 namespace {
 
-// What the programs do with a text. None of it opens or runs anything:
-//   shown      printed or stored for humans
-//   compared   looked up among things that the program has already, as a hash or an identity
-//   word       one of a fixed set, anything else is refused
-//   json       parsed by fixed keys: server/spec.cpp, the methods' option readers, listings
-//   sql        one statement on a read-only connection that can neither attach nor load
-//   (tests/db/read_only_database_test)
+// Uses of a text field. None of them opens or runs anything:
+// shown      printed or stored for humans
+// compared   looked up among known names, as a hash or an identity
+// word       one of a fixed set; any other value is refused
+// json       parsed by fixed keys: server/spec.cpp, the methods' option readers, listings
+// sql        one statement on a read-only connection that can neither attach nor load
+//            (tests/db/read_only_database_test)
 const std::map<std::string, std::string> kTexts = {
     {"cancel_reply.message", "shown"},
     {"capability.kind", "word"},
@@ -44,7 +44,7 @@ const std::map<std::string, std::string> kTexts = {
     {"method_request.hash", "compared"},
     {"probe_reply.server_version", "shown"},
     {"probe_reply.hostname", "shown"},
-    {"probe_reply.database", "shown"},  // where the server's database is, for its operator; clients never open it
+    {"probe_reply.database", "shown"},  // location of the server's database for its operator; clients never open it
     {"query_reply.message", "shown"},
     {"query_reply.json", "json"},
     {"query_request.sql", "sql"},
@@ -80,14 +80,15 @@ TEST(NoPaths, EveryTextOfEveryMessageIsAccountedFor) {
   for (const auto& [text, use] : kTexts) EXPECT_TRUE(found.contains(text)) << text << " is gone";
 }
 
-// Calls that open by a name or start a program stand only where the name comes from the command line or this machine.
+// Calls that open a file by name or start a program occur only where the name comes from the command line or this
+// machine.
 TEST(NoPaths, WhatServesMessagesNeitherOpensNorRunsAnything) {
   const std::regex opens(
       R"(\b(fopen|ofstream|ifstream|fstream|NewFile|ReplaceFile|ClaimName|system|popen|execv\w*|execl\w*|posix_spawn\w*|dlopen)\b)");
   for (const char* room : {"bus", "server"}) {
     for (const auto& entry : std::filesystem::directory_iterator(legopt::SourceFolder() + "/" + std::string(room))) {
       if (entry.path().extension() != ".cpp") continue;
-      // /proc and /sys only, by constant names.
+      // It opens only /proc and /sys, by constant names.
       if (entry.path().filename() == "udp_statistics.cpp") continue;
       std::ifstream file(entry.path());
       int number = 0;

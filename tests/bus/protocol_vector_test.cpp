@@ -1,5 +1,5 @@
-// The test vectors that PROTOCOL.md prints are what this code sends: a worker in another language can be checked
-// against the text alone.
+// This code sends the test vectors printed in PROTOCOL.md, so a worker in another language can be checked against the
+// document alone.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@
 namespace legopt::bus {
 namespace {
 
-// The request of the vectors: the first probe of a caller.
+// Returns the request of the vectors: the first probe of a caller.
 FrameHeader Probe() {
   FrameHeader header;
   header.kind = FrameKind::kRequest;

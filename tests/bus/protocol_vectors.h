@@ -1,4 +1,4 @@
-// The test vectors of PROTOCOL.md, as bytes.
+// Test vectors of PROTOCOL.md, as bytes.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace legopt::bus {
 
-// "name" -> bytes, of lines "    vector NAME" and the hexadecimal lines after each.
+// Returns name -> bytes, read from lines "    vector NAME" and the hexadecimal lines after each.
 inline std::map<std::string, std::vector<std::uint8_t>> ReadProtocolVectors() {
   std::ifstream file(SourceFolder() + "/lcmtypes/PROTOCOL.md");
   std::map<std::string, std::vector<std::uint8_t>> vectors;

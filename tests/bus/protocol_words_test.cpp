@@ -1,5 +1,5 @@
-// What people read of the protocol says what the code does: PROTOCOL.md lists the calls of messages.def, and the
-// comment of every field that holds an enumeration lists its values as words/ has them.
+// The documentation of the protocol agrees with the code: PROTOCOL.md lists the calls of messages.def, and the comment
+// of every field that holds an enumeration lists the values defined in words/.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ std::string ReadFile(const std::string& name) {
   return text.str();
 }
 
-// The comment beside a field of a .lcm file, its further lines included.
+// Returns the comment of a field of a .lcm file, including continuation lines.
 std::string CommentOf(const std::string& message, std::string_view field) {
   std::istringstream file(ReadFile(message + ".lcm"));
   const std::regex declaration(R"(^\s+\w+ )" + std::string(field) + R"((\[\w+\])?;\s*(//.*)?$)");

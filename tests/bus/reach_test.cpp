@@ -1,5 +1,5 @@
-// Policy: with TTL 0 a deployment neither sends to other hosts nor hears them, whatever routes and interfaces do; with
-// a TTL above 0 it follows the route. Two network namespaces joined by a cable (veth) are two hosts.
+// Reach policy: with TTL 0 a deployment neither sends to other hosts nor receives from them, for any routes and
+// interfaces; with a higher TTL it follows the route. Two network namespaces joined by a veth cable act as two hosts.
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -31,14 +31,14 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-// Interfaces: "near" on this host, "far" on the other.
+// Interface names: "near" on this host, "far" on the other.
 constexpr char kNearAddress[] = "10.97.0.1";
 
 bool Shell(const std::string& command) { return std::system((command + " 2>/dev/null").c_str()) == 0; }
 
 int OwnNamespace() { return ::open("/proc/thread-self/ns/net", O_RDONLY | O_CLOEXEC); }
 
-// The thread that makes it is on the near host, except in AtFar.
+// Two hosts. The constructing thread runs on the near host, except in AtFar.
 class TwoHosts {
  public:
   TwoHosts() {
@@ -85,7 +85,7 @@ class TwoHosts {
   std::string refused_;
 };
 
-// Runs `body` with two hosts; skips the test where they cannot be had.
+// Runs `body` with two hosts; skips the test if they cannot be created.
 void WithTwoHosts(const std::function<void(TwoHosts&)>& body) {
   std::string refused;
   OnThread([&] {
@@ -116,7 +116,7 @@ int UdpSocket(unsigned char ttl) {
   return fd;
 }
 
-// As LCM sends it: a legal frame of a stranger to the server, of any kind and type.
+// Returns an LCM packet with a legal frame of any kind and type from a stranger to the server.
 std::string PacketOf(FrameKind kind, std::int16_t type, std::int64_t deployment) {
   FrameHeader header;
   header.kind = kind;
@@ -151,7 +151,7 @@ std::size_t SendEverythingFromFar(const TwoHosts& hosts, const LcmOptions& optio
   return sent;
 }
 
-// A member of the group on every interface of this host, without a filter.
+// Listens to the group on every interface of this host, without a filter.
 class Witness {
  public:
   explicit Witness(int port) : fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
@@ -179,7 +179,7 @@ class Witness {
   int fd_;
 };
 
-// Counts the multicasts over UDP that arrive at the far host.
+// Counts the UDP multicasts that arrive at the far host.
 class FarEnd {
  public:
   explicit FarEnd(const TwoHosts& hosts) {
@@ -189,7 +189,7 @@ class FarEnd {
   FarEnd(const FarEnd&) = delete;
   FarEnd& operator=(const FarEnd&) = delete;
 
-  // Since the last call; waits for the first one, at most `patience`.
+  // Returns the number since the last call; waits for the first one, at most `patience`.
   std::size_t Count(milliseconds patience) const {
     const auto end = std::chrono::steady_clock::now() + patience;
     std::size_t count = 0;
@@ -205,7 +205,7 @@ class FarEnd {
   }
 
  private:
-  // IGMP does not count.
+  // IGMP packets are not counted.
   std::size_t Drain() const {
     constexpr std::size_t kProtocol = 23, kDestination = 30;
     constexpr unsigned char kGroupNet = 239;
@@ -216,7 +216,7 @@ class FarEnd {
     }
     return count;
   }
-  // An interface that goes down leaves an error, behind which packets wait.
+  // An interface that goes down leaves an error in the queue ahead of waiting packets.
   bool TakeError() const {
     int error = 0;
     socklen_t size = sizeof error;
@@ -233,7 +233,7 @@ void PollFor(Host& host, milliseconds duration) {
 
 TEST(Reach, WithTtlZeroNothingOfAnotherHostIsHeard) {
   WithTwoHosts([](TwoHosts& hosts) {
-    // With the group's route on the wire, on loopback, and without any.
+    // The group's route leads to the cable, to loopback, or does not exist.
     for (const char* route : {"239.255.76.67/32 dev near", "239.255.76.67/32 dev lo", ""}) {
       SCOPED_TRACE(route);
       EXPECT_TRUE(*route == '\0' || Shell(std::string("ip route add ") + route));
@@ -256,7 +256,7 @@ TEST(Reach, WithTtlZeroNothingLeavesTheHostWhenRoutesAndLinksChange) {
   WithTwoHosts([](TwoHosts& hosts) {
     const LcmOptions options = FreshOptions();
     const FarEnd far(hosts);
-    // TTL 0 alone is not enough: a socket that follows the route reaches the other host.
+    // TTL 0 alone is not sufficient: a socket that follows the route reaches the other host.
     ASSERT_TRUE(Shell("ip route add 239.255.76.67/32 dev near"));
     const int fd = UdpSocket(0);
     SendPacket(fd, "x", kGroup, options.port);
@@ -289,7 +289,7 @@ TEST(Reach, WithTtlZeroNoRouteIsNeeded) {
     EXPECT_TRUE(EchoWorks(options));
     EXPECT_TRUE(ProbeMulticastRoute(kGroup).usable);
     EXPECT_FALSE(ProbeMulticastRoute(kGroup, 1).usable);
-    // One that was made without LCM, and one with it.
+    // A packet made without LCM, and one sent by LCM.
     Host server(options, kServer);
     ServeEcho(server);
     ASSERT_TRUE(Shell("ip route add 239.255.76.67/32 dev near"));
@@ -314,7 +314,7 @@ TEST(Reach, AboveTtlZeroTheGroupIsJoinedAnewWhereTheRouteLeads) {
     std::optional<Host> client;
     hosts.AtFar([&] { client.emplace(options, kClient); });
     EXPECT_TRUE(EchoBetween(*client, server));
-    // The cable is replaced: both have other interfaces then.
+    // The cable is replaced, which gives both hosts new interfaces.
     ASSERT_TRUE(Shell("ip link del near"));
     PollFor(server, milliseconds(50));
     ASSERT_TRUE(hosts.PlugIn() && route());
@@ -322,7 +322,7 @@ TEST(Reach, AboveTtlZeroTheGroupIsJoinedAnewWhereTheRouteLeads) {
   });
 }
 
-// Refuses SO_ATTACH_FILTER to the calling thread for ever.
+// Makes the kernel refuse SO_ATTACH_FILTER to the calling thread permanently.
 bool RefuseSocketFilters() {
   constexpr std::uint32_t kOption = offsetof(seccomp_data, args) + 2 * sizeof(std::uint64_t);
   std::array<sock_filter, 6> code = {

@@ -1,5 +1,5 @@
-// Each nonce of an admitted session is taken once and never when it is older than the window; a session is admitted
-// only by the challenge of this life.
+// Each nonce of an admitted session is accepted once, and never if it is older than the window. A session is admitted
+// only by a challenge of the current process.
 #include "bus/replay_guard.h"
 
 #include <gtest/gtest.h>

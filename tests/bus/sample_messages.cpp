@@ -17,7 +17,7 @@ void Agree(legopt_msg::chunk& message) {
 
 void Agree(legopt_msg::lease_reply& message) {
   message.status = static_cast<std::int32_t>(LeaseStatus::kLeased);
-  message.wanted_dataset.clear();  // comes without jobs
+  message.wanted_dataset.clear();  // sent without jobs only
 }
 
 void Agree(legopt_msg::lease_state& message) { message.progress_done = message.progress_total - 1; }

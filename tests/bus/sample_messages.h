@@ -1,5 +1,5 @@
-// One legal message of every type, with every field set and every array filled, made of the messages' rules
-// (bus/message_fields.h): each field gets a value that its rule allows and that its neighbours do not have.
+// One legal message of every type with every field set and every array filled, generated from the messages' rules
+// (bus/message_fields.h). Each field gets a value that its rule allows and that differs from its neighbours.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ Message Sample();
 
 namespace sample_internal {
 
-// What rules of single fields do not tell: values that belong together.
+// Adjusts values that depend on each other, which the rules of single fields do not express.
 template <class Message>
 void Agree(Message& /*message*/) {}
 void Agree(legopt_msg::capability& message);
@@ -32,10 +32,10 @@ void Agree(legopt_msg::lease_state& message);
 void Agree(legopt_msg::result_request& message);
 void Agree(legopt_msg::control_request& message);
 
-// How the samples of a message's fields, the first being number 1, are chosen by their rules.
+// Chooses the values of a message's fields by their rules, beginning with field number 1.
 template <class Message>
 struct Sampler {
-  const Message& message;  // as far as it is filled: limits may depend on other fields
+  const Message& message;  // filled so far; limits may depend on other fields
   std::string_view name;
   int number = 0;
 
@@ -92,7 +92,7 @@ struct Sampler {
   }
   template <class Array>
   std::int32_t Of(const fields::CountOf<Message, Array>& /*rule*/, std::int32_t* /*type*/) const {
-    return 0;  // taken from the array
+    return 0;  // set from the array's size
   }
 };
 

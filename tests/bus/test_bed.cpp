@@ -64,13 +64,13 @@ class SimulatedBed final : public TestBed {
   SimulatedNetwork network_;
   std::shared_ptr<const MessageKey> key_;
   std::vector<std::pair<Port, Datagram>> recorded_;
-  std::list<BedParty<SimulatedTransport>> parties_;  // not a vector: moving would part endpoint and transport
+  std::list<BedParty<SimulatedTransport>> parties_;  // not a vector: moving would separate endpoint and transport
   std::uint64_t seed_ = 0;
 };
 
 const sockaddr* Generic(const sockaddr_in& address) { return reinterpret_cast<const sockaddr*>(&address); }
 
-// A plain UDP listener and sender beside LCM on one port.
+// A plain UDP listener and sender on the port that LCM uses.
 class Wire {
  public:
   explicit Wire(int port) : fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
@@ -80,7 +80,7 @@ class Wire {
     address_.sin_family = AF_INET;
     address_.sin_port = htons(static_cast<std::uint16_t>(port));
     ::inet_pton(AF_INET, kGroup, &address_.sin_addr);
-    ip_mreqn membership{};  // on loopback, as parties with TTL 0
+    ip_mreqn membership{};  // on loopback, like parties with TTL 0
     membership.imr_multiaddr = address_.sin_addr;
     membership.imr_ifindex = static_cast<int>(::if_nametoindex("lo"));
     ::setsockopt(fd_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on));
@@ -100,7 +100,7 @@ class Wire {
   void Send(std::span<const std::uint8_t> bytes) {
     ::sendto(fd_, bytes.data(), bytes.size(), 0, Generic(address_), sizeof(address_));
   }
-  // Calls `sink` with each packet waiting.
+  // Calls `sink` with each waiting packet.
   template <class Sink>
   void Drain(Sink sink) {
     std::array<std::uint8_t, 65536> buffer{};
@@ -159,7 +159,7 @@ class UdpBed : public TestBed {
   }
 
  protected:
-  // Where a party of this address is.
+  // Returns the bus of the party with this address.
   virtual LcmOptions BusOf(EndpointId /*id*/) const {
     LcmOptions lcm;
     lcm.group = kGroup;
@@ -172,7 +172,7 @@ class UdpBed : public TestBed {
     for (const Port port : {Port::kControl, Port::kBulk}) {
       (port == Port::kControl ? control_ : bulk_).Drain([&](std::span<const std::uint8_t> packet) {
         constexpr std::size_t kLcmBytes = 15;
-        // LCM's self-tests pass by here too.
+        // LCM's self-tests arrive here as well.
         if (packet.size() < kLcmBytes || packet[8] != 'L' || packet[9] != 'E') return;
         recorded_.emplace_back(port, Datagram(packet.begin() + kLcmBytes, packet.end()));
       });
@@ -183,10 +183,10 @@ class UdpBed : public TestBed {
   Wire control_;
   Wire bulk_;
   std::vector<std::pair<Port, Datagram>> recorded_;
-  std::list<BedParty<LcmTransport>> parties_;  // not a vector: moving would part endpoint and transport
+  std::list<BedParty<LcmTransport>> parties_;  // not a vector: moving would separate endpoint and transport
 };
 
-// The server on one bus, which is the one that is recorded, everybody else on another; between them a bridge.
+// The server is on one bus, which is recorded; all others are on another bus, joined by a bridge.
 class BridgedBed final : public UdpBed {
  public:
   BridgedBed() : far_port_(FindFreePortPair(RandomSeed())) {
@@ -195,7 +195,7 @@ class BridgedBed final : public UdpBed {
     const bridge::LinkAddress address = socket.address();
     hub_ = bridge::Bridge::RunHub(Bridged(kServer), std::move(socket));
     spoke_ = bridge::Bridge::RunSpoke(Bridged(kServer + 1), bridge::LinkSocket(any), {address});
-    // Tests count repeats: the first datagram shall find its way.
+    // Tests count retries, so the link must be up before the first datagram.
     BridgedBed::RunUntil([this] { return spoke_->linked(); }, std::chrono::seconds(10));
   }
 

@@ -1,4 +1,5 @@
-// One interface over both networks, so that the conformance suite runs on each: parties, waiting, recording, injecting.
+// Common interface to both networks, so that the conformance suite runs on each: parties, waiting, recording,
+// injecting.
 #pragma once
 
 #include <cstdint>
@@ -22,14 +23,14 @@ class TestBed {
  public:
   virtual ~TestBed() = default;
 
-  // A party with its own transport. Lives until Remove or the end of the bed.
+  // Adds a party with its own transport, which lives until Remove or the end of the bed.
   virtual Endpoint& Add(EndpointId id, const EndpointOptions& options = {}, std::int64_t deployment = kDeployment) = 0;
   virtual void Remove(Endpoint& endpoint) = 0;
-  // Polls all parties until `done`, or until `limit` of the bed's time has passed (then false).
+  // Polls all parties until `done`; returns false if `limit` of the bed's time passes first.
   virtual bool RunUntil(const std::function<bool()>& done, microseconds limit = std::chrono::seconds(30)) = 0;
-  // Puts a datagram on the wire from outside.
+  // Injects a datagram from outside.
   virtual void Inject(Port port, std::span<const std::uint8_t> datagram) = 0;
-  // Everything sent since the bed was made, injections included.
+  // Returns everything sent since the bed was made, including injected datagrams.
   virtual const std::vector<std::pair<Port, Datagram>>& recorded() = 0;
 
   static constexpr std::int64_t kDeployment = 4711;
@@ -37,14 +38,14 @@ class TestBed {
 
 enum class BedKind { kSimulated, kSimulatedWithKey, kUdp, kBridged };
 
-// A key that everybody may know.
+// Returns a key for tests, which is not secret.
 std::shared_ptr<const MessageKey> TestKey(std::uint8_t first_byte = 0);
 
-// Empty, with `why`, when real multicast cannot be had here.
+// Returns null and sets `why` if real multicast is not available.
 std::unique_ptr<TestBed> MakeTestBed(BedKind kind, std::string* why);
 
-// Moves the calling thread into a network namespace of its own; with `route`, loopback is up and carries multicast.
-// Returns what was refused of that, empty when it is done.
+// Moves the calling thread into a new network namespace; with `route`, loopback is up and carries multicast. Returns
+// an empty string, or the reason of a refusal.
 std::string EnterPrivateNetwork(bool route);
 
 }  // namespace legopt::bus

@@ -1,4 +1,4 @@
-// The hand-written coders of wire.h write and read exactly what the generated ones do.
+// The hand-written coders of wire.h write and read the same bytes as the generated ones.
 #include "bus/wire.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// The file: what it says is read back, what does not fit is refused by name.
+// The certificate file: a written file is read back unchanged, and inconsistent content is refused with the name of
+// the field.
 
 #include "legopt/certify/certificate.h"
 
@@ -36,7 +37,7 @@ class CertificateFile : public testing::Test {
     return path_;
   }
   Certificate Read() const { return ReadCertificate(path_, catalogue_, *dataset_); }
-  /// What reading says of the file with one text replaced.
+  /// Returns the error of reading the file after one text is replaced.
   std::string RefusalOf(const std::string& from, const std::string& to) const {
     Write();
     test::ReplaceInFile(path_, from, to);

@@ -1,4 +1,4 @@
-// A whole dataset: the same certificate whatever the threads and interruptions.
+// Certification of a whole dataset: the certificate does not depend on the number of threads or on interruptions.
 
 #include "legopt/certify/dataset_certifier.h"
 
@@ -93,7 +93,7 @@ TEST_F(DatasetCertificate, MoreIsKnownEveryTimeItIsTold) {
   EXPECT_EQ(before, catalogue_.stances().size());
 }
 
-/// Posture problems 0 and 7 are one stance; nothing balances on the left foot, so the motion is open.
+/// Posture problems 0 and 7 have the same stance; no posture balances on the left foot, so the motion stays open.
 TEST(DatasetCertificateOfAStiffRobot, OneOpenStanceOpensItsProblemsOnly) {
   const test::TemporaryFolder temporary;
   const test::SyntheticFolder folder(temporary.path() / "dataset");

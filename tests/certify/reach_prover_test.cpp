@@ -1,5 +1,5 @@
-// The proof: never of a stance that has a posture, whatever the robot; of feet that are out of reach, twisted, too
-// high.
+// Proofs of infeasibility. A stance that has a posture is never declared infeasible, for any robot. Feet that are out
+// of reach, twisted or too high are proved infeasible.
 
 #include "legopt/certify/reach_prover.h"
 
@@ -24,7 +24,7 @@ double DrawBetween(double low, double high, std::mt19937_64& generator) {
   return low + (high - low) * UniformDraw(generator);
 }
 
-/// Any configuration within the limits; every third with all joints at one or the other limit.
+/// Returns a random configuration within the limits; every third one has all joints at a limit.
 Eigen::VectorXd AnyConfiguration(const RobotModel& robot, int number, std::mt19937_64& generator) {
   Eigen::VectorXd x(robot.configuration_size());
   for (int i = 0; i < robot.num_dofs(); ++i) {
@@ -38,8 +38,8 @@ Eigen::VectorXd AnyConfiguration(const RobotModel& robot, int number, std::mt199
   return x;
 }
 
-/// The stance on all feet, or on the first, that this configuration stands in; each foot off by nearly all that the
-/// judge lets it be.
+/// Returns the stance of this configuration on all feet, or on the first, with each foot off by nearly the judge's
+/// tolerance.
 Stance StanceOf(const Dataset& dataset, const Eigen::VectorXd& x, std::size_t feet, std::mt19937_64& generator) {
   constexpr double kNearlyAll = 0.99e-3;
   const auto off = [&generator] { return UniformDraw(generator) < 0.5 ? -kNearlyAll : kNearlyAll; };
@@ -59,7 +59,7 @@ Stance StanceOf(const Dataset& dataset, const Eigen::VectorXd& x, std::size_t fe
 
 std::shared_ptr<const Dataset> Humanoid() { return Dataset::Load(SourceFolder() + "/data/garage-small"); }
 
-/// One for all tests: what legs can reach takes a second to measure, and minutes under sanitizers.
+/// Returns a prover shared by all tests: measuring the legs' reach takes a second, and minutes under sanitizers.
 const ReachProver& HumanoidProver() {
   static const std::shared_ptr<const Dataset> dataset = Humanoid();
   static const ReachProver prover(*dataset);

@@ -1,4 +1,4 @@
-// One stance: a posture that the judge accepts, or what stands in the way.
+// Certification of one stance: a posture that the judge accepts, or the name of the obstacle.
 
 #include "legopt/certify/stance_certifier.h"
 
@@ -19,7 +19,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-/// The embedded humanoid in the small garage: a robot with free feet.
+/// The embedded humanoid, a floating-base robot, in the small garage.
 class StanceSearch : public testing::Test {
  protected:
   StanceSearch()
@@ -27,7 +27,7 @@ class StanceSearch : public testing::Test {
         certifier_(dataset_),
         level_(dataset_->problem(Task::kPosture, 0).stances.front()) {}
 
-  /// The level stance with its second foot moved.
+  /// Returns the level stance with its second foot moved.
   Stance WithSecondFootMoved(const Eigen::Vector3d& by) const {
     Stance stance = level_;
     stance.footholds[1].position += by;
@@ -52,7 +52,7 @@ TEST_F(StanceSearch, FindsAPostureThatTheJudgeAccepts) {
   }
 }
 
-// Every start by itself, whatever was looked at before.
+// Every initial guess is independent of earlier searches.
 TEST_F(StanceSearch, DependsOnStanceAndNumbersOnly) {
   for (int number = 0; number < 6; ++number) {
     StanceCertifier fresh(dataset_);
@@ -110,7 +110,7 @@ TEST_F(StanceSearch, EndsWhenItIsAskedTo) {
   EXPECT_LT(asked, 20);
 }
 
-/// A robot whose hips only pitch: nothing brings its weight over one foot.
+/// On a robot whose hips only pitch, no posture brings the centre of mass over one foot.
 TEST(StanceSearchOfAStiffRobot, MissingBalanceIsNamed) {
   const test::TemporaryFolder temporary;
   const test::SyntheticFolder folder(temporary.path() / "dataset");
@@ -140,7 +140,7 @@ TEST_F(StanceSearch, ProgramsLackWhatIsLeftOutAndNothingElse) {
   EXPECT_THAT(names({kSelf, kEnvironment}), ElementsAre(all[0], all[1], all[2]));
 }
 
-// Rows of the half that is left out are satisfied everywhere and have no slope; the others are as they were.
+// Rows of the omitted half are satisfied everywhere and have zero gradient; the others are unchanged.
 TEST_F(StanceSearch, HalfOfTheCollisionsAreLeftOutRowByRow) {
   CollisionQuery query(dataset_->collision_model());
   Eigen::VectorXd x = Eigen::VectorXd::Zero(dataset_->robot().configuration_size());

@@ -1,7 +1,9 @@
-// Real server, workers and LCM over an injuring relay, with processes killed all the time: acceptance figure 1.
+// Real server, workers and LCM over a relay that injects faults, with processes killed all the time: acceptance figure
+// 1.
 //
-// Server on one pair of ports, workers and client on another; the relay between them loses a fifth of all datagrams.
-// Every two seconds a worker is killed, every server after ten. At the end the database must hold every job once.
+// The server is on one pair of ports, workers and client on another; the relay between them loses a fifth of all
+// datagrams. A worker is killed every two seconds, and every server after ten. At the end the database must hold every
+// job once.
 
 #include <unistd.h>
 
@@ -35,11 +37,11 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 constexpr char kGroup[] = "239.255.76.67";
-constexpr int kExitSkipped = 77;  // as CTest is told
+constexpr int kExitSkipped = 77;  // skip code of CTest
 constexpr seconds kStartLimit{20};
 constexpr int kWorkMin_ms = 20;
 constexpr int kWorkSpread_ms = 180;
-constexpr int kManyAttempts = 100;  // being killed is not the jobs' fault
+constexpr int kManyAttempts = 100;  // jobs are not charged for kills
 constexpr std::uint64_t kNotARole = 1'000'000;
 
 struct Options {
@@ -65,7 +67,7 @@ class Chaos {
     server_.reset();
   }
 
-  // Whether all ended in time and the database keeps the promise.
+  // Returns whether all jobs ended in time and the database passes all checks.
   bool Run() {
     relay_ = std::make_unique<ChildProcess>(
         service::Program("injuring_relay"),
@@ -91,7 +93,7 @@ class Chaos {
   }
 
  private:
-  // Workers on buses of their own; what joins them to the server, which is the hub, is injured as well.
+  // Puts each worker on a bus of its own. The relay also injects faults into the link to the server, which is the hub.
   void BuildLink() {
     constexpr bridge::LinkAddress kAnyPort = ~bridge::LinkAddress{0xFFFF};
     const auto free_address = [] {
@@ -130,7 +132,7 @@ class Chaos {
   std::string LinkFile() const { return (folder_ / "link.access").string(); }
   std::string Database() const { return (folder_ / "results.sqlite").string(); }
 
-  // An answer that does not come is asked for again, as a user would.
+  // Repeats a request until it is answered, as a user would.
   template <class Ask>
   bool Try(Ask ask) {
     try {
@@ -174,8 +176,8 @@ class Chaos {
         server_->Wait(kStartLimit);
         StartServer();
         ++server_kills_;
-        // From its readiness: a server frees the jobs of dead workers after nine seconds, however long it takes to
-        // start.
+        // Counted from readiness: a server releases the jobs of dead workers after nine seconds, however long it takes
+        // to start.
         kill_server = Clock::now() + period(options_.kill_server_s);
       }
       std::this_thread::sleep_for(milliseconds(100));
@@ -183,7 +185,7 @@ class Chaos {
     return over;
   }
 
-  // Lost, duplicated, unexpected or unsound: each line must say 0.
+  // Counts lost, duplicated, unexpected and inconsistent rows; each count must be 0.
   bool Examine() {
     db::ReadOnlyDatabase database(Database());
     const std::vector<std::pair<const char*, const char*>> checks = {
@@ -212,7 +214,7 @@ class Chaos {
     return sound;
   }
 
-  // What of the time went where.
+  // Prints how the time was spent.
   void TellWhen(db::ReadOnlyDatabase& database) const {
     const auto row = database
                          .Query(

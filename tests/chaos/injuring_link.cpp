@@ -1,5 +1,5 @@
-// Carries the datagrams of bridges between spokes and a hub of this machine and injures them on the way, as a router
-// that gives each spoke an address of its own. Needs no privileges.
+// Carries the datagrams of bridges between spokes and a hub of this machine and injects faults, like a router that
+// gives each spoke an address of its own. Needs no privileges.
 
 #include <poll.h>
 
@@ -54,7 +54,7 @@ class InjuringLink {
 
   static LinkSocket AnyPort(LinkAddress like) { return LinkSocket(like & ~LinkAddress{0xFFFF}); }
 
-  // What the hub sees of a spoke.
+  // Returns the socket by which the hub sees this spoke.
   const LinkSocket& FarOf(LinkAddress spoke) {
     auto& socket = far_[spoke];
     if (socket == nullptr) socket = std::make_unique<LinkSocket>(AnyPort(hub_));
@@ -90,7 +90,7 @@ class InjuringLink {
 
   LinkAddress hub_;
   Injury injury_;
-  LinkSocket near_;  // what spokes speak to
+  LinkSocket near_;  // address that spokes send to
   std::map<LinkAddress, std::unique_ptr<LinkSocket>> far_;
   std::multimap<LinkClock::time_point, Letter> under_way_;
 };

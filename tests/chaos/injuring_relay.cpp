@@ -1,6 +1,6 @@
-// Carries datagrams between two deployments' port pairs and injures them on the way: each port and the next one of one
-// pair to those of the other, in both directions. Parties of the two sides must use one deployment number
-// (LEGOPT_DEPLOYMENT), since it would follow from the port. Needs no privileges.
+// Carries datagrams between the port pairs of two deployments and injects faults, in both directions: each port of one
+// pair is joined to the same port of the other. Parties of both sides must set one deployment number
+// (LEGOPT_DEPLOYMENT), since the default follows from the port. Needs no privileges.
 
 #include <arpa/inet.h>
 #include <net/if.h>
@@ -34,7 +34,7 @@ struct Options {
 };
 
 constexpr int kPorts = 2;               // control and bulk
-constexpr std::size_t kLargest = 2048;  // above every datagram of ours
+constexpr std::size_t kLargest = 2048;  // above the largest datagram of the protocol
 
 int Require(int result, const char* what) {
   if (result < 0) throw std::runtime_error(std::string("injuring relay: ") + what + " failed");
@@ -51,7 +51,7 @@ sockaddr_in Address(const std::string& group, int port) {
 
 const sockaddr* Raw(const sockaddr_in& address) { return reinterpret_cast<const sockaddr*>(&address); }
 
-// Where parties with TTL 0 are.
+// Returns the membership on loopback, where parties with TTL 0 are.
 ip_mreqn OnLoopback() {
   ip_mreqn loopback{};
   loopback.imr_ifindex = static_cast<int>(if_nametoindex("lo"));
@@ -73,7 +73,7 @@ int OpenListener(const std::string& group, int port) {
   return fd;
 }
 
-// Bound, so that what it sends is recognised when it is heard again.
+// The socket is bound, so that its own datagrams are recognised when they are received again.
 int OpenSender() {
   const int fd = Require(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0), "socket");
   const unsigned char ttl = 0;

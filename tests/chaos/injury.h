@@ -1,4 +1,4 @@
-// The dice of the relays: which datagrams are lost, how often and how late the others arrive.
+// Random faults of the relays: loss, duplication and delay of datagrams.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -28,13 +28,13 @@ class Injury {
  public:
   explicit Injury(const InjuryOptions& options) : options_(options), random_(options.seed) {}
 
-  // How late each copy of the next datagram arrives; none: it is lost.
+  // Returns the delay of each copy of the next datagram; empty if it is lost.
   std::vector<std::chrono::microseconds> Delays() {
     if (Chance(options_.drop)) return {};
     std::vector<std::chrono::microseconds> delays(Chance(options_.duplicate) ? 2 : 1);
     for (auto& delay : delays) {
       delay = std::chrono::microseconds(random_() % (static_cast<std::uint64_t>(options_.max_delay_ms) * 1000 + 1));
-      constexpr int kReorderDelay_ms = 50;  // on top of the delay of others
+      constexpr int kReorderDelay_ms = 50;  // additional to the normal delay
       if (Chance(options_.reorder)) delay += std::chrono::microseconds(random_() % (kReorderDelay_ms * 1000));
     }
     return delays;

@@ -1,5 +1,5 @@
-// Policy: the table has the paper's layout, n in every cell and a dash where nothing was solved; all five formats say
-// the same.
+// Policy: the table has the paper's layout, with n in every cell and a dash where nothing was solved. All five formats
+// contain the same values.
 #include "client/report/benchmark_table.h"
 
 #include <gmock/gmock.h>
@@ -48,12 +48,12 @@ BenchmarkTable ExampleTable() {
   return table;
 }
 
-// The shown cells that a row of CSV or JSON figures amounts to.
+// Returns a cell as text, as the text table shows the values in CSV or JSON.
 std::vector<std::string> Shown(const BenchmarkCell& cell, const TimeUnit& unit) {
   return {FormatSuccess(cell), FormatCost(cell.cost), FormatTime(cell.time_s, unit)};
 }
 
-// A line of CSV by the names of its columns.
+// One line of CSV, keyed by column name.
 using CsvRow = std::map<std::string, std::string>;
 
 std::vector<CsvRow> CsvRows(const std::string& text) {
@@ -152,7 +152,7 @@ TEST(BenchmarkTable, CaptionTellsExperimentRuleAndProgress) {
   }
 }
 
-// A weaker rule never stands alone.
+// Counts by a weaker rule are always accompanied by those of the other rule.
 TEST(BenchmarkTable, CountsByTheOtherRuleStandBelow) {
   BenchmarkTable table = ExampleTable();
   table.other_rule = Rule::kSolid;
@@ -183,7 +183,7 @@ TEST(BenchmarkTable, TextColumnsLineUp) {
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
     if (line.find(" | ") == std::string::npos) continue;
-    // The last bar: cells hold none, except the method's name, which stands first.
+    // Position of the last bar: no cell contains one except the method's name, which is in the first column.
     bars.push_back(line.rfind(" | "));
   }
   ASSERT_EQ(bars.size(), 4U);  // groups, titles, two rows
@@ -211,7 +211,7 @@ TEST(BenchmarkTable, IsBuiltFromTheViewsRows) {
   const BenchmarkTable table = BuildBenchmarkTable(cells, 1, Rule::kStrict);
   EXPECT_THAT(table.columns, ElementsAre(kPostureHard, kMotionGood));
   ASSERT_EQ(table.rows.size(), 2U);
-  EXPECT_EQ(table.rows[0].method, "I-SQP");  // the order of the rows, not of the ids
+  EXPECT_EQ(table.rows[0].method, "I-SQP");  // in the order of the rows, not of the ids
   EXPECT_EQ(table.rows[0].cells.at(kPostureHard),
             (BenchmarkCell{6, 6, 0, std::nullopt, std::nullopt, 1, 2, 3, 3, 2, 1, 4}));
   EXPECT_EQ(table.rows[0].inner_starts, 8);
@@ -223,7 +223,7 @@ TEST(BenchmarkTable, IsBuiltFromTheViewsRows) {
   EXPECT_EQ(table.Sum().taken_over, 4);
 }
 
-// A word that a later release may have written is no column of ours.
+// Unknown words, which a later release may have stored, are refused.
 TEST(BenchmarkTable, UnknownWordsAreRefusedByName) {
   Listing cells;
   cells.columns = {"task"};
@@ -254,7 +254,7 @@ TEST(BenchmarkTable, CollisionIsAColumnWhereItDiffers) {
             "surface");
 }
 
-// Starts inside an attempt are restarts that the method makes by itself: none may hide behind a 0.
+// Internal restarts of a method within an attempt are shown, not hidden behind a 0.
 TEST(BenchmarkTable, StartsInsideOfAnAttemptAreTold) {
   BenchmarkTable table = ExampleTable();
   table.rows[0].inner_starts = 8;
@@ -284,7 +284,8 @@ TEST(BenchmarkTable, CsvHasTheSameColumnsForEveryExperiment) {
   EXPECT_EQ(row.at("motion_in_collision_n"), "");
 }
 
-// One job that died twice, one that could not run, two cancelled, one to go.
+// Returns a table with one dead job after two attempts, one job that could not run, two cancelled ones and one
+// pending.
 BenchmarkTable Broken() {
   BenchmarkTable table = ExampleTable();
   table.columns = {kPostureGood};
@@ -310,7 +311,7 @@ TEST(BenchmarkTable, JobsWithoutResultsAreVisible) {
   EXPECT_EQ(json.at("cancelled"), 2);
 }
 
-// What the clock ended says nothing about the method: every form of the table tells how many, and what to do.
+// Runs stopped by the wall-time limit say nothing about the method: every format shows their number and a remedy.
 TEST(BenchmarkTable, WhatTheClockEndedIsToldBelow) {
   BenchmarkTable table = Broken();
   table.rows[0].cells[kPostureGood].clock_stopped = 2;
@@ -489,7 +490,7 @@ TEST(FormatCost, FollowsThePaper) {
   EXPECT_EQ(FormatCost(1.0), "1");
   EXPECT_EQ(FormatCost(0.134), "0.13");
   EXPECT_EQ(FormatCost(0.0), "0.00");
-  EXPECT_EQ(FormatCost(0.0012), "1.2e-03");  // never 0.00 for something that is not zero
+  EXPECT_EQ(FormatCost(0.0012), "1.2e-03");  // 0.00 is shown only for zero
 }
 
 TEST(FormatTime, ShowsThreeSignificantDigits) {

@@ -1,5 +1,5 @@
-// Policy: a table counts over the problems that a certificate certifies, and shows what became of the others; a
-// certificate of another dataset is refused where it was asked for, and left alone where it was not.
+// Policy: a table counts the problems that a certificate certifies and shows the results of the others. The
+// certificate of another dataset is refused if requested explicitly and ignored otherwise.
 #include "client/report/certified_counts.h"
 
 #include <gmock/gmock.h>
@@ -30,7 +30,7 @@ using testing::Not;
 
 const BenchmarkColumn kGoodPostures = {Task::kPosture, Initialization::kGood};
 
-// Problems 0 to 3: certified, certified, infeasible, and one that the certificate does not have.
+// Problems 0 to 3: certified, certified, infeasible, and not in the certificate.
 constexpr const char* kProblems =
     R"([{"id": 0, "feasibility": "certified"}, {"id": 1, "feasibility": "certified"},
         {"id": 2, "feasibility": "infeasible"}])";
@@ -94,14 +94,15 @@ TEST_F(CertifiedCounts, StandInEveryFormat) {
 }
 
 TEST_F(CertifiedCounts, BoldGoesToTheBestOverCertifiedProblems) {
-  // 2 of 2 certified beats 1 of 2, though over all jobs a method that solves the open problem only would do as well.
+  // 2 of 2 certified problems beats 1 of 2. Counted over all jobs, a method that solves only the open problem would be
+  // as good.
   const auto text =
       RenderBenchmarkTable(CertifiedTable(), TableFormat::kText, {kMilliseconds, {.width = 100, .color = true}});
   EXPECT_THAT(text, ContainsRegex("\x1b\\[1m2/2"));
   EXPECT_THAT(text, Not(ContainsRegex("\x1b\\[1m1/2")));
 }
 
-// A continuous motion has the stances of the motion, so it counts as that does.
+// A continuous motion has the stances of the motion, so it is counted by the motion's certificate.
 TEST(CertifiedContinuousMotions, CountAsTheirMotions) {
   const TemporaryFolder folder;
   TestExperiment experiment;
@@ -121,7 +122,7 @@ TEST(CertifiedContinuousMotions, CountAsTheirMotions) {
   EXPECT_THAT(RenderBenchmarkTable(table, TableFormat::kText), HasSubstr("1/2 (1 of 1 open)"));
 }
 
-// Columns of tasks that the paper has not stand behind those of the paper, where a table has them.
+// Columns of tasks that are not in the paper follow those of the paper if the table contains such tasks.
 TEST(CsvColumns, ArePapersAndThenTheTables) {
   for (const char* task : {"posture", "continuous"}) {
     const TemporaryFolder folder;

@@ -1,5 +1,5 @@
-// Policy: `certify` as a user runs it: one file for one dataset, which an interruption leaves fit to go on with; what
-// is of another dataset is refused by its own exit code, and stays as it is.
+// Policy: `certify` as a user runs it. It writes one file per dataset, from which it resumes after an interruption.
+// The file of another dataset is refused with its own exit code and left unchanged.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>

@@ -1,4 +1,4 @@
-// Policy: a child never outlives us, its end is reported as it was, and its last words are kept.
+// Policy: a child never outlives its parent, its exit status is reported unchanged, and its last output is kept.
 #include "client/service/child_process.h"
 
 #include <gmock/gmock.h>
@@ -12,7 +12,7 @@ namespace legopt::client {
 namespace {
 
 using std::chrono::milliseconds;
-constexpr milliseconds kLong{60'000};  // a bound for a broken program, not a wait
+constexpr milliseconds kLong{60'000};  // upper bound for a broken program; not waited for
 
 std::vector<std::string> Script(const std::string& text) { return {"-c", text}; }
 

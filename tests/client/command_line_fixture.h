@@ -14,7 +14,7 @@
 
 namespace legopt::client {
 
-/// Runs the built `legopt` in a folder of its own.
+/// Runs the built `legopt` in a temporary folder.
 class CommandLine : public testing::Test {
  protected:
   ProgramResult Run(const std::vector<std::string>& arguments,
@@ -28,7 +28,7 @@ class CommandLine : public testing::Test {
     return file.string();
   }
 
-  // One line, with the program's name.
+  // Expects one line of error that begins with the program's name.
   void ExpectError(const ProgramResult& result, int code, const std::string& words) {
     EXPECT_EQ(result.exit_code, code) << result.err;
     EXPECT_THAT(result.err, testing::AllOf(testing::StartsWith("legopt: error: "), testing::HasSubstr(words)));

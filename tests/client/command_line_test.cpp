@@ -1,5 +1,5 @@
-// Policy: every fault is one line "legopt: error: ..." with its own exit code; results are printed on standard output
-// and nothing else is. Here: usage, help, and what concerns every command.
+// Policy: every error is one line "legopt: error: ..." with its own exit code, and standard output contains only
+// results. This file tests usage, help, and behaviour common to all commands.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -89,7 +89,7 @@ TEST_F(CommandLine, EmptyAndOverlongTextsAreTheUsersNotTheNetworks) {
   ExpectError(Run({"hold", "1", std::string(1001, 'x')}), 2, "REASON: is 1001 bytes long; at most 1000");
 }
 
-// Every command that prints much or little, into a device that is always full.
+// Commands with much and with little output write to a device that is always full.
 TEST_F(CommandLine, FullStandardOutputHasOneCode) {
   const auto file = Database();
   const std::vector<std::string> commands = {"table --db " + file,

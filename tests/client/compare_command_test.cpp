@@ -1,5 +1,5 @@
-// Policy: published worked examples come out of the program; what cannot be compared is refused with the reason, what
-// makes a comparison doubtful stands beside it; the exit code is a verdict only where it is asked for.
+// Policy: the program reproduces published worked examples. Incomparable methods are refused with the reason,
+// reservations are printed with the comparison, and the exit code depends on the verdict only on request.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ class CompareCommand : public CommandLine {
     return file.string();
   }
 
-  // The first comparison of A and B.
+  // Returns the first comparison of A and B.
   nlohmann::json Compared(const std::string& file) {
     const auto result = Run({"compare", "A", "B", "--db", file, "--format", "json"});
     EXPECT_EQ(result.exit_code, 0) << result.err;
@@ -98,7 +98,7 @@ TEST_F(CompareCommand, ARatioThatIsEverywhereTheSameHasNoSpread) {
   EXPECT_EQ(cell.at("runtimes"), "b");
 }
 
-// The middle of the Walsh averages of 0 .. 5 doublings; with six problems the interval is all there is.
+// The median of the Walsh averages of 0 .. 5 doublings. With six problems the confidence interval is the full range.
 TEST_F(CompareCommand, HodgesAndLehmannStandBesideWilcoxon) {
   TestExperiment experiment;
   experiment.methods = {{"A"}, {"B"}};

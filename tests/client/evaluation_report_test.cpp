@@ -1,5 +1,5 @@
-// Policy: `evaluate` reports what the judge says, per method and per failure, of how many of the dataset's problems and
-// by whose definitions, in every format, and warns where the file claims otherwise.
+// Policy: `evaluate` reports the judge's verdicts per method and per failure, the number of the dataset's problems,
+// and the definitions used, in every format. It warns if the file claims otherwise.
 #include "client/report/evaluation_report.h"
 
 #include <gmock/gmock.h>
@@ -20,7 +20,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-// A judged file without a judge: the rendering only.
+// Returns a report of judged solutions without running the judge, to test rendering only.
 EvaluationReport ExampleReport() {
   Evaluation good{};
   good.literal = good.strict = Verdict::kSuccess;
@@ -104,7 +104,7 @@ class SolutionEvaluation : public testing::Test {
   }
   SolvedProblem Upright(int id) { return Solved(id, posed_, test::StandingUpright()); }
 
-  // The robot and the definition 20 m up in the air.
+  // Returns a problem whose definition and solution are raised by 20 m.
   SolvedProblem InTheAir(int id) {
     ProblemDefinition definition = posed_;
     Eigen::VectorXd x = test::StandingUpright();

@@ -1,5 +1,5 @@
-// Policy: the spec is canonical: equal experiments have equal text and identity, different ones do not; it names
-// nothing that the dataset does not have.
+// Policy: the specification is canonical. Identical experiments have the same text and identity, different ones do
+// not. It names only things that exist in the dataset.
 #include "client/suite/experiment_spec.h"
 
 #include <gmock/gmock.h>
@@ -46,7 +46,7 @@ TEST(ExperimentSpec, HoldsTheContractsKeys) {
   EXPECT_FALSE(spec.contains("rule")) << "solid";
 }
 
-// Pairs of the original evaluator leave no key: the hashes of methods in earlier releases stay.
+// The original evaluator's pairs add no key, so the hashes of methods stored by earlier releases are unchanged.
 TEST(ExperimentSpec, RuleAndPairsOfTheOriginalEvaluator) {
   const auto spec =
       BuildSpec(SuiteOf("tasks: posture\nrule: literal\npairs: reference\nmethods: [{solver: sqp}]\n"), kTinyDataset);

@@ -1,5 +1,5 @@
-// Policy: what is exported is judged again with the same verdicts, and the method strings tell every result of a
-// problem apart.
+// Policy: exported solutions get the same verdicts when judged again, and the method strings distinguish all results
+// of a problem.
 #include "client/report/exported_solutions.h"
 
 #include <gmock/gmock.h>
@@ -57,7 +57,7 @@ TEST(MethodStrings, TellCollisionModelsApart) {
 
 TEST(MethodStrings, OfNothingAreNothing) { EXPECT_TRUE(MethodStrings({}).empty()); }
 
-// The folder of the shared benchmark data, with one solution that is known to be right.
+// Uses the folder of the shared benchmark data with one solution that is known to be correct.
 class ExportRoundTrip : public testing::Test {
  protected:
   void SetUp() override {
@@ -97,7 +97,7 @@ TEST_F(ExportRoundTrip, GivesTheSameVerdicts) {
   WriteSolutions(folder_.path() / "out.json", exported.files[0]);
 
   const auto file = ReadSolutions(folder_.path() / "out.json");
-  EXPECT_EQ(file.problems.at(0).solutions.at(0).waypoints.at(0), x_);  // bit by bit
+  EXPECT_EQ(file.problems.at(0).solutions.at(0).waypoints.at(0), x_);  // bitwise
   Judge judge(dataset_);
   const auto report = EvaluateSolutions(file, judge, Rule::kLiteral);
   EXPECT_TRUE(report.warnings.empty()) << report.warnings.front();
@@ -109,7 +109,7 @@ TEST_F(ExportRoundTrip, GivesTheSameVerdicts) {
   }
 }
 
-// Whole and partly solved motions on the embedded dataset.
+// Completely and partly solved motions on the embedded dataset.
 TEST(ExportedMotions, KeepEveryBitAndArePartlyExportedWhenPartlySolved) {
   const auto dataset = Dataset::Load(SourceFolder() + "/data/garage-small");
   const ProblemDefinition& problem = dataset->problems(Task::kMotion).at(0);

@@ -1,4 +1,4 @@
-// Policy: commands on solution files and dataset folders name the fault in the file, and go on where they can.
+// Policy: commands on solution files and dataset folders name the error in the file, and continue where possible.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ TEST_F(FileCommands, BadSolutionFile) {
   ExpectError(Run({"evaluate", Write("broken.json", "{\"problems\": [")}), 2, "broken.json");
 }
 
-// The embedded posture solutions, with one number of problem 3 replaced.
+// The embedded posture solutions with one number of problem 3 replaced.
 TEST_F(FileCommands, EvaluateJudgesTheOthersWhenANumberCannotBeRead) {
   std::ifstream stream(std::filesystem::path(SourceFolder()) / "data/garage-easier/solutions-posture.json");
   auto json = nlohmann::json::parse(stream);

@@ -1,4 +1,4 @@
-// Policy: `generate` makes new folders only, repeats itself byte by byte, and names what is wrong with its arguments.
+// Policy: `generate` only creates new folders, reproduces its output byte by byte, and names errors in its arguments.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -50,7 +50,7 @@ TEST(GenerateCommand, AnInterruptionKeepsWhatIsDone) {
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "a"));
 }
 
-// Nobody can plan to a floor that is not there; the stances were proven all the same.
+// No plan can reach a missing floor, but the stances have been certified and are kept.
 TEST(GenerateCommand, ARefusalAfterTheStancesKeepsThemForFewerPlans) {
   const test::TemporaryFolder folder;
   test::WritePlainDataset(folder.path() / "plain", test::kTwoLevels);

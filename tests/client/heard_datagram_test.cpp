@@ -1,5 +1,5 @@
-// Policy: who listens says of each datagram what a party would, shows every kind of frame, and never throws or lies
-// about what it could not check.
+// Policy: the tap reports each datagram like a party, shows every kind of frame, never throws, and makes no
+// claims that it could not check.
 #include "client/tap/heard_datagram.h"
 
 #include <gmock/gmock.h>
@@ -90,7 +90,7 @@ TEST_F(Heard, TheTagIsCheckedUnderTheKeyAndWithout) {
     EXPECT_EQ(wrong.tag, "wrong");
     EXPECT_EQ(wrong.rejected, "tag");
     EXPECT_TRUE(wrong.payload.is_null());
-    EXPECT_EQ(Json(wrong).at("type"), "probe");  // the header, for what it is worth
+    EXPECT_EQ(Json(wrong).at("type"), "probe");  // the header is shown although unverified
   }
 }
 

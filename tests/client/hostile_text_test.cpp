@@ -1,6 +1,7 @@
-// Policy: whoever can submit, hold or report must not be able to act on the terminals of those who look. Every command
-// is given names and texts full of escapes; what it prints for people, on either stream, holds no control character but
-// the line end, no C1 control and nothing that reorders text. JSON is safe, too, and gives the texts back unchanged.
+// Policy: users who can submit, hold or report jobs must not be able to control the terminals of others. Every command
+// receives names and texts full of escape sequences. Its output for users, on either stream, contains no control
+// character except the line end, no C1 control and no bidirectional override. JSON output is safe as well and contains
+// the texts unchanged.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -25,12 +26,12 @@ using testing::HasSubstr;
 const std::string kHostile =
     "Try \x1b[31mred\x1b]0;pwn\x07\nnew\r\xC2\x9B"
     "2J\xE2\x80\xAEtxt\x7f";
-// A name that suites may have, which means something to a terminal, to Markdown and to HTML.
+// A name that suites may use, with characters that are special in a terminal, Markdown and HTML.
 constexpr char kMarkup[] = "Try <b onclick=x>red</b> | `id` $(id) %s & _x_";
 constexpr char kMarkupYaml[] = R"("Try <b onclick=x>red</b> | `id` $(id) %s & _x_")";
 constexpr char kHostileYaml[] = R"("Try \e[31mred\e]0;pwn\a\nnew\r\x9b2J\u202Etxt\x7f")";
 
-// Where the first unprintable character stands, with what is around it; empty: nowhere.
+// Returns the first unprintable character with its surroundings; empty if there is none.
 std::string FirstHarm(const std::string& text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const auto byte = static_cast<unsigned char>(text[i]);

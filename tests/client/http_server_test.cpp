@@ -1,5 +1,5 @@
-// Policy: the web server against readers that are slow, endless, malformed or from elsewhere, over real sockets. What a
-// reader does must neither be felt by others nor stay behind.
+// Policy: the web server with slow, endless, malformed and remote clients over real sockets. No client may affect
+// another one or leave anything behind.
 #include "client/serve/http_server.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ HttpReply Kept(const std::string& text, const std::string& etag) {
   return reply;
 }
 
-// "/now" is at hand, "/later" takes until Release.
+// "/now" is answered at once, "/later" after Release.
 class HttpServerTest : public testing::Test {
  protected:
   void Start(HttpOptions options = {}) {
@@ -220,7 +220,7 @@ TEST_F(HttpServerTest, StreamsGetTheNewestEventAndSignsOfLife) {
   EXPECT_NE(early.Receive("id: 9\n").find("id: 9\n"), std::string::npos);
 }
 
-// Without an event or a sign of life: they count until they are closed.
+// Closed streams without an event or keep-alive count until they are closed.
 TEST_F(HttpServerTest, StreamsOfReadersThatWentAreForgotten) {
   Start();
   {
@@ -295,7 +295,7 @@ TEST_F(HttpServerTest, AConnectionTooManyIsAnsweredWith503) {
   EXPECT_TRUE(Fetch(port_, "/now", "", 9).starts_with("HTTP/1.1 200 "));
 }
 
-// A visitor with a thousand half requests, from one address or from many.
+// A client opens a thousand incomplete requests, from one address or from many.
 TEST_F(HttpServerTest, HalfRequestsShutNobodyOut) {
   Start();
   std::vector<RawHttp> half;

@@ -1,5 +1,5 @@
-// Policy: `import` makes new folders only and leaves nothing behind when it refuses; the example of docs/datasets.md
-// works, command by command as it stands there.
+// Policy: `import` only creates new folders and leaves nothing behind when it refuses. The example of docs/datasets.md
+// works, command by command.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ ProgramResult Import(const test::CloneFolder& clone, std::vector<std::string> mo
   return RunLegopt(words, clone.path().parent_path());
 }
 
-/// What stands beside the clone.
+/// Returns the entries of the clone's parent folder other than the clone.
 std::vector<std::string> Made(const test::CloneFolder& clone) {
   std::vector<std::string> names;
   for (const auto& entry : fs::directory_iterator(clone.path().parent_path())) {
@@ -87,7 +87,7 @@ TEST(ImportCommand, BadInputIsNamedAndNothingIsLeft) {
   EXPECT_TRUE(Made(clone).empty());
 }
 
-// The embedded small dataset, to be spoilt.
+// A copy of the embedded small dataset to be corrupted.
 class SpoiltDataset : public testing::Test {
  protected:
   SpoiltDataset() { fs::copy(SourceFolder() + "/data/garage-small", dataset_); }
@@ -138,7 +138,8 @@ TEST(ImportCommand, AMeshWithHolesIsAFindingAndNoDatasetIsMade) {
   EXPECT_TRUE(Made(clone).empty());
 }
 
-/// The commands of a section of docs/datasets.md: indented lines that begin with "legopt", joined at backslashes.
+/// Returns the commands of a section of docs/datasets.md: indented lines that begin with "legopt", joined at
+/// backslashes.
 std::vector<std::vector<std::string>> DocumentedCommands(const std::string& heading) {
   std::ifstream document(fs::path(SourceFolder()) / "docs" / "datasets.md");
   std::vector<std::vector<std::string>> commands;
@@ -184,7 +185,7 @@ TEST(BringYourOwn, TheDocumentedExampleWorksFromFilesToTable) {
         .At(0, "n")
         .get<int>();
   };
-  EXPECT_GE(solved("posture"), 6);  // the one under the shelf is hard
+  EXPECT_GE(solved("posture"), 6);  // the problem under the shelf is hard
   EXPECT_EQ(solved("motion"), 2);
 }
 

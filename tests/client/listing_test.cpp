@@ -1,4 +1,4 @@
-// Policy: one listing, four forms, the same cells in each.
+// Policy: a listing has the same cells in each of its four formats.
 #include "client/report/listing.h"
 
 #include <gtest/gtest.h>
@@ -88,7 +88,7 @@ TEST(Listing, FromJsonPutsLeadingKeysFirst) {
   EXPECT_EQ(listing.columns, (std::vector<std::string>{"id", "name", "a"}));
 }
 
-// What `legopt list` shows.
+// Returns a listing as `legopt list` shows it.
 Listing Jobs() {
   Listing listing;
   listing.columns = {"job",      "method",  "task",          "initialization", "problem", "repetition", "state",
@@ -185,7 +185,7 @@ TEST(ListingLayout, FailuresAreRed) {
   }
 }
 
-// Widths without end, values of any kind: no line too long, every number there and whole, every word there.
+// Values of any kind at many widths: no line is too long, no number is broken, and no word is lost.
 TEST(ListingLayout, FitsAndLosesNothing) {
   std::mt19937 random(5);
   for (int trial = 0; trial < 300; ++trial) {

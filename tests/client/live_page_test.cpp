@@ -1,5 +1,5 @@
-// Policy: what a server of pages sends is what a report has; it follows a database that grows, tells what it cannot
-// read, and makes nothing twice.
+// Policy: a live server of pages sends the same content as a report. It follows a growing database, reports read
+// errors, and computes nothing twice.
 #include <gtest/gtest.h>
 
 #include "client/client_error.h"
@@ -29,7 +29,7 @@ TEST_F(LivePageTest, FiguresAreThoseOfAReport) {
   const HttpReply reply = blocks.Make({"/blocks/page", ""});
   ASSERT_EQ(reply.status, 200U) << *reply.body;
   Json live = Json::parse(BytesOf(reply)), page = Json::parse(Block(Report().text, "page"));
-  for (Json* json : {&live, &page}) json->erase("chunks");  // a server makes solutions one by one
+  for (Json* json : {&live, &page}) json->erase("chunks");  // a server computes solutions one by one
   EXPECT_EQ(live, page);
   const std::string block = live["datasets"][0]["geometry"]["block"];
   const auto geometry = blocks.AtHand({"/blocks/" + block, ""});
@@ -115,7 +115,7 @@ TEST_F(LivePageTest, ADatabaseThatGoesAwayIsSaidAndTheLastStateKept) {
   const Json json = Json::parse(*state.text());
   EXPECT_NE(json["error"].get<std::string>().find("experiment_list"), std::string::npos) << json["error"];
   EXPECT_EQ(json["experiments"][0]["jobs"], 4);
-  state.Read(2);  // SQLite says it in other words the second time
+  state.Read(2);  // SQLite's error text differs the second time
   EXPECT_FALSE(state.Read(3)) << "the same error is no news: " << *state.text();
 }
 

@@ -1,4 +1,4 @@
-// Policy: a name reads in LaTeX and Markdown as it was written, in every font encoding and with babel's shorthands.
+// Policy: LaTeX and Markdown show a name as it was written, in every font encoding and with babel's shorthands.
 #include "client/report/markup_text.h"
 
 #include <gmock/gmock.h>

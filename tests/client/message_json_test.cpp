@@ -1,4 +1,4 @@
-// Policy: every message of lcmtypes/ is shown whole, with the names of its .lcm file; what is shown suffices to make
+// Policy: every message of lcmtypes/ is shown completely with the names of its .lcm file, and the output determines
 // the same bytes again.
 #include "client/tap/message_json.h"
 
@@ -63,7 +63,7 @@ TEST(MessageFields, EveryFileIsListedWithItsFieldsInOrder) {
   EXPECT_EQ(files.size(), listed.size());
 }
 
-// The way back, for the test only.
+// Inverse conversion, for the test only.
 template <class Message>
 void FromJson(const Json& json, Message* message);
 template <class Number>
@@ -98,7 +98,7 @@ void ExpectShownWhole(bus::MessageType type, bool of_reply) {
   Message again{};
   FromJson(Json::parse(shown->dump()), &again);
   EXPECT_EQ(bus::Encode(again), bytes) << *shown;
-  // Another message's bytes are not taken for this one.
+  // Bytes of another message are not accepted as this one.
   EXPECT_FALSE(BodyToJson(type, !of_reply, bytes, &why).has_value());
   EXPECT_NE(why, "");
 }

@@ -1,5 +1,5 @@
-// Policy: methods of one name are told apart by what differs, chosen by it, and a choice that fits nothing is an error
-// that names what there is.
+// Policy: methods of one name are distinguished and chosen by the options in which they differ. A choice without
+// matches is an error that lists the alternatives.
 #include "client/report/method_filter.h"
 
 #include <gmock/gmock.h>
@@ -23,7 +23,7 @@ class MethodFilterTest : public testing::Test {
     source_ = OpenResults({(folder_.path() / "test.sqlite").string(), {}});
   }
 
-  // Names and restarts of the methods that are kept.
+  // Returns names and restarts of the selected methods.
   std::string Kept(const MethodFilter& filter) {
     const std::string condition = ExperimentMethods(*source_, 1).Condition(filter);
     return source_

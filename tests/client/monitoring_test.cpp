@@ -1,4 +1,5 @@
-// Policy: what monitoring reads is complete, escaped, and healthy only while the server can write its database.
+// Policy: monitoring data are complete and escaped, and the server counts as healthy only while it can write its
+// database.
 
 #include "client/serve/monitoring.h"
 

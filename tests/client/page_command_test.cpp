@@ -1,5 +1,5 @@
-// Policy: `legopt report` and `legopt view` as a user runs them: what cannot be made is refused with its exit code and
-// the fix, and leaves nothing behind.
+// Policy: `legopt report` and `legopt view` as a user runs them. A page that cannot be made is refused with an exit
+// code and a remedy, and leaves nothing behind.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// A small experiment on a robot that stands, and its pages, read back.
+// A small experiment on a standing robot, and its pages, read back.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,9 +14,9 @@
 
 namespace legopt::client {
 
-/// The bytes of a block as they are stored, without base64.
+/// Decompresses a stored block, given without base64.
 std::string Unzip(const std::string& packed);
-/// A block of a page; empty where there is none.
+/// Returns a block of a page; empty if there is none.
 std::string Block(const std::string& page, const std::string& name);
 
 class PageTest : public testing::Test {

@@ -1,5 +1,6 @@
-// Policy: a page has the very figures that commands print, poses that agree with the kinematics, and nothing that a
-// browser would fetch or that would end one of its blocks early. A page that cannot be made leaves nothing behind.
+// Policy: a page contains the figures that commands print and poses that agree with the kinematics. It contains
+// nothing that a browser would fetch or that would end a block early. A page that cannot be made leaves nothing
+// behind.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -137,13 +138,14 @@ TEST_F(PageTest, ViewsRefuseWhatTheyCannotDraw) {
 TEST_F(PageTest, WhatCannotBeWrittenLeavesTheOldFile) {
   const auto page = folder_.path() / "page.html";
   ReplaceFile(page, "old");
-  // No file system takes a name that long, nor the one of the file that replaces it.
+  // No file system accepts a name of this length, or that of the temporary file that replaces it.
   EXPECT_EQ(CodeOf([&] { ReplaceFile(folder_.path() / std::string(300, 'p'), "new"); }), ExitCode::kUsage);
   EXPECT_EQ(Read(page), "old");
   EXPECT_EQ(CodeOf([&] { ReplaceFile(folder_.path() / "none" / "page.html", "new"); }), ExitCode::kUsage);
 }
 
-// Two windows of a motion on the embedded dataset, of which the first is solved; and a motion that lost its first one.
+// Two windows of a motion on the embedded dataset, the first of which is solved, and a motion whose first window
+// failed.
 TEST(PageMotions, ShowTheWindowThatWasNotSolvedBehindTheSolvedOnes) {
   const auto dataset = Dataset::Load(SourceFolder() + "/data/garage-small");
   const ProblemDefinition& problem = dataset->problems(Task::kMotion).at(0);

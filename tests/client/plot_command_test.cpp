@@ -1,5 +1,5 @@
-// Policy: `table` and `compare` draw what they print; a figure that cannot be written is refused before anything is
-// printed, and what stood there stays.
+// Policy: `table` and `compare` plot the figures they print. A plot that cannot be written is refused before anything
+// is printed, and an existing file is kept.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

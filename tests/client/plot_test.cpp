@@ -1,5 +1,5 @@
-// Policy: figures show what the tables have: every method, every pair, failures on the rim; text fits its width, images
-// are files that other programs read.
+// Policy: plots show the content of the tables: every method, every pair, and failures on the border. Texts fit their
+// width, and image files are readable by other programs.
 #include "client/plot/plot.h"
 
 #include <gmock/gmock.h>
@@ -116,7 +116,7 @@ TEST_F(PlotOfDatabase, ScatterHasThePairsOfTheComparisonAndFailuresOnTheRim) {
   EXPECT_EQ(only_a, 2);
   EXPECT_EQ(only_b, 1);
   const std::string text = RenderPlotText(plot, {kNarrow, false});
-  EXPECT_THAT(text, HasSubstr("#"));  // the twelve in one place
+  EXPECT_THAT(text, HasSubstr("#"));  // twelve points in one place
   EXPECT_THAT(text, testing::ContainsRegex("failed \\| +2 +\\|"));
   EXPECT_THAT(text, testing::ContainsRegex("\\|o\n"));
   EXPECT_THAT(text, HasSubstr("both 12, only A 2, only B 1,"));
@@ -146,7 +146,7 @@ TEST_F(PlotOfDatabase, AMethodThatHasNotBegunIsNamedAndHasNoCurve) {
   EXPECT_THAT(text, testing::AllOf(HasSubstr("a  A: best"), HasSubstr("C: best"), testing::Not(HasSubstr("B: best"))));
 }
 
-// Colours of curves: strokes that are not grey.
+// Returns the colours of curves: all strokes that are not grey.
 std::set<std::string> CurveColors(const tinyxml2::XMLElement* element) {
   std::set<std::string> colors;
   for (; element != nullptr; element = element->NextSiblingElement()) {

@@ -1,6 +1,6 @@
-// Policy: what an engine is told is what the pool file says, and nothing that it must not; what cannot be is refused
-// with file, line, field and fix, each kind of cause with an exit code of its own. The engines are played by scripts;
-// tests/slurm has a real one.
+// Policy: a batch system receives exactly the settings of the pool file, and no secrets. Impossible settings are
+// refused with file, line, field and remedy, with a separate exit code for each kind of cause. Scripts simulate
+// the batch systems; tests/slurm uses a real one.
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -24,12 +24,12 @@ class PoolCommand : public CommandLine {
  protected:
   void SetUp() override {
     ASSERT_EQ(Run({"keygen", "lab.key"}).exit_code, 0);
-    // A port that nobody answers on.
+    // A port without a listener.
     Write("lab.access", "legopt-access 1\ndeployment 4711\naddress 127.0.0.1:9\n");
     fs::permissions(folder_ / "lab.access", fs::perms::owner_read | fs::perms::owner_write);
   }
 
-  // A program of an engine, the first of PATH.
+  // Installs a script as a program of a batch system, first in PATH.
   void Play(const std::string& name, const std::string& body) {
     fs::create_directories(folder_ / "bin");
     const std::string file = Write("bin/" + name, "#!/bin/sh\n" + body);
@@ -54,7 +54,7 @@ class PoolCommand : public CommandLine {
     return key;
   }
 
-  // As the shell of the engine would read it.
+  // Expects that the batch system's shell parses the script.
   void ExpectShellReads(const std::string& script) {
     Write("script.sh", script);
     EXPECT_EQ(std::system(("sh -n '" + (folder_ / "script.sh").string() + "'").c_str()), 0) << script;
@@ -187,14 +187,14 @@ TEST_F(PoolCommand, OtherEnginesGetAScriptWithPathsAndWithoutTheKey) {
   }
 }
 
-// A node is given the worker's key only, however it gets it.
+// Nodes receive only the worker's key, by each mechanism.
 TEST_F(PoolCommand, NodesGetTheWorkersKeyOnly) {
   Write("pool.yaml", "slurm: {nodes: 1}\npbs: {nodes: 1}\n");
   ASSERT_EQ(Run({"keygen", "w.key", "--role", "worker", "--from", "lab.key"}).exit_code, 0);
   ASSERT_EQ(Run({"keygen", "c.key", "--role", "client", "--from", "lab.key"}).exit_code, 0);
   const std::string worker_key = ContentOf("w.key");
   EXPECT_THAT(worker_key, testing::MatchesRegex("worker [0-9a-f]+\n"));
-  // A file that the script names.
+  // A key file that the script names.
   const auto print = [this](const std::string& key) {
     return Run({"pool", "script", "pool.yaml", "--engine", "pbs", "--access", "lab.access", "--key-file", key,
                 "--folder", "nodes"});
@@ -212,7 +212,7 @@ TEST_F(PoolCommand, NodesGetTheWorkersKeyOnly) {
               "holds a client's key; workers need the full key of the deployment, or a worker's");
   ASSERT_EQ(Run({"keygen", "other.key"}).exit_code, 0);
   ExpectError(print("other.key"), kUsage, "is not the worker's key of \"other.key\"");
-  // The text that travels in a script.
+  // A key embedded in a script.
   const std::vector<std::string> slurm = {"pool", "slurm", "pool.yaml", "--access", "lab.access", "--key-file"};
   const auto dry_run = [&](const std::string& key) {
     std::vector<std::string> words = slurm;
@@ -240,7 +240,7 @@ TEST_F(PoolCommand, KeysOfRolesAreDerivedFromTheFullKeyOnly) {
   EXPECT_FALSE(fs::exists(folder_ / "x.key"));
 }
 
-// Words of a line as /bin/sh takes them, whose quotes are those of sbatch and qsub for these values.
+// Splits a line into words by /bin/sh, whose quoting agrees with that of sbatch and qsub for these values.
 std::vector<std::string> ShellWords(const std::string& line) {
   std::vector<std::string> words;
   const std::string command = "printf '%s\\n' " + line;
@@ -258,7 +258,7 @@ std::string LineWith(const std::string& script, const std::string& begin) {
   return at == std::string::npos ? "" : script.substr(at, script.find('\n', at) - at);
 }
 
-// The folder has blanks and quotes and remains one word.
+// The folder contains blanks and quotes and remains one word.
 TEST_F(PoolCommand, EveryValueIsQuotedAsItsEngineReadsIt) {
   Write("pool.yaml",
         "slurm: {nodes: 1}\npbs: {nodes: 1}\nsge: {nodes: 1, pe: smp 8, arch: 'lx|sol'}\n"
@@ -360,7 +360,7 @@ TEST_F(PoolCommand, AnEngineThatDoesNotAnswerIsNotWaitedForForEver) {
 
 TEST_F(PoolCommand, AKeeperThatHasEndedHasNoHosts) {
   fs::create_directory(folder_ / "pool");
-  Write("pool/jobs", "ssh " + std::to_string(getpid()) + " 1\n");  // our number, another start
+  Write("pool/jobs", "ssh " + std::to_string(getpid()) + " 1\n");  // our process id with a different start time
   Write("pool/hosts", "one\t0\tconnected\n");
   const ProgramResult status = Run({"pool", "status", "pool", "--format", "csv"});
   EXPECT_EQ(status.exit_code, 0) << status.err;

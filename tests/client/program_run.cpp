@@ -90,7 +90,7 @@ RunningProgram::RunningProgram(const std::filesystem::path& program, const std::
   pid_ = ::fork();
   if (pid_ == 0) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    ::signal(SIGINT, SIG_DFL);  // ignored where the tests run in the background of a script
+    ::signal(SIGINT, SIG_DFL);  // ignored if a script runs the tests in the background
     SetEnvironment(environment);
     if (::chdir(folder.c_str()) != 0) ::_exit(99);
     ::dup2(out[1], STDOUT_FILENO);

@@ -10,33 +10,34 @@
 
 namespace legopt::client {
 
-/// Process ids of the children of `parent` that run the program `name`.
+/// Returns the process ids of the children of `parent` that run the program `name`.
 std::vector<int> ChildrenOf(int parent, const std::string& name);
 
-/// The same, once there are some; empty after a minute without. A child that was just made is not yet its program.
+/// Waits until there are such children; empty after a minute without. A newly forked child does not run its program
+/// yet.
 std::vector<int> WaitForChildren(int parent, const std::string& name);
 
-/// Blocks until a process that is not our child has ended.
+/// Blocks until a process that is not a child of this one has ended.
 void WaitForEnd(int pid);
 
 inline constexpr int kUsage = static_cast<int>(programs::ExitCode::kUsage);
-inline constexpr int kSignalBase = 128;  ///< as shells have it
+inline constexpr int kSignalBase = 128;  ///< exit code of a signal in shells
 
-/// What a program did.
+/// Exit code and output of a program.
 struct ProgramResult {
-  int exit_code = -1;  ///< kSignalBase + signal when one killed it
+  int exit_code = -1;  ///< kSignalBase + signal if killed by one
   std::string out;
   std::string err;
 };
 
-/// Path of a program of this build; the file need not exist.
+/// Returns the path of a program of this build; the file need not exist.
 std::filesystem::path BuiltProgram(const std::string& name);
 
-/// Runs `legopt ARGUMENTS` in `folder` until it ends. `environment` is added to ours.
+/// Runs `legopt ARGUMENTS` in `folder` until it ends. `environment` is added to that of this process.
 ProgramResult RunLegopt(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
                         const std::map<std::string, std::string>& environment = {});
 
-/// A program that runs beside the test; killed at the end if it still runs.
+/// A program that runs in the background; it is killed by the destructor if still running.
 class RunningProgram {
  public:
   RunningProgram(const std::filesystem::path& program, const std::vector<std::string>& arguments,
@@ -46,11 +47,11 @@ class RunningProgram {
   RunningProgram& operator=(const RunningProgram&) = delete;
 
   int pid() const { return pid_; }
-  /// Blocks until `word` stands in what it wrote to standard error (or it ended). True when it does.
+  /// Blocks until standard error contains `word` or the program ended. Returns whether it contains it.
   bool WaitForError(const std::string& word);
-  /// Blocks until what it wrote to standard output satisfies `enough` (or it ended). True when it does.
+  /// Blocks until standard output satisfies `enough` or the program ended. Returns whether it does.
   bool WaitForOutput(const std::function<bool(const std::string&)>& enough);
-  /// Blocks until it ends; everything it wrote.
+  /// Blocks until the program ends; returns its whole output.
   ProgramResult Wait();
 
  private:

@@ -1,4 +1,4 @@
-// Policy: progress is a pure function of status, rate, reason and width; the rate is the recent one and is silent
+// Policy: progress is a pure function of status, rate, reason and width. The rate is the recent one and is omitted
 // without evidence.
 #include "client/report/progress.h"
 

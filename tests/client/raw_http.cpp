@@ -15,7 +15,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-// Waits for `events`; false when the time is over.
+// Waits for `events`; returns false after `limit`.
 bool Wait(int socket, short events, milliseconds limit) {
   pollfd descriptor{socket, events, 0};
   return poll(&descriptor, 1, static_cast<int>(limit.count())) > 0;

@@ -1,4 +1,4 @@
-// A client that sends what it is told to, well-formed or not, over one TCP connection to this machine.
+// A client that sends arbitrary bytes, well-formed or not, over one TCP connection to this machine.
 #pragma once
 
 #include <chrono>
@@ -14,13 +14,13 @@ class RawHttp {
   /// Connects to 127.0.0.1, from 127.0.0.`visitor` (1 to 254). Throws std::system_error.
   explicit RawHttp(std::uint16_t port, int visitor = 1);
 
-  /// False once the other side has closed, or takes nothing more for a second.
+  /// Sends bytes; returns false if the other side has closed or accepts no more for a second.
   bool Send(const std::string& bytes);
-  /// GET with the Host of the server, and more header lines, each with its end.
+  /// Sends a GET with the server's Host and with further header lines, each with its line end.
   bool Get(const std::string& path, const std::string& headers = "");
-  /// What comes until `until` is in it, the other side closes, or `limit` has passed; everything since the last call.
+  /// Receives until `until` occurs, the other side closes, or `limit` passes. Returns everything since the last call.
   std::string Receive(const std::string& until, std::chrono::milliseconds limit = std::chrono::seconds(20));
-  /// Whether the other side closes within the limit; what comes before is dropped.
+  /// Returns whether the other side closes within the limit; discards everything received before.
   bool Closed(std::chrono::milliseconds limit = std::chrono::seconds(20));
 
  private:
@@ -28,13 +28,13 @@ class RawHttp {
   std::uint16_t port_;
 };
 
-/// One GET on a connection of its own; head and body, until the other side closes.
+/// Makes one GET on a separate connection; returns head and body until the other side closes.
 std::string Fetch(std::uint16_t port, const std::string& path, const std::string& headers = "", int visitor = 1);
 
-/// A TCP port of this machine that nobody uses at the moment.
+/// Returns a TCP port of this machine that is unused at the moment.
 std::uint16_t FreePort();
 
-/// The port of "http://127.0.0.1:8080/".
+/// Returns the port of a URL like "http://127.0.0.1:8080/".
 std::uint16_t PortOf(const std::string& url);
 
 }  // namespace legopt::test

@@ -1,5 +1,5 @@
-// Policy: a stored job gives the same bits again, and what keeps it from that is found and named: another build,
-// another dataset, a clock that stopped it, bits that were altered.
+// Policy: a stored job yields the same bits again. Causes of a difference are detected and named: another build,
+// another dataset, a run stopped by the wall-time limit, altered bits.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ using testing::Not;
 constexpr int kOtherBits = static_cast<int>(programs::ExitCode::kOtherBits);
 constexpr int kOtherResult = static_cast<int>(programs::ExitCode::kOtherResult);
 
-// Eight jobs, solved once by a pool; each test works on a copy.
+// Eight jobs, solved once by a pool; each test uses a copy.
 class ReplayCommand : public CommandLine {
  protected:
   static void SetUpTestSuite() {
@@ -76,7 +76,8 @@ TEST_F(ReplayCommand, ADrawTakesEveryMethodAndStart) {
   EXPECT_EQ(Run({"replay", "--random", "100", "--db", file_}).out, "8 of 8 bit-identical\n");
 }
 
-// What libm and others choose by the processor at run time is hidden from them, as on an older machine.
+// Hides processor features from libm and others, which choose their code by the processor at run time, as on an older
+// machine.
 TEST_F(ReplayCommand, BitsAreThoseOfEveryProcessor) {
   for (const char* hidden : {"-AVX512F", "-AVX512F,-AVX2,-FMA", "-AVX512F,-AVX2,-FMA,-SSE4_1,-FMA4"}) {
     const auto result = RunLegopt({"replay", "--random", "100", "--db", file_}, folder_.path(),

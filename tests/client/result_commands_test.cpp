@@ -1,4 +1,4 @@
-// Policy: commands that read results say what is wrong with database, statement or id, and print the same in every
+// Policy: commands that read results name errors in database, statement or id, and print the same content in every
 // format.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -49,7 +49,7 @@ TEST_F(ResultCommands, AQueryIsStoppedWhenItsTimeIsOver) {
   ExpectError(Run({"query", "SELECT 1", "--limit", "0"}), 2, "--db");
 }
 
-// CSV and JSON of a file are written as the rows come; a limit that cuts is named and has an exit code of its own.
+// CSV and JSON of a file are written row by row. A limit that truncates the output is named and has its own exit code.
 TEST_F(ResultCommands, AQueryIsWholeOrSaysWhatCutIt) {
   const auto file = Database();
   const std::string rows =
@@ -166,7 +166,7 @@ TEST_F(ResultCommands, ShowTellsResultAndAttempts) {
 
 class TraceCommand : public CommandLine {
  protected:
-  // Three jobs: with a trace, with none, queued.
+  // Creates three jobs: with a trace, without one, queued.
   std::string Traced() {
     const auto file = folder_.path() / "traced.sqlite";
     const std::vector<IterationRecord> records = {{.step = 0,
@@ -231,7 +231,7 @@ TEST_F(TraceCommand, DamageIsTheDatabases) {
   ExpectError(Run({"trace", "1", "--db", file}), 6, "job 1: trace");
 }
 
-// A database of before there were traces, upgraded.
+// An upgraded database of a release without traces.
 TEST_F(TraceCommand, OlderResultsShowTheHistoryThatTheyHave) {
   const std::string file = Traced();
   {

@@ -1,4 +1,4 @@
-// Policy: a database file answers read-only SQL; the readers of tables and experiments work on it as on a server.
+// Policy: a database file answers read-only SQL, and the readers of tables and experiments work on it as on a server.
 #include "client/report/result_source.h"
 
 #include <gmock/gmock.h>
@@ -57,7 +57,7 @@ TEST_F(ResultSourceTest, TheExperimentsRuleIsTheDefault) {
 TEST_F(ResultSourceTest, ATableByTheSolidRuleNeedsItsVerdictOfEveryResult) {
   const TableSelection solid{.experiment = {}, .rule = Rule::kSolid, .collision = {}};
   EXPECT_EQ(ReadBenchmarkTable(*source_, solid).rows[0].cells.at({Task::kPosture, Initialization::kGood}).solved, 2);
-  // As results of an older release are.
+  // Results of an older release look like this.
   AlterDatabase(file_, "results_are_final", "UPDATE results SET verdict_solid = NULL WHERE job_id = 2");
   const auto table = ReadBenchmarkTable(*source_, {.experiment = {}, .rule = Rule::kLiteral, .collision = {}});
   EXPECT_EQ(table.rows.size(), 2U);

@@ -1,5 +1,5 @@
-// Policy: `legopt run` gives a judged table from one command, leaves no process behind whatever happens, and goes on
-// where it was stopped.
+// Policy: `legopt run` produces a judged table by one command, always ends all its processes, and resumes an
+// interrupted run.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sched.h>
@@ -80,7 +80,7 @@ TEST_F(RunCommand, ItsTableTakesTheOptionsOfTable) {
   EXPECT_THAT(ran.out, AllOf(HasSubstr("\033["), HasSubstr("Time in s")));
 }
 
-// Its key exists in memory only: no other program finds its server, and nothing tells the key.
+// The server's key exists in memory only: no other program can talk to the server, and the key is never printed.
 TEST_F(RunCommand, NobodyElseCommandsIt) {
   const std::string port = std::to_string(bus::FindFreePortPair(bus::RandomSeed()));
   RunningProgram program(BuiltProgram("legopt"),
@@ -109,7 +109,7 @@ TEST_F(RunCommand, NobodyElseCommandsIt) {
   EXPECT_EQ(program.Wait().exit_code, 8);
 }
 
-// As in a container without network: loopback is up, and nothing else is there.
+// A namespace like a container without network: only loopback is up.
 TEST_F(RunCommand, NeedsNoRouteForTheGroup) {
   for (const char* options : {"-n", "-rn"}) {
     if (std::system(("unshare " + std::string(options) + " true 2>/dev/null").c_str()) != 0) continue;
@@ -148,7 +148,7 @@ TEST_F(RunCommand, TheSameContentIsNotComputedTwice) {
   EXPECT_EQ(Count("experiments"), 2);
 }
 
-// One more method, another name: what is known is taken over with its bits, and everybody is told.
+// With one more method and another name, known results are reused bit by bit, and their number is reported.
 TEST_F(RunCommand, AnOverlappingSuiteTakesResultsOver) {
   ASSERT_EQ(Run({Suite(1), "--db", Db()}).exit_code, 0);
   const auto larger = (folder_.path() / "larger.yaml").string();
@@ -204,9 +204,9 @@ TEST_F(RunCommand, ExportAndEvaluateAgree) {
   EXPECT_EQ(solved, Count("results WHERE verdict_literal = 'success'"));
 }
 
-// The file alone is the complete result; another machine has no folder of its dataset.
+// The file alone is the complete result, even on a machine without the dataset's folder.
 TEST_F(RunCommand, AResultCarriesItsDataset) {
-  ::setenv("XDG_CACHE_HOME", folder_.path().c_str(), 1);  // what this user has in the cache decides nothing
+  ::setenv("XDG_CACHE_HOME", folder_.path().c_str(), 1);  // the user's cache must not affect the test
   const auto dataset = folder_.path() / "mine";
   std::filesystem::copy(programs::DataFolder() / "garage-small", dataset);
   ASSERT_EQ(Run({Suite(1), "--dataset", "mine", "--db", Db()}).exit_code, 0);
@@ -324,7 +324,7 @@ TEST_F(RunCommand, CommandsItPrintsNameTheDataset) {
   EXPECT_THAT(Run({Suite(1), "--db", Db()}).err, Not(HasSubstr("--dataset")));
 }
 
-// A small disk of this process and its children, which a file fills. Only root can mount one.
+// A small disk, visible to this process and its children, which a file fills. Only root can mount one.
 class SmallDisk {
  public:
   explicit SmallDisk(std::filesystem::path folder) : folder_(std::move(folder)) {

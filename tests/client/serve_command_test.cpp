@@ -1,4 +1,5 @@
-// Policy: `legopt serve` as a user runs it: it says where, serves until told to stop, and refuses with its exit code.
+// Policy: `legopt serve` as a user runs it. It prints its address, serves until stopped, and refuses with an exit
+// code.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

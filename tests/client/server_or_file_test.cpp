@@ -31,8 +31,8 @@ std::string Joined(const Words& words) {
   return text;
 }
 
-// Commands on an experiment with solved, failed, dead and cancelled jobs. A word FILE.* is a file that is written;
-// FOLDER is the dataset.
+// Commands on an experiment with solved, failed, dead and cancelled jobs. Words FILE.* name output files; FOLDER is
+// the dataset.
 const std::vector<Words> kCommands = {
     {"table"},
     {"table", "1", "--format", "markdown"},
@@ -67,7 +67,7 @@ const std::vector<Words> kCommands = {
     {"trace", "2"},
     {"logs", "3"},
     {"logs", "1"},
-    {"events", "1"},  // a server adds events of its own start, which belong to no experiment
+    {"events", "1"},  // a server adds events of its start, which belong to no experiment
     {"events", "1", "--format", "json"},
     {"query", "SELECT * FROM benchmark_table"},
     {"query", "SELECT * FROM benchmark_table", "--format", "csv"},
@@ -90,7 +90,7 @@ const std::vector<Words> kCommands = {
     {"view", "3", "--dataset", "FOLDER", "--out", "FILE.html"},
     {"view", "99", "--dataset", "FOLDER", "--out", "FILE.html"}};
 
-// status: only a server can report itself and its workers. serve: has a test of its own below.
+// status: only a server can report itself and its workers. serve: has a separate test below.
 const std::set<std::string> kOtherwise = {"status", "serve"};
 
 constexpr std::int64_t kCancelled_us = 1'700'000'009'000'000;
@@ -136,7 +136,7 @@ class ServerOrFile : public CommandLine {
                           {.method = 0, .initialization = "in_collision", .problem = 0, .dead = true},
                           {.method = 1, .initialization = "in_collision", .problem = 0, .finished = false}};
     WriteTestDatabase(file_, experiment);
-    // A server does not go on with an experiment that is over, and whose specification is made up.
+    // The experiment is over and its specification made up, so a server must not resume it.
     db::OpenSqliteStore(file_)->Apply(std::vector<db::StoreOp>{db::CancelExperiment{1, kCancelled_us}});
   }
 
@@ -145,7 +145,7 @@ class ServerOrFile : public CommandLine {
     return {std::istreambuf_iterator<char>(stream), {}};
   }
 
-  // Output, and the files that the command wrote.
+  // Returns the output and the files that the command wrote.
   std::vector<std::string> RunOn(const Words& source, const std::string& name, Words command, int* exit_code) {
     std::vector<std::string> files;
     for (std::string& word : command) {

@@ -1,4 +1,4 @@
-// Policy: what Slurm prints is read as it stands; what is odd in it is shown, and fails nothing.
+// Policy: Slurm's output is parsed as printed. Unexpected parts are shown and never cause a failure.
 #include "client/pool/slurm_array.h"
 
 #include <gtest/gtest.h>

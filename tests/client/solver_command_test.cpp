@@ -1,5 +1,5 @@
-// Policy: a solver of others is a row of the table, judged like all others. What it does wrong costs one attempt of its
-// job, with a reason, and leaves nothing behind; the jobs of others do not feel it. docs/solvers.md says what happens.
+// Policy: an external solver is a row of the table and judged like all others. Its errors cost one attempt of their
+// job, with a reason, leave nothing behind, and do not affect other jobs. docs/solvers.md documents the behaviour.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-// What every misbehaving solver below begins with.
+// Common preamble of the misbehaving solvers below.
 constexpr char kManners[] = R"(import json, subprocess, sys, time
 def say(message): print(json.dumps(message), flush=True)
 def hello(): say({'type': 'hello', 'protocol': 1, 'name': 'bad', 'version': '1'})
@@ -62,7 +62,7 @@ constexpr Misdeed kMisdeeds[] = {
      "File too large"},
 };
 
-// What every misbehaving solver begins with that is handed files.
+// Common preamble of the misbehaving solvers of level "files".
 constexpr char kFileManners[] = R"(import json, os, subprocess, sys, time
 problem = json.load(open(sys.argv[1]))
 def leave(solution): open(sys.argv[2], 'w').write(solution if isinstance(solution, str) else json.dumps(solution))
@@ -98,7 +98,7 @@ class SolverCommand : public testing::Test {
         {"name", name}, {"command", {"/usr/bin/python3", name + ".py"}}, {"timeout_s", 1.0}};
     test::WriteText(folder_.path() / (name + ".json"), declaration.dump());
   }
-  // One that is handed files.
+  // Declares a solver of level "files".
   void DeclareFiles(const std::string& name, const std::string& code, double timeout_s = 60.0) const {
     test::WriteText(folder_.path() / (name + ".py"), kFileManners + code + "\n");
     const nlohmann::json declaration = {
@@ -106,7 +106,7 @@ class SolverCommand : public testing::Test {
     test::WriteText(folder_.path() / (name + ".json"), declaration.dump());
   }
   ProgramResult Run(const std::vector<std::string>& words) const { return RunLegopt(words, folder_.path()); }
-  // The reason of every job's only attempt, by method.
+  // Returns the reason of every job's only attempt, by method.
   std::map<std::string, std::string> Reasons(const std::string& database) const {
     const std::string sql =
         "SELECT m.name, a.message FROM attempts AS a JOIN jobs AS j USING (job_id) JOIN cells AS c USING (cell_id) "
@@ -118,7 +118,7 @@ class SolverCommand : public testing::Test {
     return reasons;
   }
 
-  // Runs all on posture 0, each of which must cost its attempt for its reason.
+  // Runs all of them on posture 0. Each must cost its attempt for the expected reason.
   void ExpectReasons(std::span<const Misdeed> misdeeds) const;
 
   test::TemporaryFolder folder_;
@@ -176,7 +176,7 @@ TEST_F(SolverCommand, ASolverThatIsHandedFilesIsARowBesideOurs) {
   EXPECT_GE(table.at("rows").at(0).at("posture").at("good").at("solved"), 3);
 }
 
-// What ours has found, handed in as configurations: the inverse of the way that they were found on.
+// Solutions of the built-in SQP are returned as configurations.
 TEST_F(SolverCommand, ASolutionMayBeWaypoints) {
   const std::string suite =
       "tasks: [{task: posture, problems: [0-3]}]\ninitializations: [good]\nlimits: {memory_mb: 2048}\n";
@@ -243,7 +243,7 @@ TEST_F(SolverCommand, MemoryAndCpuTimeAreTheSolversOwn) {
   EXPECT_LT(row.at("peak_memory_bytes"), 300 << 20);
 }
 
-// Signs and names as docs/solvers.md has them; what does not hold ends the solver, and the job dies.
+// Signs and names are those of docs/solvers.md. A failed assertion ends the solver, and the job dies.
 TEST_F(SolverCommand, ContactsComeWithTheEvaluation) {
   test::WriteText(folder_.path() / "touch.py", "import sys\nsys.path.insert(0, '" + SourceFolder() +
                                                    "/python')\n"

@@ -1,5 +1,5 @@
-// Policy: what a suite may ask for, a server takes: each limit, tried at its end, passes both, and one step beyond is
-// refused by the suite already, with file, line and key.
+// Policy: the server accepts everything that a suite may request. Each limit is tested at its end, which both accept,
+// and one step beyond, which the suite refuses with file, line and key.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

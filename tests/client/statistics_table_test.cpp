@@ -1,5 +1,5 @@
-// Policy: the unit is the problem; failures cost, what is missing does not count, contended times are CPU times; every
-// format has the same rows, and no figure that is infinite becomes a number.
+// Policy: the unit is the problem. Failures are charged, missing results are not counted, and contended times are
+// replaced by CPU times. Every format has the same rows, and no infinite figure becomes a number.
 #include "client/compare/statistics_table.h"
 
 #include <gmock/gmock.h>
@@ -44,7 +44,7 @@ TEST(StatisticsTable, WhoFailsMostIsLast) {
   EXPECT_DOUBLE_EQ(CellOf(table, 2).ert_ms.value(), 70.0);
 }
 
-// As methods are stored, and as another program may have stored one.
+// Methods as this program stores them, and as another program may have stored one.
 TEST(StatisticsTable, StartsInsideOfAnAttemptStandInTheMethodsOptions) {
   TestExperiment experiment = ToyPool();
   experiment.methods[0].options = Method::Of("best").ToJson().dump();
@@ -56,8 +56,8 @@ TEST(StatisticsTable, StartsInsideOfAnAttemptStandInTheMethodsOptions) {
   EXPECT_EQ(table.rows[2].method.inner_starts, 0);
 }
 
-// The limit of wall time is a safety net then, of hours. The charge depends on the problem alone: a slow method changes
-// no figure of another.
+// With an effort limit, the wall-time limit of hours is only a safety net. The charge depends on the problem alone, so
+// a slow method changes no figure of another.
 TEST(StatisticsTable, WhereEffortIsLimitedAFailureIsChargedByWaypoint) {
   TestExperiment experiment = ToyPool();
   experiment.effort_limit = 1000;
@@ -95,7 +95,7 @@ TEST(StatisticsTable, AChargeMayBeChosen) {
   EXPECT_EQ(column.at("charge_rule"), "chosen");
 }
 
-// Ranks 1 2 3, 2 1 3, 2 3 1, 2 1 3 and 2.5 1 2.5: by hand.
+// Ranks 1 2 3, 2 1 3, 2 3 1, 2 1 3 and 2.5 1 2.5, computed by hand.
 TEST(StatisticsTable, FriedmanStandsBesideImanAndDavenport) {
   const StatisticsTable table = TableOf(ToyPool());
   const double chi_square = 2.1 / 0.95;
@@ -112,7 +112,7 @@ TEST(StatisticsTable, FriedmanStandsBesideImanAndDavenport) {
   EXPECT_FALSE(TableOf(Discordant(3, 1, 1, 0)).columns.at(kToyColumn).ranks.has_value()) << "two are Wilcoxon's";
 }
 
-// Best times 1 1 2 4 16; a method that is best nowhere begins at 0.
+// Best times 1 1 2 4 16; the profile of a method that is never the best begins at 0.
 TEST(StatisticsTable, ProfilesAreStepsFromRatioOne) {
   TestExperiment experiment = ToyPool();
   experiment.methods.push_back({"D"});
@@ -199,7 +199,7 @@ TEST(StatisticsTable, RepetitionsAreAveragedBeforeAnythingElse) {
   EXPECT_EQ(cell.n, 2) << "problems, not jobs";
   EXPECT_EQ(cell.runs, 4);
   EXPECT_DOUBLE_EQ(cell.solved, 1.5);
-  EXPECT_DOUBLE_EQ(cell.time_median_ms.value(), 2.5);  // of 1 and 4
+  EXPECT_DOUBLE_EQ(cell.time_median_ms.value(), 2.5);  // median of 1 and 4
   EXPECT_DOUBLE_EQ(cell.par10_ms.value(), ((1.0 + 10'000.0) / 2 + 4.0) / 2);
   EXPECT_THAT(RenderStatisticsTable(table, TableFormat::kText),
               testing::AllOf(HasSubstr("1.5/2"), HasSubstr("2 repetitions averaged per problem")));
@@ -215,7 +215,7 @@ TEST(StatisticsTable, ContendedTimesAreCpuTimes) {
   EXPECT_EQ(cell.reported, 4);
   EXPECT_EQ(cell.contended, 2);
   EXPECT_EQ(cell.stopped, 1);
-  EXPECT_DOUBLE_EQ(cell.time_median_ms.value(), 2.0);  // of 2, 2.2, 2, 2
+  EXPECT_DOUBLE_EQ(cell.time_median_ms.value(), 2.0);  // median of 2, 2.2, 2, 2
   EXPECT_DOUBLE_EQ(cell.cpu_ms, 8.0);
 }
 

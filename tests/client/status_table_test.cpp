@@ -1,5 +1,5 @@
-// Policy: what `legopt status` shows of the experiments is a function of the server's status and the width; no line is
-// longer, and what does not fit one line is on the next or cut with dots, never lost in silence.
+// Policy: the experiments shown by `legopt status` are a function of the server's status and the width. No line is
+// longer. Text that does not fit continues on the next line or is cut with dots, never dropped silently.
 
 #include "client/report/status_table.h"
 

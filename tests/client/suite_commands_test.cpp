@@ -1,5 +1,4 @@
-// Policy: what `run` and `submit` are asked for is checked before anything is started or sent; faults name file and
-// key.
+// Policy: `run` and `submit` check their input before anything is started or sent. Errors name file and key.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Policy: a suite is read strictly. What is right is taken over exactly; every fault is an InputError that names the
+// Policy: a suite is parsed strictly. Valid values are stored exactly; every fault is an InputError that names the
 // place (FILE:LINE), the key and the fix.
 #include "client/suite/suite.h"
 
@@ -109,7 +109,7 @@ TEST(Suite, WrongWordsForRuleAndPairsAreNamed) {
   EXPECT_THAT(FaultOf(std::string(kSmall) + "pairs: some\n"), HasSubstr("reference"));
 }
 
-// What claims to be the paper's is counted as the original evaluator counts; all else by the physical rule.
+// Suites of the paper's experiments count by the original evaluator's rule; all others by the physical rule.
 TEST(Suite, EmbeddedSuitesOfThePaperHaveTheOriginalEvaluatorsRule) {
   const std::set<std::string> paper = {"table1", "table1-short", "paper", "fidelity"};
   const auto folder = std::filesystem::path(SourceFolder()) / "data" / "suites";
@@ -238,7 +238,7 @@ INSTANTIATE_TEST_SUITE_P(
                  kSmall + std::string("name: \"a\\u202eb\"\n"),
                  {"bad.yaml:4", "name", "invisible character U+202E"}},
         BadSuite{"Latin1", kSmall + std::string("name: gr\xfcnd\n"), {"bad.yaml:4", "byte", "not UTF-8"}},
-        // yaml-cpp reads endless empty documents here, until memory ends.
+        // yaml-cpp would read endless empty documents here until memory is exhausted.
         BadSuite{"Comma", ",\n", {"bad.yaml:1", "is not valid YAML"}},
         BadSuite{"CommaInASecondDocument", kSmall + std::string("---\n,\n"), {"bad.yaml:5", "is not valid YAML"}},
         BadSuite{"EmptyName", kSmall + std::string("name: ''\n"), {"bad.yaml:4: name: is empty"}},
@@ -333,13 +333,13 @@ TEST(Suite, EmbeddedSuitesAreValid) {
   }
 }
 
-// Stored results are found by the hashes of their methods; a new option or default makes others, on purpose. These are
-// with the original evaluator's pairs, which were every suite's before `pairs: all` became the default.
+// Stored results are found by the hashes of their methods; a new option or default changes them on purpose. These
+// hashes are with the original evaluator's pairs, which all suites used before `pairs: all` became the default.
 TEST(Suite, HashesOfTheEmbeddedMethodsStay) {
   struct Row {
     const char* suite;
     std::size_t methods;
-    const char* hash;  // of their hashes, a line each
+    const char* hash;  // hash of their hashes, one per line
   };
   const Row rows[] = {
       {"baselines", 6, "85d1739ec382d78df94415d604d4b59c40ab8cb27a272dc0edf5d6160c0eb222"},
@@ -363,7 +363,7 @@ TEST(Suite, HashesOfTheEmbeddedMethodsStay) {
   }
 }
 
-// Both suites of Table I name the paper's rows, in its order.
+// Both suites of Table I list the paper's rows in its order.
 TEST(Suite, TableOneHasThePapersRows) {
   const std::filesystem::path data = std::filesystem::path(SourceFolder()) / "data";
   const auto paper = ReadPaperTable(data / "paper-table1.csv");

@@ -1,5 +1,5 @@
-// Policy: the layouts of tables for people, at the widths that terminals have. No line is wider than asked for, no
-// number and no row is lost or broken, rows of one name are told apart, and without a limit nothing changes.
+// Policy: the layouts of tables for terminals at common widths. No line is wider than requested, no number and
+// no row is lost or broken, rows of one name are distinguished, and without a limit nothing changes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -40,7 +40,7 @@ BenchmarkRow RowOf(const std::string& method, std::int64_t starts, std::int64_t 
   return row;
 }
 
-// Both tasks, both starts.
+// Returns a table of both tasks with both initial guesses.
 BenchmarkTable WideTable() {
   BenchmarkTable table;
   table.experiment_id = 1;
@@ -279,8 +279,8 @@ TEST(TableLayout, ColourChangesNoWidth) {
 TEST(TableLayout, BestIsAmongTheRowsThatSolveMost) {
   const std::string text = Render(WideTable(), 0, true);
   EXPECT_THAT(text, HasSubstr("\033[1m50/50\033[0m"));
-  EXPECT_THAT(text, HasSubstr("\033[1m612\033[0m"));       // of the rows with 50/50
-  EXPECT_THAT(text, Not(HasSubstr("\033[1m350\033[0m")));  // cheaper, but of 49 problems
+  EXPECT_THAT(text, HasSubstr("\033[1m612\033[0m"));       // best of the rows with 50/50
+  EXPECT_THAT(text, Not(HasSubstr("\033[1m350\033[0m")));  // cheaper, but over 49 problems
   EXPECT_THAT(text, Not(HasSubstr("\033[1m0/4\033[0m")));
 }
 
@@ -325,7 +325,7 @@ TEST(TableLayout, RowsOfOneNameAreToldApart) {
   EXPECT_THAT(Render(table, 40), HasSubstr("surface"));
 }
 
-// Random tables with long names: at every width all numbers are there, in one piece.
+// Random tables with long names: at every width all numbers are present and unbroken.
 class RandomTables : public testing::Test {
  protected:
   BenchmarkTable Make() {
@@ -398,7 +398,7 @@ TEST_F(RandomTables, FitAndLoseNothing) {
       std::istringstream stream(text);
       for (std::string word; stream >> word;) {
         words.insert(word);
-        // In sentences.
+        // The number without the punctuation of a sentence.
         words.insert(word.substr(word.find_first_not_of('('), word.find_last_not_of(",)d") + 1));
       }
       for (const auto& number : numbers) ASSERT_TRUE(words.count(number) == 1) << number << "\n" << width << text;

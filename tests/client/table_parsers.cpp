@@ -43,7 +43,7 @@ ParsedTable ParseTextTable(const std::string& text) {
     } else if (in_rows && line.empty()) {
       break;
     } else if (in_rows) {
-      // Two spaces or a bar between columns; a single space belongs to a cell.
+      // Columns are separated by two spaces or a bar; a single space belongs to a cell.
       table.rows.push_back(SplitLine(line, std::regex(R"(\s+\|\s+|\s{2,})")));
     }
   }

@@ -15,7 +15,7 @@ ParsedTable ParseTextTable(const std::string& text);
 ParsedTable ParseMarkdownTable(const std::string& text);
 ParsedTable ParseLatexTable(const std::string& text);
 
-/// RFC 4180.
+/// Parses CSV by RFC 4180.
 std::vector<std::vector<std::string>> ParseCsv(const std::string& text);
 
 }  // namespace legopt::client

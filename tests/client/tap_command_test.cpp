@@ -1,5 +1,5 @@
-// Policy: `legopt tap` hears a deployment without taking part, prints one JSON object per line and nothing else on
-// standard output, and says when there was nothing to hear.
+// Policy: `legopt tap` listens to a deployment without taking part, prints one JSON object per line and nothing else
+// on standard output, and reports if no traffic was received.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ std::vector<nlohmann::json> Lines(const std::string& text) {
   return lines;
 }
 
-// The part of an output that ends with a whole line.
+// Returns the output up to the last complete line.
 std::string WholeLines(const std::string& text) { return text.substr(0, text.rfind('\n') + 1); }
 
 std::optional<nlohmann::json> FirstRequest(const std::string& text) {
@@ -44,7 +44,8 @@ std::optional<nlohmann::json> FirstRequest(const std::string& text) {
   return std::nullopt;
 }
 
-// A busy machine may still deliver an answer to an earlier call: only the answer to the request that was heard counts.
+// Returns whether the answer to the recorded request is shown. A busy machine may still deliver an answer to an
+// earlier call.
 bool ShowsItsAnswer(const std::string& text) {
   const auto request = FirstRequest(text);
   if (!request) return false;
@@ -70,7 +71,7 @@ class TapCommand : public testing::Test {
     port_ = std::to_string(bus::FindFreePortPair(bus::RandomSeed()));
   }
 
-  // A server that answers; `status` asks until it does.
+  // Starts a server and waits until `status` gets an answer.
   void StartServer(const Environment& environment = {}) {
     server_.emplace(BuiltProgram("legopt-server"),
                     std::vector<std::string>{"--db", (folder_.path() / "tap.sqlite").string(), "--port", port_},
@@ -114,7 +115,7 @@ TEST_F(TapCommand, ShowsACallFromRequestToReply) {
   EXPECT_THAT(result.err, HasSubstr("heard"));
 }
 
-// Interrupted while it sleeps, with traffic waiting: that traffic passed before the end, so it is shown.
+// Traffic that arrived before an interrupt during the tap's sleep is shown.
 TEST_F(TapCommand, AnInterruptLosesNothingThatHasPassed) {
   StartServer();
   RunningProgram tap(BuiltProgram("legopt"), Arguments({"--type", "status"}), folder_.path());
@@ -186,7 +187,7 @@ TEST_F(TapCommand, SilenceIsSaid) {
   EXPECT_THAT(result.err, HasSubstr("nothing was heard at 239.255.76.67:" + port_));
 }
 
-// The server counts every datagram that reaches it: none comes from the tap.
+// The server counts every received datagram: none comes from the tap.
 TEST_F(TapCommand, NothingIsSent) {
   bus::LcmOptions network;
   network.port = std::stoi(port_);

@@ -1,5 +1,5 @@
-// Policy: the built program in a terminal of its own. There, and only there, text fits the width, is coloured and goes
-// through the pager; exit codes are those without one.
+// Policy: the built program in a pseudo-terminal. Only there, text fits the width, is coloured and passes through the
+// pager; exit codes are the same as without a terminal.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -51,7 +51,7 @@ class TerminalCommand : public testing::Test {
     return RunningProgram("/bin/sh", {"-c", command}, folder_.path(), environment).Wait();
   }
 
-  // Widths of the lines, without escapes.
+  // Returns the widths of the lines without escape sequences.
   static std::vector<std::size_t> Widths(const std::string& text) {
     std::string plain;
     for (std::size_t at = 0; at < text.size(); ++at) {
@@ -141,7 +141,7 @@ TEST_F(TerminalCommand, LongTextGoesThroughThePager) {
   EXPECT_THAT(Run({"table"}, low, {{"PAGER", "sed s/^/no:/"}, {"LEGOPT_PAGER", "sed s/^/ours:/"}}).out,
               AllOf(HasSubstr("ours:Method"), Not(HasSubstr("no:"))));
   EXPECT_THAT(Run({"table"}, low, {{"LEGOPT_PAGER", "cat"}}).out, HasSubstr("Method"));
-  // 21 lines that the terminal breaks into many more.
+  // The terminal wraps 21 lines into many more.
   EXPECT_THAT(Run({"query", "SELECT hex(zeroblob(200)) FROM jobs LIMIT 20", "--format", "csv"}, {80, 40}, pager).out,
               HasSubstr("paged:"));
   const auto piped = RunLegopt({"table", "--db", file_.string()}, folder_.path(), {{"PAGER", "sed s/^/paged:/"}});
@@ -152,7 +152,7 @@ TEST_F(TerminalCommand, ExitCodesAreThoseWithoutAPager) {
   if (!HasTerminals()) GTEST_SKIP() << kNoTerminals;
   const TerminalSize low{80, 5};
   EXPECT_EQ(Run({"table"}, low, {{"PAGER", "cat >/dev/null; exit 7"}}).exit_code, 0);
-  EXPECT_EQ(Run({"table"}, low, {{"PAGER", "true"}}).exit_code, 0);  // reads nothing
+  EXPECT_EQ(Run({"table"}, low, {{"PAGER", "true"}}).exit_code, 0);  // a pager that reads nothing
   EXPECT_EQ(Run({"table", "99"}, low, {{"PAGER", "sed s/^/paged:/"}}).exit_code, 2);
 }
 
@@ -161,7 +161,7 @@ TEST_F(TerminalCommand, WithoutItsPagerTheTextIsShownAllTheSame) {
   const auto result = Run({"table"}, {80, 5}, {{"PAGER", "no-such-pager-here"}});
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_THAT(result.out, HasSubstr("Method"));
-  const auto bare = Run({"table"}, {80, 5}, {{"PATH", "/nowhere"}});  // no less
+  const auto bare = Run({"table"}, {80, 5}, {{"PATH", "/nowhere"}});  // less is not found
   EXPECT_EQ(bare.exit_code, 0);
   EXPECT_THAT(bare.out, AllOf(HasSubstr("Method"), Not(HasSubstr("not found"))));
 }

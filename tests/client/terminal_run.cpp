@@ -32,7 +32,7 @@ std::string ReadAll(int terminal) {
   for (;;) {
     const ssize_t count = ::read(terminal, buffer.data(), buffer.size());
     if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) break;  // EIO: nobody holds the other side any more
+    if (count <= 0) break;  // EIO: the other side is closed
     text.append(buffer.data(), static_cast<std::size_t>(count));
   }
   std::erase(text, '\r');

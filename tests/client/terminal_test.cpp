@@ -1,5 +1,5 @@
-// Policy: flags win over the environment, the environment over the terminal; what is not a terminal gets the text as it
-// is.
+// Policy: flags take precedence over the environment, and the environment over the terminal. Output to other files is
+// plain text.
 #include "client/report/terminal.h"
 
 #include <gtest/gtest.h>

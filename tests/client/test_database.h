@@ -24,13 +24,13 @@ struct TestResult {
   std::vector<Eigen::VectorXd> waypoints = {};
   bool finished = true;  ///< false: stays queued
   std::vector<std::uint8_t> trace = {};
-  bool dead = false;  ///< its one attempt ended its process by signal 11 instead
+  bool dead = false;  ///< its only attempt was killed by signal 11
   int repetition = 0;
-  std::int64_t cpu_us = -1;                    ///< negative: as wall_us
-  std::int64_t switches = 0;                   ///< involuntary ones of context
+  std::int64_t cpu_us = -1;                    ///< negative: same as wall_us
+  std::int64_t switches = 0;                   ///< involuntary context switches
   SolveStatus status = SolveStatus::kNotRun;   ///< kNotRun: derived from the verdict
   std::vector<Eigen::VectorXd> unsolved = {};  ///< best point of a second window, with verdict "window_unsolved"
-  int first_unsolved = 0;                      ///< number of its first waypoint
+  int first_unsolved = 0;                      ///< index of that window's first waypoint
 };
 
 struct TestMethod {
@@ -46,19 +46,19 @@ struct TestExperiment {
   std::string dataset_hash = std::string(64, 'a');
   std::vector<TestMethod> methods = {{"SQP", 0}};
   std::string task = "posture";
-  int num_waypoints = 1;            ///< of every problem
+  int num_waypoints = 1;            ///< number of waypoints of every problem
   std::vector<TestResult> results;  ///< no two for the same method, initialization, problem and repetition
   std::string build_id = "0123456789ab";
   std::int64_t wall_limit_us = 1'000'000;
-  std::int64_t effort_limit = 0;  ///< of every job; 0: none
-  std::string text;  ///< if given, stands wherever a worker may say something: name, host, build, detail, message, log
+  std::int64_t effort_limit = 0;  ///< effort limit of every job; 0: none
+  std::string text;  ///< if given, used for all texts that a worker sends: name, host, build, detail, message, log
 };
 
-/// Writes a database through the real store: experiment 1, one task, one job per result in order of `results`
-/// grouped by cell.
+/// Writes a database through the real store: experiment 1, one task, one job per result in order of `results` grouped
+/// by cell.
 void WriteTestDatabase(const std::filesystem::path& file, const TestExperiment& experiment);
 
-/// Changes a database past the trigger that keeps the change out, if there is one of this name; the trigger stays.
+/// Changes a database, bypassing the trigger of this name, if any, that forbids the change. The trigger is restored.
 void AlterDatabase(const std::filesystem::path& file, const std::string& trigger, const std::string& change);
 
 }  // namespace legopt::client

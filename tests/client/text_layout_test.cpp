@@ -1,5 +1,5 @@
-// Policy: widths are those of a terminal, wrapped lines never exceed them and lose nothing but spaces, numbers stay
-// whole; escapes stand around texts, never in widths.
+// Policy: widths are display widths of a terminal. Wrapped lines never exceed them, lose nothing but spaces, and do
+// not break numbers. Escape sequences surround texts and have no width.
 #include "client/report/text_layout.h"
 
 #include <gmock/gmock.h>

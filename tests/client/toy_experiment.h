@@ -8,7 +8,7 @@
 
 namespace legopt::client {
 
-/// Adds the results of one method, one per problem from 0: a time in ms, none where it failed after its whole limit.
+/// Adds the results of one method, one per problem from 0: a time in ms, or none if it failed after the full limit.
 inline void AddTimes(int method, const std::vector<std::optional<double>>& times_ms, TestExperiment* experiment) {
   for (std::size_t i = 0; i < times_ms.size(); ++i) {
     TestResult result;
@@ -20,7 +20,7 @@ inline void AddTimes(int method, const std::vector<std::optional<double>>& times
   }
 }
 
-/// Likewise with the costs of problems that it solved in 1 ms.
+/// Adds the results of one method that solved each problem in 1 ms, with these costs.
 inline void AddCosts(int method, const std::vector<double>& costs, TestExperiment* experiment) {
   for (std::size_t i = 0; i < costs.size(); ++i) {
     TestResult result;
@@ -32,7 +32,8 @@ inline void AddCosts(int method, const std::vector<double>& costs, TestExperimen
   }
 }
 
-/// The toy pool of tests/statistics/toy.h, limit 100 ms: C fails most and looks best where only solved problems count.
+/// Returns the toy pool of tests/statistics/toy.h with a limit of 100 ms. C fails most often and looks best if only
+/// solved problems are counted.
 inline TestExperiment ToyPool() {
   TestExperiment experiment;
   experiment.methods = {{"A"}, {"B"}, {"C"}};
@@ -43,7 +44,7 @@ inline TestExperiment ToyPool() {
   return experiment;
 }
 
-/// Two methods, A and B: problems that both solve, then those that only one does, then those that none does.
+/// Returns two methods, A and B, on problems solved by both, then by only one of them, then by neither.
 inline TestExperiment Discordant(int both, int only_a, int only_b, int neither) {
   TestExperiment experiment;
   experiment.methods = {{"A"}, {"B"}};

@@ -1,5 +1,5 @@
-// Policy: figures of an unfinished experiment are those of the problems that all shown rows have completed, and nothing
-// else; with no such problem there is no figure. Tried with 0, 1 and 2 complete problems for every figure.
+// Policy: figures of an unfinished experiment include only problems that all shown rows have completed; without such
+// problems there is no figure. Tested with 0, 1 and 2 complete problems for every figure.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -24,8 +24,8 @@ using testing::Not;
 
 const BenchmarkColumn kColumn = {Task::kPosture, Initialization::kGood};
 
-// Three methods with `complete` problems that all have finished; with `more`, three problems that each of them has
-// finished in part, and a fourth method that has finished nothing.
+// Returns three methods with `complete` problems finished by all. With `more`, adds three problems that each of them
+// has finished partly, and a fourth method that has finished nothing.
 TestExperiment Unfinished(int complete, bool more, bool all_solved = false) {
   TestExperiment experiment;
   experiment.methods = {{"A"}, {"B"}, {"C"}};
@@ -57,7 +57,7 @@ TestExperiment Unfinished(int complete, bool more, bool all_solved = false) {
 struct Figures {
   StatisticsTable table;
   Json statistics, column;
-  std::vector<std::string> texts;  // all that is printed or drawn
+  std::vector<std::string> texts;  // everything printed or drawn
 };
 
 Figures FiguresOf(const TestExperiment& experiment) {
@@ -92,7 +92,7 @@ Figures FiguresOf(const TestExperiment& experiment) {
     figures.texts.push_back(RenderPlotText(ScatterPlot(comparison, kMilliseconds)));
     figures.texts.push_back(RenderPlotImage(ScatterPlot(comparison, kMilliseconds), ImageFormat::kSvg));
   } catch (const ClientError& error) {
-    figures.texts.emplace_back(error.what());  // nothing that both have finished
+    figures.texts.emplace_back(error.what());  // no problem that both have finished
   }
   return figures;
 }
@@ -175,7 +175,7 @@ TEST_P(UnfinishedFigures, NothingIsSaidOfNothing) {
 
 INSTANTIATE_TEST_SUITE_P(CompleteProblems, UnfinishedFigures, testing::Values(0, 1, 2));
 
-// A row that solves nothing takes the ratios of no other row, though it empties what all rows solved.
+// A row without solved problems does not remove the ratios of other rows, although no problem is solved by all rows.
 TEST(PairedRatios, OutliveARowThatSolvesNothing) {
   TestExperiment experiment;
   experiment.methods = {{"A"}, {"B"}, {"bad"}};

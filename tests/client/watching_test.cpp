@@ -1,4 +1,5 @@
-// Policy: what a watcher says and when it gives up is a function of what it heard and when, in virtual time.
+// Policy: the messages of a watcher, and the time at which it gives up, are a function of the received statuses in
+// virtual time.
 
 #include "client/report/watching.h"
 

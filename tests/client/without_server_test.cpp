@@ -1,4 +1,4 @@
-// Policy: without a server every command that needs one says so, with what may be wrong, and its own exit code.
+// Policy: without a server, every command that needs one reports this with the likely causes and its own exit code.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// Commands that talk to a server, without one, on ports that nobody uses.
+// Runs commands that call a server, on unused ports without one.
 class WithoutServer : public CommandLine {
  protected:
   void SetUp() override {
@@ -38,7 +38,7 @@ TEST_F(WithoutServer, EveryCommandSaysSo) {
   }
 }
 
-// What is most likely stands first: with a key, that it is not the server's.
+// The most likely cause comes first: with a key, that it differs from the server's.
 TEST_F(WithoutServer, AKeyIsSuspectedFirst) {
   ASSERT_EQ(Run({"keygen", "lab.key"}).exit_code, 0);
   const auto key = (folder_.path() / "lab.key").string();

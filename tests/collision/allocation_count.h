@@ -2,7 +2,7 @@
 
 namespace legopt::test {
 
-/// Calls of operator new on this thread since it started, in this test program.
+/// Returns the number of calls of operator new on this thread since it started, in this test program.
 long AllocationCount();
 
 }  // namespace legopt::test

@@ -18,13 +18,14 @@
 
 namespace legopt::test {
 
-/// Folder of the shared benchmark data: environment LEGOPT_TEST_DATA, else the one known to the build.
+/// Returns the folder of the shared benchmark data: environment LEGOPT_TEST_DATA, else the folder configured in the
+/// build.
 inline std::filesystem::path DataFolder() {
   const char* folder = std::getenv("LEGOPT_TEST_DATA");
   return folder != nullptr ? folder : TestDataFolder();
 }
 
-/// Skips the running test, with a message, when the shared data are not there.
+/// Skips the running test, with a message, if the shared data are missing.
 #define LEGOPT_REQUIRE_FILE(path) \
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "test data missing: " << (path) << " (set LEGOPT_TEST_DATA)"
 
@@ -46,7 +47,7 @@ inline Eigen::VectorXd ZeroPose(const RobotModel& robot) {
   return x;
 }
 
-/// The evaluator's self-collision reference pose (docs/readings.md#ignored-link-pairs).
+/// Returns the evaluator's reference pose for self-collision (docs/readings.md#ignored-link-pairs).
 inline Eigen::VectorXd AtlasReference(const RobotModel& robot) {
   Eigen::VectorXd x = ZeroPose(robot);
   x[0] = x[2] = 20.0 * 3.1415 / 180.0;
@@ -59,7 +60,7 @@ struct SolePose {
   Eigen::Quaterniond rotation;
 };
 
-/// All stances of a problem file: position and rotation of each sole target, quaternion order w x y z.
+/// Reads all stances of a problem file: position and rotation of each contact, quaternion order w x y z.
 inline std::vector<std::vector<SolePose>> ReadStances(const std::filesystem::path& file) {
   nlohmann::json root;
   std::ifstream(file) >> root;
@@ -81,14 +82,15 @@ inline std::vector<std::vector<SolePose>> ReadStances(const std::filesystem::pat
   return stances;
 }
 
-/// Target of the foot's link frame (docs/readings.md#foot-targets).
+/// Returns the target of the foot's link frame (docs/readings.md#foot-targets).
 inline Eigen::Isometry3d FootFrame(const SolePose& sole) {
   constexpr double kSoleOffset = 0.082351;
   const Eigen::Matrix3d rotation = sole.rotation.toRotationMatrix();
   return Eigen::Translation3d(sole.position + kSoleOffset * rotation.col(2)) * Eigen::Isometry3d(rotation);
 }
 
-/// A plausible posture on two soles: nominal joints, legs by damped least squares. For tests and benchmarks.
+/// Returns a plausible posture with both feet on their contacts: nominal joints, legs by damped least squares. For
+/// tests and benchmarks.
 inline Eigen::VectorXd StandOn(const RobotModel& robot, const std::vector<SolePose>& stance) {
   const int n = robot.num_dofs();
   const int m = robot.tangent_size();

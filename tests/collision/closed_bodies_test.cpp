@@ -28,8 +28,9 @@ TriangleMesh SolidBox(const Vector3d& size, const Eigen::Isometry3d& pose = Eige
   return Tessellate(Spec(ShapeSpec::Kind::kBox, size, pose));
 }
 
-/// Solid angle of all triangles seen from a point, over 4 pi (van Oosterom and Strackee): the winding number by another
-/// way. NaN where one triangle fills half the view: the point lies in it, perhaps on a wall between two bodies.
+/// Returns the winding number computed independently: the solid angle of all triangles seen from a point, divided by 4
+/// pi (van Oosterom and Strackee). NaN if one triangle fills half the view: the point lies in it, perhaps on a wall
+/// between two bodies.
 double WindingBySolidAngles(const TriangleMesh& mesh, const Vector3d& p) {
   constexpr double kHalfTheView = 0.99 * std::numbers::pi;  // half of its solid angle
   double sum = 0.0;
@@ -58,10 +59,10 @@ TEST(ClosedBodies, DepthIsTheDistanceToTheSurface) {
   }
 }
 
-// Rays through vertices, along edges and within vertical faces are where counting crossings goes wrong.
+// Crossing counts are error-prone for rays through vertices, along edges and within vertical faces.
 TEST(ClosedBodies, RaysThroughEdgesAndVerticesCountLikeOthers) {
   constexpr int kCells = 8;
-  TriangleMesh mesh;  // a tower: the vertices of each box stand above those of the one below
+  TriangleMesh mesh;  // a tower: the vertices of each box are above those of the box below
   for (int i = 0; i < kCells; ++i) AppendTo(SolidBox({1, 1, 1}, At(0, 0, 1.5 * i)), false, &mesh);
   const ClosedBodies stack(mesh);
   EXPECT_EQ(stack.bodies().size(), static_cast<size_t>(kCells));
@@ -116,12 +117,12 @@ TEST(ClosedBodies, AgreesWithSolidAnglesOnRandomHullsAndOnTheGarage) {
     for (const Vector3d& v : which->vertices) bounds.extend(v);
     for (int i = 0; i < 600; ++i) {
       Vector3d p = bounds.min() + 0.5 * (draw.Vector(1.0) + Vector3d::Ones()).cwiseProduct(bounds.sizes());
-      // Every other point stands exactly above or below a vertex.
+      // Every other point is exactly above or below a vertex.
       if (i % 2 == 0) p.head<2>() = which->vertices[static_cast<size_t>(i) * 7 % which->vertices.size()].head<2>();
       const double winding = WindingBySolidAngles(*which, p);
       const double depth = bodies.Depth(p);
       if (depth > 0.0 && depth < 1e-6) continue;                        // on a surface
-      if (!(std::abs(winding - std::round(winding)) < 1e-3)) continue;  // so near to a surface that angles do not tell
+      if (!(std::abs(winding - std::round(winding)) < 1e-3)) continue;  // too near to a surface for solid angles
       EXPECT_EQ(depth > 0.0, std::round(winding) != 0.0) << p.transpose() << ", winding number " << winding;
       inside += depth > 0.0 ? 1 : 0;
     }

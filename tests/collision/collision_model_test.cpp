@@ -115,7 +115,8 @@ TEST(LinkPairs, TouchingInTheReferencePoseIsIgnoredForGood) {
   EXPECT_EQ(model->pair_status(robot.FindLink("base"), robot.FindLink("hand")), PairStatus::kIgnoredReferencePose);
 }
 
-// The original ignores for good what touches in one pose; the solid rule only what no pose parts.
+// The original evaluator ignores every pair that touches in one pose; the physical rule ignores only pairs that no
+// pose separates.
 TEST(LinkPairs, OfTheSolidRuleAreAllThatMotionParts) {
   const RobotModel robot = Chain();
   Eigen::VectorXd folded = ZeroPose(robot);
@@ -137,7 +138,7 @@ TEST(LinkPairs, OfTheSolidRuleAreAllThatMotionParts) {
   EXPECT_EQ(all->pair_status(pair.first, pair.second), PairStatus::kChecked);
 }
 
-/// base - hinge - (joint of +-0.01 rad) - flap: the flap's box of `size` stands in the base's.
+/// base - hinge - (joint of +-0.01 rad) - flap, where the flap's box of `size` is inside the base's box.
 RobotModel Hinged(const Eigen::Vector3d& size) {
   std::vector<Link> links(3);
   std::vector<Joint> joints(2);
@@ -171,7 +172,7 @@ TEST(LinkPairs, WhatNoPostureOfTheSequencePartsIsJoined) {
     EXPECT_TRUE(model->pairs(PairSelection::kAll).empty()) << size.transpose();
     EXPECT_EQ(model->pair_status(0, 2), PairStatus::kIgnoredJoined);
   }
-  // Wholly inside, the flap's surface never meets the base's: the original compares the pair in vain.
+  // The flap is entirely inside, so the surfaces never meet: the original evaluator checks the pair without effect.
   const RobotModel inside = Hinged({0.05, 0.06, 0.07});
   const auto model = CollisionModel::Build(inside, {}, ZeroPose(inside));
   EXPECT_EQ(model->checked_pairs(), std::vector<LinkPair>{pair});

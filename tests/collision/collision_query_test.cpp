@@ -132,14 +132,14 @@ TEST(CollisionQuery, ContactsObeyTheConventions) {
   EXPECT_GT(self, 50);
 }
 
-using Nearest = std::map<std::pair<int, int>, double>;  // by (link, other link or scene)
+using Nearest = std::map<std::pair<int, int>, double>;  // key: (link, other link or scene)
 
 void Consider(std::pair<int, int> pair, double distance_m, Nearest& nearest) {
   const auto [it, inserted] = nearest.try_emplace(pair, distance_m);
   it->second = std::min(it->second, distance_m);
 }
 
-/// By brute force: every shape against every other one.
+/// Finds the nearest contacts by brute force: every shape against every other one.
 Nearest OfAllPairs(const CollisionModel& model, const Kinematics& kinematics, double margin) {
   const CollisionModel::Impl& data = model.impl();
   Nearest nearest;
@@ -196,7 +196,7 @@ TEST(CollisionQuery, AgreesWithTestingAllPairsOfShapes) {
   }
 }
 
-// Pelvis and utorso of the Atlas touch in the reference pose: an actuator of the one stands in a hollow of the other,
+// Pelvis and utorso of the Atlas touch in the reference pose: an actuator of one link is in a hollow of the other,
 // millimetres from its walls.
 TEST(AtlasQuery, LinksMayReachIntoHollowsOfEachOther) {
   LEGOPT_REQUIRE_FILE(DataFolder() / "atlas/atlas.urdf");
@@ -232,7 +232,7 @@ TEST(AtlasQuery, LinksMayReachIntoHollowsOfEachOther) {
     }
   }
   EXPECT_GT(inside, 5);
-  EXPECT_GT(apart, 30);  // by hulls, and by pieces of whole meshes, none is
+  EXPECT_GT(apart, 30);  // none by hulls or by pieces of whole meshes
 }
 
 TEST(CollisionQuery, ResultsDoNotDependOnEarlierQueriesNorOnTheThread) {
@@ -274,7 +274,7 @@ TEST(CollisionQuery, AllocatesNothingAfterWarmUp) {
   EXPECT_EQ(AllocationCount(), before);
 }
 
-// A walk in small steps and, now and then, a leap: what is remembered is of use, or wrong.
+// A walk in small steps with occasional leaps, so that the memory is either helpful or outdated.
 TEST(CollisionQuery, MemoryChangesNoContact) {
   Fixture f;
   CollisionQuery query(f.model), with_memory(f.model);
@@ -335,7 +335,7 @@ TEST(CollisionQuery, LargerMarginOnlyAddsContacts) {
   }
 }
 
-/// Distances by pair at a configuration.
+/// Returns distances by pair at a configuration.
 std::map<int, double> DistancesAt(CollisionQuery& query, Kinematics& kinematics, const Eigen::VectorXd& x,
                                   double margin) {
   kinematics.Update(x);
@@ -344,8 +344,8 @@ std::map<int, double> DistancesAt(CollisionQuery& query, Kinematics& kinematics,
   return result;
 }
 
-/// Compares n^T (J_A - J_B) with central differences of the distance. Entries where the two one-sided slopes differ are
-/// ties (the witness points jump) and are left out; returns how many entries were compared.
+/// Compares n^T (J_A - J_B) with central differences of the distance. Entries where the two one-sided slopes differ
+/// are ties, at which the witness points jump; they are skipped. Returns the number of compared entries.
 int CompareWithDifferences(const RobotModel& robot, CollisionQuery& query, const Eigen::VectorXd& x, double margin) {
   constexpr double kStep = 1e-5;
   constexpr double kTie = 1e-3;

@@ -17,7 +17,7 @@ TriangleMesh BoxMesh(const Eigen::Vector3d& size, const Eigen::Isometry3d& pose)
   return Tessellate(Spec(ShapeSpec::Kind::kBox, size, pose));
 }
 
-/// Appends with welding of identical vertices, as a mesh file would.
+/// Appends a mesh and merges identical vertices, as in a mesh file.
 void Append(TriangleMesh& mesh, const TriangleMesh& part) {
   for (const auto& t : part.triangles) {
     std::array<int, 3> corners{};
@@ -31,7 +31,7 @@ void Append(TriangleMesh& mesh, const TriangleMesh& part) {
   }
 }
 
-/// Vertical prism over a plan polygon given by a triangulation, between z = 0 and z = height.
+/// Returns a vertical prism over a triangulated plan polygon, between z = 0 and z = height.
 TriangleMesh Extrude(const std::vector<Eigen::Vector2d>& plan, const std::vector<std::array<int, 3>>& triangles,
                      const std::vector<int>& outline, double height) {
   TriangleMesh mesh;
@@ -52,7 +52,7 @@ TriangleMesh Extrude(const std::vector<Eigen::Vector2d>& plan, const std::vector
   return mesh;
 }
 
-/// An L in plan: 2 x 2 without its upper right quarter.
+/// Returns an L in plan: 2 x 2 without its upper right quarter.
 TriangleMesh LPrism() {
   return Extrude({{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}}, {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}},
                  {0, 1, 2, 3, 4, 5}, 0.5);
@@ -91,7 +91,7 @@ TEST(Hull, FlatSetsKeepTheirExtremePoints) {
 
 TEST(Components, TouchingBoxesAreTakenApart) {
   TriangleMesh mesh;
-  // Two share a face (their wall is there twice), a third shares an edge with the first, a fourth only a corner.
+  // Two share a face, which exists twice, a third shares an edge with the first, and a fourth only a corner.
   Append(mesh, BoxMesh({1, 1, 1}, At(0, 0, 0)));
   Append(mesh, BoxMesh({1, 1, 1}, At(1, 0, 0)));
   Append(mesh, BoxMesh({1, 1, 1}, At(-1, 1, 0)));
@@ -175,7 +175,7 @@ TEST(Decomposition, PiecesContainTheMeshAndApproachIt) {
   }
 }
 
-// Between two plates a third one may stand: a piece round both would be in its way.
+// Another plate may be between two plates; a piece around both would block it.
 TEST(Decomposition, NoPieceBridgesTwoBodies) {
   TriangleMesh plates;
   for (const double z : {-0.05, 0.05}) Append(plates, BoxMesh({0.4, 0.4, 0.02}, At(0, 0, z)));
@@ -203,7 +203,7 @@ TEST(SceneSolids, CopiesOfAShapeShareOneDecomposition) {
     for (Eigen::Vector3d& v : mesh.vertices) v = pose * v;
     return mesh;
   };
-  // Tilted, so that it is no vertical prism and must be decomposed; the second is the first moved.
+  // Tilted, so that it is not a vertical prism and must be decomposed; the second is the first moved.
   const Eigen::Isometry3d tilt(Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 1, 0).normalized()));
   TriangleMesh mesh = bars(tilt);
   const size_t alone = SolidsOfMesh(mesh, {}).size();

@@ -28,7 +28,7 @@ TriangleMesh Plane(bool facing_up) {
   return mesh;
 }
 
-/// Depth of a box whose underside is `sunk` below z = 0.
+/// Returns the depth of a box whose underside is `sunk` below z = 0.
 double BoxDepth(const TriangleMesh& other, double sunk, const Eigen::Vector3d& size = kFootSize) {
   TrimeshWorld world;
   const int a = world.Add(Tessellate(Spec(ShapeSpec::Kind::kBox, size)));
@@ -37,7 +37,7 @@ double BoxDepth(const TriangleMesh& other, double sunk, const Eigen::Vector3d& s
   return world.Depth(a, b);
 }
 
-// What ODE 0.16.2 was measured to report (docs/readings.md#contact-depth).
+// Depths measured with ODE 0.16.2 (docs/readings.md#contact-depth).
 TEST(TrimeshDepth, MeasuredCasesOfTheReference) {
   EXPECT_LT(BoxDepth(Plane(true), -0.001), 0.0);
   for (const double sunk : {0.0005, 0.001, 0.002, 0.010, 0.020, 0.030, 0.050}) {
@@ -45,12 +45,13 @@ TEST(TrimeshDepth, MeasuredCasesOfTheReference) {
   }
   EXPECT_NEAR(BoxDepth(Plane(false), 0.0005), 0.0595, 1e-6);
   const TriangleMesh big = Tessellate(Spec(ShapeSpec::Kind::kBox, {2, 2, 2}));
-  EXPECT_LT(BoxDepth(big, 0.0), 0.0);  // wholly inside: free
+  EXPECT_LT(BoxDepth(big, 0.0), 0.0);  // entirely inside: free
   TriangleMesh floor = Tessellate(Spec(ShapeSpec::Kind::kBox, {2, 2, 2}, At(0, 0, -1)));
   EXPECT_NEAR(BoxDepth(floor, 0.010), 0.010, 1e-6);
 }
 
-/// A sheet of 2 x n x n triangles over [-0.5, 0.5]^2, facing up, with bumps of 2 to 10 mm that grow along (dx, dy).
+/// Returns a sheet of 2 x n x n triangles over [-0.5, 0.5]^2, facing up, with bumps of 2 to 10 mm that grow along (dx,
+/// dy).
 TriangleMesh Sheet(int n, double dx, double dy) {
   TriangleMesh mesh;
   for (int i = 0; i <= n; ++i) {
@@ -70,7 +71,8 @@ TriangleMesh Sheet(int n, double dx, double dy) {
   return mesh;
 }
 
-// ODE's mesh colliders share one cache in the process: without turns the depths of both threads are garbage at times.
+// ODE's mesh colliders share one cache per process. Without mutual exclusion, depths are occasionally wrong in both
+// threads.
 TEST(TrimeshDepth, WorldsOfTwoThreadsDisturbNobody) {
   constexpr int kRounds = 400;
   const auto depths = [](double slope) {
@@ -104,7 +106,7 @@ TEST(TrimeshDepth, TheOriginalLooksAt255ContactsTheStrictFigureAtAll) {
     const TriangleMesh sheet = Sheet(kCells, dx, dy);
     const int whole = world.Add(sheet);
     double deepest = -1.0;
-    for (size_t t = 0; t < sheet.triangles.size(); t += 2) {  // cell by cell there are never many contacts
+    for (size_t t = 0; t < sheet.triangles.size(); t += 2) {  // cell by cell the contacts are few
       TriangleMesh cell = sheet;
       cell.triangles = {sheet.triangles[t], sheet.triangles[t + 1]};
       deepest = std::max(deepest, world.Depth(box, world.Add(cell)));
@@ -118,7 +120,8 @@ TEST(TrimeshDepth, TheOriginalLooksAt255ContactsTheStrictFigureAtAll) {
   EXPECT_GE(cut_off, 1) << "no case has its deepest contact beyond the first 255";
 }
 
-// Both ways of the same rule, where ODE has few contacts: its merging may lower a depth by up to 0.01 mm.
+// Compares both implementations of the rule where ODE has few contacts: its merging may reduce a depth by up to 0.01
+// mm.
 TEST(TrimeshDepth, ExactDepthsAreOdes) {
   constexpr double kMerging = 1.1e-5, kSinglePrecision = 1e-6;
   Draw draw(9);
@@ -185,8 +188,8 @@ TEST(AtlasExact, ReferencePoseItselfIsFreeOfCheckedCollisions) {
   EXPECT_EQ(exact.DeepestEnvironmentContacts(kinematics).literal.link, -1);
 }
 
-/// Boxes on prismatic joints: link i + 1 is a box centred at y = q_i. Even ones measure 0.2 m, odd ones 0.14 m, so that
-/// no two faces of neighbours are coplanar (ODE reports edge lengths there).
+/// Returns boxes on prismatic joints: link i + 1 is a box centred at y = q_i. Even ones measure 0.2 m, odd ones 0.14
+/// m, so that no two faces of neighbours are coplanar (ODE reports edge lengths there).
 RobotModel Slides(int count) {
   std::vector<Link> links(static_cast<size_t>(count) + 1);
   std::vector<Joint> joints(static_cast<size_t>(count));
@@ -256,7 +259,7 @@ TEST(EnvironmentDepth, NamesTheDeepestLinkAndObject) {
   EXPECT_EQ(exact.EnvironmentDepth(kinematics), 0.0);
 }
 
-/// A base box, and a second one that `slide0` moves along y.
+/// A base box and a second box that `slide0` moves along y.
 struct TwoBoxes {
   RobotModel robot = Slides(2);
   Eigen::VectorXd x = ZeroPose(robot);
@@ -285,7 +288,7 @@ TEST(Containment, OfALinkInASolidWhoseSurfaceItDoesNotMeet) {
   EXPECT_EQ(deepest.object, 1);
   EXPECT_EQ(deepest.other_link, -1);
   EXPECT_EQ(exact.DeepestContainment(boxes.At(-2.0, 3.0)).link, -1);
-  // Half out: the corners within count, and contacts as well.
+  // Half outside: only the corners inside contribute to the containment, and there are contacts as well.
   EXPECT_NEAR(exact.DeepestContainment(boxes.At(-2.62, 3.0)).depth_m, 0.06, 1e-12);
   EXPECT_GT(exact.EnvironmentDepth(boxes.kinematics), 1e-3);
 }
@@ -331,7 +334,8 @@ TEST(LongestStep, IsThatOfTheFarthestPoint) {
   const ExactCollision::Step slide = exact.LongestStep(from, boxes.At(-3.0, 3.4));
   EXPECT_NEAR(slide.distance_m, 0.4, 1e-12);
   EXPECT_EQ(slide.link, 2);
-  // A turn of the base about z by 180 degrees: the outermost corner of box 0, at (+-0.1, -3.1), goes to the other side.
+  // A rotation of the base about z by 180 degrees moves the outermost corner of box 0, at (+-0.1, -3.1), to the other
+  // side.
   boxes.x.head(2) << -3.0, 3.0;
   boxes.x.tail<4>() << 0.0, 0.0, 0.0, 1.0;
   boxes.kinematics.Update(boxes.x);
@@ -340,7 +344,7 @@ TEST(LongestStep, IsThatOfTheFarthestPoint) {
   EXPECT_EQ(turn.link, 1);
 }
 
-/// Every figure of one configuration.
+/// Compares every figure of one configuration.
 void ExpectSameFigures(ExactCollision& culled, ExactCollision& exhaustive, const Kinematics& kinematics) {
   const auto a = culled.DeepestEnvironmentContacts(kinematics), b = exhaustive.DeepestEnvironmentContacts(kinematics);
   EXPECT_EQ(a.literal.depth_m, b.literal.depth_m);
@@ -355,7 +359,7 @@ void ExpectSameFigures(ExactCollision& culled, ExactCollision& exhaustive, const
   EXPECT_EQ(culled.DeepestContainment(kinematics).depth_m, exhaustive.DeepestContainment(kinematics).depth_m);
 }
 
-// Random postures that collide with themselves, some of them deep in a solid, some beside a sphere.
+// Random self-colliding postures, some of them deep in a solid, some near a sphere.
 TEST(SelfDepth, CullingNeverChangesTheAnswer) {
   LEGOPT_REQUIRE_FILE(DataFolder() / "atlas/atlas.urdf");
   const RobotModel robot = Atlas();

@@ -1,4 +1,4 @@
-// The reconstructed garage as convex solids: they must not bury feet, and they must fill what is solid.
+// The reconstructed garage as convex solids: feet on surfaces must not penetrate them, and solid parts must be filled.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 namespace legopt::test {
 namespace {
 
-/// Deepest penetration (> 0) of a foot mesh's hull into the solids, over many placements.
+/// Measures the deepest penetration (> 0) of a foot mesh's hull into the solids over many placements.
 class FootProbe {
  public:
   FootProbe(const std::vector<ConvexShape>& solids, const TriangleMesh& foot) : solids_(solids), foot_(foot) {
@@ -91,7 +91,7 @@ TEST(Garage, NoFootPlacementOfTheBenchmarkIsBuried) {
   RecordProperty("deepest_um", static_cast<int>(1e6 * deepest));
 }
 
-/// True when the ray meets the mesh at least `thickness` away: the part is thick here.
+/// Returns whether the ray first meets the mesh at least `thickness` away, so that the part is thick there.
 bool ThickBelow(const TriangleMesh& mesh, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                 double thickness) {
   for (const auto& t : mesh.triangles) {

@@ -41,7 +41,7 @@ class MeshFile : public ::testing::Test {
     return bytes;
   }
 
-  /// The fault LoadMesh reports; empty when it does not throw.
+  /// Returns the error that LoadMesh reports; empty if it does not throw.
   static std::string ErrorOf(const std::string& path, const Eigen::Vector3d& scale = Eigen::Vector3d::Ones()) {
     try {
       LoadMesh(path, scale, CallIsolated);
@@ -76,7 +76,7 @@ TEST_F(MeshFile, StlIsWeldedAndKeepsTriangleOrder) {
   EXPECT_EQ(mesh.vertices[static_cast<size_t>(mesh.triangles[3][0])], Eigen::Vector3d(1, 0, 0));
 }
 
-/// With this attribute of the array of coordinates.
+/// Returns a COLLADA file whose array of coordinates has this count attribute.
 std::string TetrahedronDae(const std::string& count) {
   return R"(<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
 <asset><unit name="centimeter" meter="0.01"/><up_axis>Z_UP</up_axis></asset>
@@ -121,7 +121,7 @@ TEST_F(MeshFile, TextStlMayBeInCapitals) {
   EXPECT_NEAR(SignedVolume(mesh), 1.0 / 6.0, 1e-12);
 }
 
-// Assimp itself reads keywords in small letters alone, and would leave such facets out.
+// Assimp itself only reads lower-case keywords and would omit such facets.
 TEST_F(MeshFile, CapitalsInAPartOfATextStlAreRead) {
   std::string text = "solid a\n";
   const auto add = [&text](const char* corners, bool capitals) {
@@ -205,14 +205,14 @@ TEST_F(MeshFile, PolygonsAreCutIntoTriangles) {
   EXPECT_EQ(mesh.triangles.size(), 3U);
 }
 
-/// Assimp reads the first coordinate of an array without a count from nowhere.
+/// Without a count, Assimp reads the first coordinate of the array from invalid memory.
 TEST_F(MeshFile, ReaderThatCrashesRefusesTheFile) {
   const std::string fault = ErrorOf(Write("crash.dae", TetrahedronDae("")));
   EXPECT_NE(fault.find("crash.dae: mesh cannot be read: its reader failed: it ended with "), std::string::npos)
       << fault;
 }
 
-/// Fault, and what the message must say. Assimp takes gigabytes, reads for ever or writes past its memory on these.
+/// Damaged files with the expected message. On these Assimp would take gigabytes, loop forever or write out of bounds.
 TEST_F(MeshFile, DamageThatTheReaderWouldNotSurviveIsRefused) {
   const auto ply = [](const std::string& elements) {
     return "ply\nformat ascii 1.0\n" + elements + "end_header\n0 0 0\n";
@@ -274,7 +274,7 @@ TEST_F(MeshFile, LoadingPrintsNothing) {
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
 }
 
-// Whatever a guard does, it runs the reader; it is asked once for each file, and its failure is the file's.
+// The guard runs the reader once per file, and its failure is reported as the file's error.
 TEST_F(MeshFile, IsReadUnderTheGuardThatItIsGiven) {
   const std::string path = Write("tetra.stl", BinaryStl(kTetrahedron));
   ShapeSpec shape;

@@ -9,7 +9,7 @@
 namespace legopt::test {
 namespace {
 
-/// Solids and moving shapes with their support sets, inside ODE.
+/// Solids and moving shapes with their support sets, in ODE.
 class World {
  public:
   void AddSolid(ConvexShape shape) {
@@ -72,7 +72,7 @@ TEST(OdeConvexWorld, EveryPairingGivesTheExactSignedDistance) {
       ASSERT_EQ(ode.CollideWithSolid(moving, solid, kMargin, through_ode), near) << moving << " " << solid;
       if (!near) continue;
       ++found;
-      // ODE may hand over the pair in either order; for cylinders the last digits then differ.
+      // ODE may pass the pair in either order; for cylinders the last digits then differ.
       EXPECT_NEAR(through_ode.distance_m, direct.distance_m, 1e-8) << moving << ' ' << solid;
       EXPECT_LT((through_ode.normal - direct.normal).norm(), 1e-4);
       EXPECT_LT((through_ode.point_a - direct.point_a).norm(), 1e-4);
@@ -104,7 +104,7 @@ TEST(OdeConvexWorld, BroadphaseFindsAllOverlappingBoundsInOrder) {
     for (size_t i = 0; i < world.solids().size(); ++i) {
       if (world.solids()[i].bounds().intersects(box)) expected.push_back(static_cast<int>(i));
     }
-    // ODE keeps bounds of its own primitives; a grazing box may differ in the last bit, a real overlap may not.
+    // ODE computes bounds of its own primitives. A grazing box may differ in the last bit, a real overlap may not.
     ASSERT_EQ(found, expected) << round;
   }
 }

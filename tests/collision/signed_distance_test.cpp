@@ -1,6 +1,6 @@
 // Policy: exactness is proved, not sampled. A separated pair is certified by duality: the witness points lie in their
-// shapes and the reported normal separates the shapes by exactly the reported distance. A penetrating pair is held
-// against the exact minimum over all facet normals and all cross products of edges.
+// shapes, and the reported normal separates the shapes by exactly the reported distance. A penetrating pair is
+// compared with the exact minimum over all facet normals and all cross products of edges.
 #include "legopt/collision/signed_distance.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ PairDistance Distance(ConvexShape a, const Isometry3d& pose_a, ConvexShape b, co
   return Distance(PlacedShape(std::move(a), pose_a), PlacedShape(std::move(b), pose_b));
 }
 
-/// min over A of n.x - max over B of n.x: the gap along n; the distance is its maximum over n.
+/// Returns min over A of n.x - max over B of n.x, the gap along n; the distance is its maximum over n.
 double Gap(const SupportSet& a, const SupportSet& b, const Vector3d& n) {
   return n.dot(a.Farthest(-n)) - a.radius - n.dot(b.Farthest(n)) - b.radius;
 }
@@ -124,7 +124,7 @@ TEST(SignedDistance, CylinderAgainstBoxAndSphere) {
   EXPECT_NEAR(Distance(Cylinder(0.3, 1.0), At(1, 0, 0), Box(1, 1, 1), At(0, 0, 0)).distance_m, 0.2, 1e-7);
   EXPECT_NEAR(Distance(Cylinder(0.3, 1.0), At(0.7, 0, 0), Box(1, 1, 1), At(0, 0, 0)).distance_m, -0.1, 1e-7);
   EXPECT_NEAR(Distance(Cylinder(0.3, 1.0), At(0, 0, 0.9), Box(1, 1, 1), At(0, 0, 0)).distance_m, -0.1, 1e-7);
-  // Towards the rim of the cylinder.
+  // Nearest point on the rim of the cylinder.
   const double expected = std::hypot(0.4, 0.5) - 0.1;
   EXPECT_NEAR(Distance(Sphere(0.1), At(0.7, 0, 1.0), Cylinder(0.3, 1.0), At(0, 0, 0)).distance_m, expected, 1e-7);
 }
@@ -209,8 +209,8 @@ TEST(SignedDistance, MovingBothShapesTogetherChangesNothing) {
   }
 }
 
-/// Two shapes that tumble past each other, with what is remembered of the pose before; every seventh pose is far from
-/// it.
+/// Moves two shapes past each other with hints from the previous pose; every seventh pose is far from the previous
+/// one.
 void ExpectHintsChangeNothing(const ConvexShape& a, const ConvexShape& b, double tolerance_m, Draw& draw) {
   NearestHint hint;
   Isometry3d pose = draw.Pose(0.6);
@@ -227,7 +227,7 @@ void ExpectHintsChangeNothing(const ConvexShape& a, const ConvexShape& b, double
       if (!found) continue;
       EXPECT_NEAR(warm.distance_m, cold.distance_m, tolerance_m) << step;
       EXPECT_LT((warm.point_a - warm.point_b - warm.distance_m * warm.normal).norm(), 1e-12);
-      // The normal proves the distance, whichever of several it is.
+      // The normal proves the distance, even if it is one of several.
       EXPECT_NEAR(Gap(moving.set(), fixed.set(), warm.normal), warm.distance_m, tolerance_m) << step;
     }
   }
@@ -248,7 +248,7 @@ TEST(SignedDistance, HintsChangeNothing) {
 }
 
 TEST(SignedDistance, ManyTouchingBoxesStayExact) {
-  // Axis-aligned boxes are full of ties: parallel faces, coplanar corners, equal supports.
+  // Axis-aligned boxes have many ties: parallel faces, coplanar corners, equal supports.
   Draw draw(14);
   for (int round = 0; round < 2000; ++round) {
     const auto step = [&] { return std::round(draw.Number(-3.0, 3.0)) * 0.25; };
@@ -271,7 +271,8 @@ TEST(SignedDistance, CylindersMeetTheirCertificates) {
     if (d.distance_m > 0.0) continue;
     for (int sample = 0; sample < 200; ++sample) {
       const Vector3d n = draw.Vector(1.0).normalized();
-      ASSERT_LE(Gap(a.set(), b.set(), n), d.distance_m + 1e-6) << round;  // no direction gets out sooner
+      ASSERT_LE(Gap(a.set(), b.set(), n), d.distance_m + 1e-6) << round;  // no direction separates by a shorter
+                                                                          // translation
     }
   }
 }

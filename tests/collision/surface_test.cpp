@@ -1,5 +1,5 @@
-// The scene as a surface. Policy: distances of single triangles are held against exhaustive search over features, the
-// query against testing every triangle.
+// The scene as a surface. Policy: distances of single triangles are compared with an exhaustive search over features,
+// and the query with a test of every triangle.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -60,7 +60,7 @@ double SegmentToSegment(const Vector3d& a, const Vector3d& b, const Vector3d& c,
   return (on_ab - NearestOnSegment(on_ab, c, d)).norm();
 }
 
-/// Distance of two triangles that do not intersect.
+/// Returns the distance of two triangles that do not intersect.
 double Apart(const Triangle& s, const Triangle& t) {
   double best = std::numeric_limits<double>::infinity();
   for (size_t i = 0; i < 3; ++i) {
@@ -72,8 +72,8 @@ double Apart(const Triangle& s, const Triangle& t) {
   return best;
 }
 
-/// Shortest translation that parts hull and triangle: over facet normals, both sides of the triangle, and all cross
-/// products of edges.
+/// Returns the shortest translation that separates hull and triangle: over facet normals, both sides of the triangle,
+/// and all cross products of edges.
 double Depth(const ConvexHull& hull, const Triangle& t, const SupportSet& a, const SupportSet& b) {
   double depth = std::numeric_limits<double>::infinity();
   const auto consider = [&](const Vector3d& direction) {
@@ -128,7 +128,7 @@ TEST(TriangleDistance, IsExactAgainstHullsApartAndPenetrating) {
   EXPECT_GT(overlapping, 300);
 }
 
-/// Large triangle in the plane z = 0; its winding points up, or down.
+/// Returns a large triangle in the plane z = 0 whose normal points up or down.
 Triangle Ground(bool up) {
   const Vector3d a(-5, -4, 0);
   const Vector3d b(6, -3, 0);
@@ -153,7 +153,7 @@ TEST(TriangleDistance, HasTwoSidesAndNoInside) {
 }
 
 TEST(TriangleDistance, AFootBuriedBy50MillimetresIsPushedDown) {
-  constexpr double kHeight = 0.0535;  // of an Atlas foot: docs/readings.md#two-sided-triangles
+  constexpr double kHeight = 0.0535;  // height of an Atlas foot: docs/readings.md#two-sided-triangles
   const PlacedShape foot(Box(0.26, 0.13, kHeight), At(0, 0, 0.5 * kHeight - 0.05));
   const PairDistance d = DistanceOf(foot, Placed(Ground(true)));
   EXPECT_NEAR(d.distance_m, -0.0035, 1e-9);
@@ -170,7 +170,7 @@ TEST(TriangleDistance, TouchingAndCoplanarShapes) {
   EXPECT_NEAR(DistanceOf({Box(1, 1, 1), At(1, 0, 0.4)}, sliver).distance_m, -0.1, 1e-9);
 }
 
-/// Box on a base that is all there is.
+/// Returns a robot of one box on a floating base.
 RobotModel FlyingFoot(const Vector3d& size) {
   Link link;
   link.name = "foot";
@@ -229,7 +229,7 @@ TEST(OrientedSurface, LiftsABuriedFoot) {
 TEST(OrientedSurface, IsTheSurfaceToWhomDoesNotOverlapIt) {
   const RobotModel robot = FlyingFoot({0.26, 0.13, 0.0535});
   const Scene scene = FloorOf({4, 4, 1});
-  for (const double height : {0.5 * 0.0535 + 0.01, -0.02 - 0.5 * 0.0535}) {  // in front, and behind
+  for (const double height : {0.5 * 0.0535 + 0.01, -0.02 - 0.5 * 0.0535}) {  // front and back
     const auto two_sided = ContactsAt(robot, scene, SceneRepresentation::kSurface, height, 0.03);
     const auto oriented = ContactsAt(robot, scene, SceneRepresentation::kOrientedSurface, height, 0.03);
     ASSERT_EQ(oriented.size(), two_sided.size());
@@ -241,7 +241,8 @@ TEST(OrientedSurface, IsTheSurfaceToWhomDoesNotOverlapIt) {
   }
 }
 
-// The riser of a step that a sole overlaps by 2 mm at its upper edge: up is the way out, not half a foot back.
+// The sole of a foot penetrates the riser of a step by 2 mm at its upper edge. The shortest way out is up, not back by
+// half a foot.
 TEST(OrientedSurface, AWayOutPastAnEdgeStays) {
   const RobotModel robot = FlyingFoot({0.26, 0.13, 0.0535});
   Scene scene = FloorOf({4, 4, 1});
@@ -272,7 +273,7 @@ TEST(Surface, CoplanarNeighboursAreReportedOnceWhenApart) {
 }
 
 TEST(Surface, APenetratedTriangleHidesNothing) {
-  // The foot has sunk through the floor, whose triangle pushes it down, and stands beside a wall that rises from there.
+  // The foot has sunk through the floor, whose triangle pushes it down, next to a wall that rises from the floor.
   const RobotModel robot = FlyingFoot({0.26, 0.13, 0.0535});
   Scene scene = FloorOf({4, 4, 1});
   scene.objects.push_back({"wall", Spec(ShapeSpec::Kind::kBox, {1, 4, 1}, At(0.64, 0, 0.5))});
@@ -315,7 +316,7 @@ TEST(Surface, NamesAreReadBack) {
   }
 }
 
-/// All pairs of a link's pieces and a triangle nearer than the margin, without any broadphase.
+/// Returns all pairs of a link's pieces and a triangle nearer than the margin, computed without a broadphase.
 std::map<std::pair<int, int>, double> TestAllTriangles(const CollisionModel& model, const Kinematics& kinematics,
                                                        double margin) {
   const CollisionModel::Impl& data = model.impl();

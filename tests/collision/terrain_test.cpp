@@ -10,7 +10,7 @@ namespace {
 using test::At;
 using test::Spec;
 
-/// Ground 10 x 10 m with a table of 2 x 2 m whose top is at 1 m and whose underside is at 0.8 m.
+/// Returns a ground of 10 x 10 m with a table of 2 x 2 m, whose top is at 1 m and whose underside is at 0.8 m.
 TriangleMesh GroundAndTable() {
   TriangleMesh all = Tessellate(Spec(ShapeSpec::Kind::kBox, {10, 10, 1}, At(0, 0, -0.5)));
   const TriangleMesh table = Tessellate(Spec(ShapeSpec::Kind::kBox, {2, 2, 0.2}, At(0, 0, 0.9)));

@@ -12,7 +12,7 @@ namespace legopt::test {
 
 inline constexpr double kEverything = 1e9;  ///< a distance beyond all others
 
-/// A convex shape placed in the world, with the arrays its support set points to.
+/// A convex shape placed in the world, with the arrays that its support set refers to.
 class PlacedShape {
  public:
   PlacedShape(ConvexShape shape, const Eigen::Isometry3d& pose) : shape_(std::move(shape)) {
@@ -65,7 +65,7 @@ inline ConvexShape Hull(const std::vector<Eigen::Vector3d>& points) {
 
 inline Eigen::Isometry3d At(double x, double y, double z) { return Eigen::Isometry3d(Eigen::Translation3d(x, y, z)); }
 
-/// Uniform numbers, vectors and poses from a seeded generator.
+/// Uniform random numbers, vectors and poses from a seeded generator.
 class Draw {
  public:
   explicit Draw(std::uint64_t seed) : random_(seed) {}
@@ -83,7 +83,7 @@ class Draw {
     const Eigen::Quaterniond q(Number(-1.0, 1.0), v.x(), v.y(), v.z());
     return Eigen::Isometry3d(Eigen::Translation3d(p)) * q.normalized();
   }
-  /// Hull of random points in a box of half widths `size`.
+  /// Returns the hull of random points in a box of half widths `size`.
   ConvexHull RandomHull(int points, const Eigen::Vector3d& size) {
     std::vector<Eigen::Vector3d> cloud;
     for (int i = 0; i < points; ++i) cloud.push_back(size.cwiseProduct(Vector(1.0)));

@@ -1,5 +1,5 @@
-// Queries of two meshes in which ODE fails an assertion, and would end the process: its table of contacts has four
-// places per bucket, and removing a contact that found its bucket full is an assertion.
+// Mesh queries in which ODE fails an assertion that would abort the process. Its contact table has four places per
+// bucket, and it asserts that a removed contact is found in its bucket, which fails if the bucket was full.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,9 +16,9 @@
 namespace legopt::test {
 namespace {
 
-constexpr double kMerging = 1e-5;  // ODE keeps the first of two depths in one cell of 0.1 mm that differ by less, m
+constexpr double kMerging = 1e-5;  // m; ODE merges contacts in one cell of 0.1 mm whose depths differ by less
 
-/// A triangle that can be seen from both sides, in the middle of a layer of ODE's cells of contacts.
+/// Returns a two-sided triangle in the middle of a layer of ODE's contact cells.
 TriangleMesh DoublePlate() {
   constexpr double kHeight = 5e-5, kFar = 3.0;
   TriangleMesh plate;
@@ -27,8 +27,8 @@ TriangleMesh DoublePlate() {
   return plate;
 }
 
-/// Needles through the plate. Every second one ends so near to the plate, on both sides, that its two contacts cancel
-/// each other and are removed.
+/// Returns needles through the plate. Every second one ends so near to the plate, on both sides, that its two contacts
+/// cancel each other and are removed.
 TriangleMesh Needles(unsigned seed) {
   constexpr double kHeight = 5e-5, kWidth = 1e-5, kShort = 2e-5, kLong = 1e-2;
   constexpr double kFewest = 60, kSpread = 100, kRange = 4294967296.0;
@@ -49,7 +49,8 @@ TriangleMesh Needles(unsigned seed) {
   return needles;
 }
 
-/// One triangle of a mesh, and another one far away at `far_x`: ODE cannot collide a single one.
+/// Returns one triangle of a mesh and a second, far away at `far_x`, because ODE cannot collide a mesh of one
+/// triangle.
 TriangleMesh OnlyTriangle(const TriangleMesh& mesh, std::size_t number, double far_x) {
   TriangleMesh one;
   for (const int corner : mesh.triangles[number]) {
@@ -63,7 +64,7 @@ TriangleMesh OnlyTriangle(const TriangleMesh& mesh, std::size_t number, double f
   return one;
 }
 
-/// The largest depth by ODE, asked about one needle and one side of the plate at a time.
+/// Returns ODE's largest depth, computed for one needle and one side of the plate at a time.
 double DepthOfPieces(const TriangleMesh& plate, const TriangleMesh& needles) {
   constexpr double kFarPlate = 100.0, kFarNeedle = -100.0;
   double deepest = -1.0;
@@ -108,7 +109,7 @@ std::vector<TriangleMesh> LinkMeshes(const RobotModel& robot, std::size_t triang
   return meshes;
 }
 
-/// The largest depth by ODE, asked about `share` triangles of A at a time.
+/// Returns ODE's largest depth, computed for `share` triangles of A at a time.
 double DepthOfParts(const TriangleMesh& a, const Eigen::Isometry3d& pose_a, const TriangleMesh& b,
                     const Eigen::Isometry3d& pose_b, std::size_t share) {
   double deepest = -1.0;
@@ -125,7 +126,7 @@ double DepthOfParts(const TriangleMesh& a, const Eigen::Isometry3d& pose_a, cons
   return deepest;
 }
 
-// Between two waypoints of LegOpt's motion 21 as SQP without restarts solves it (seed 7, good start).
+// A query between two waypoints of LegOpt's motion 21 as solved by SQP without restarts (seed 7, good start).
 TEST(TrimeshFailure, TheAtlasQueryThatEndedAJobIsAnswered) {
   constexpr std::size_t kTrianglesOfA = 1438, kTrianglesOfB = 1950, kShare = 100;
   LEGOPT_REQUIRE_FILE(DataFolder() / "atlas/atlas.urdf");
@@ -155,7 +156,7 @@ TEST(TrimeshFailure, TheAtlasQueryThatEndedAJobIsAnswered) {
   if (failures == 0) GTEST_SKIP() << "this ODE is built without assertions, or these are other meshes";
 }
 
-// ODE reads a null pointer for a mesh of one triangle: a crash, or no contact where there is one.
+// For a mesh of one triangle ODE dereferences a null pointer: it crashes, or misses a contact.
 TEST(TrimeshFailure, ASingleTriangleIsAnsweredByTheExactTriangleTest) {
   constexpr double kDeep = 0.1;
   TriangleMesh face, needle;
@@ -173,7 +174,7 @@ TEST(TrimeshFailure, ASingleTriangleIsAnsweredByTheExactTriangleTest) {
   EXPECT_EQ(world.ode_failures(), 0);
 }
 
-// Many queries, some of which fail; what ODE keeps between queries must be right after each.
+// Many queries, some of which fail. The state that ODE keeps between queries must be correct after each.
 TEST(TrimeshFailure, QueriesAfterAFailureAreRight) {
   constexpr unsigned kQueries = 200;
   const std::array<double, 3> sunk_m = {0.0005, 0.004, 0.02};

@@ -1,5 +1,5 @@
-// The embedded datasets say which of their problems can be solved, and the judge agrees with every posture that they
-// give as evidence.
+// The embedded datasets state which of their problems are feasible, and the judge accepts every posture given as
+// evidence.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -52,7 +52,7 @@ TEST(EmbeddedCertificates, WhatIsOpenHasItsReason) {
   }
 }
 
-// Plans were kept where all stances have a posture (generate --certified); half of them change floors.
+// Plans were kept only if all stances have a posture (generate --certified); half of them change floors.
 TEST(EmbeddedCertificates, AllProblemsOfTheHardGarageAreCertified) {
   const auto dataset = Dataset::Load(programs::EmbeddedDatasetFolders().at(1));
   EXPECT_EQ(dataset->name(), "garage-hard");

@@ -16,13 +16,13 @@
 
 namespace legopt {
 
-/// The dataset under test; loaded once per test program.
+/// Returns the dataset under test, which is loaded once per test program.
 inline const std::shared_ptr<const Dataset>& EmbeddedDataset() {
   static const std::shared_ptr<const Dataset> dataset = Dataset::Load(SourceFolder() + "/data/garage-small");
   return dataset;
 }
 
-/// One rigid shape that can be placed anywhere in a scene and asked what it touches.
+/// One rigid shape that can be placed anywhere in a scene to query its contacts.
 class Probe {
  public:
   Probe(const ShapeSpec& shape, const Scene& scene)
@@ -30,8 +30,8 @@ class Probe {
         kinematics_(robot_),
         query_(CollisionModel::Build(robot_, scene, Configuration(Eigen::Isometry3d::Identity()))) {}
 
-  /// All contacts nearer than `margin_m` when the shape's owner frame stands at `pose` in the world. The normals point
-  /// from the scene to the probe. Valid until the next call.
+  /// Returns all contacts nearer than `margin_m` with the shape's owner frame at `pose` in the world. The normals
+  /// point from the scene to the probe. Valid until the next call.
   std::span<const Contact> Contacts(const Eigen::Isometry3d& pose, double margin_m) {
     kinematics_.Update(Configuration(pose));
     return query_.Contacts(kinematics_, margin_m);

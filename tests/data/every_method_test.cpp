@@ -1,6 +1,6 @@
-// Every method of the registry on problems of the default dataset: no row of a table may fall unseen. A method must
-// solve what it was measured to solve (of motions as many windows), less what Wilson's interval of that measurement
-// allows, at no more than a tenth above the measured cost. The program itself measures: it prints what it finds.
+// Every method of the registry on problems of the default dataset, so that no row of a table gets worse unnoticed. A
+// method must solve as many problems (of motions: windows) as measured before, less the margin of that measurement's
+// Wilson interval, at no more than 1.1 times the measured cost. The program prints its measurements.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,22 +21,22 @@
 namespace legopt {
 namespace {
 
-/// What a method did when it was last measured.
+/// Measured results of a method.
 struct Measured {
-  int solved;          ///< problems, or windows of problems that are solved window by window
-  double median_cost;  ///< per waypoint, of what it solved
+  int solved;          ///< problems, or windows if solved window by window
+  double median_cost;  ///< per waypoint, over the solved problems
 };
 
 struct MethodRow {
   const char* name;
   const char* method;
   Measured postures;
-  std::optional<Measured> motions;  ///< nothing: they take too long for a test
+  std::optional<Measured> motions;  ///< empty: motions take too long for a test
 
   friend std::ostream& operator<<(std::ostream& out, const MethodRow& row) { return out << row.name; }
 };
 
-// Without restarts: what a second try hides is what these tests are for.
+// No method restarts: a restart would hide a failure of the first try.
 constexpr MethodRow kRows[] = {
     {"Sqp", R"({"solver": "sqp"})", {49, 332.9}, {{42, 0.1142}}},
     {"SqpSampled", R"({"solver": "sqp", "sample_size": 80})", {27, 421.6}, {{0, 0}}},
@@ -65,7 +65,7 @@ std::shared_ptr<const Dataset> DefaultDataset() {
   return dataset;
 }
 
-/// The problems that a row is held to, from the start in collision.
+/// Returns the problems of a row; they are solved from the initial guess in collision.
 std::vector<ProblemDefinition> ProblemsOf(Task task, std::size_t longest) {
   std::vector<ProblemDefinition> problems;
   for (const ProblemDefinition& problem : DefaultDataset()->problems(task)) {
@@ -88,7 +88,7 @@ class EveryMethod : public ::testing::TestWithParam<MethodRow> {
 
  private:
   struct Found : Measured {
-    int parts = 0;  ///< windows of all problems, or problems where there are none
+    int parts = 0;  ///< windows of all problems, or problems if there are none
   };
 
   static Found Solve(Task task, const std::vector<ProblemDefinition>& problems) {
@@ -105,7 +105,7 @@ class EveryMethod : public ::testing::TestWithParam<MethodRow> {
       const bool success = evaluation.literal == Verdict::kSuccess;
       if (success) costs.push_back(evaluation.cost);
       found.parts += std::max(outcome.windows, 1);
-      // What was solved window by window, and is refused as a whole, was not solved at all.
+      // A motion whose windows were all solved but which is rejected as a whole does not count as solved.
       const bool whole = outcome.windows_solved == outcome.windows;
       if (success || !whole) found.solved += std::max(outcome.windows_solved, success ? 1 : 0);
     }

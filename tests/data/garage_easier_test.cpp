@@ -1,4 +1,4 @@
-// The default dataset keeps what it promises: the problems are there, and each posture problem has a solution.
+// The default dataset is as documented: the problems exist, and each posture problem has a solution.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -59,8 +59,8 @@ TEST(GarageEasier, EveryPostureProblemHasASolutionThatTheJudgeAcceptsByBothRules
   EXPECT_EQ(solved.size(), 50U);
 }
 
-// What tells early that links cannot touch is the solver's, too; no figure of the judge may depend on it. As solved,
-// with all joints bent, and sunk into the ground, so that something collides.
+// Culling is shared with the solver, so no figure of the judge may depend on it. Tested as solved, with all joints
+// bent, and sunk into the ground, so that there are collisions.
 TEST(GarageEasier, NoFigureOfTheJudgeDependsOnCulling) {
   const SolutionFile file = ReadSolutions(SourceFolder() + "/data/garage-easier/solutions-posture.json");
   const Dataset& dataset = *DefaultDataset();
@@ -99,7 +99,8 @@ TEST(GarageEasier, NoFigureOfTheJudgeDependsOnCulling) {
   EXPECT_GT(touching, 50);
 }
 
-// Problems 0 to 24 change floors, 25 to 49 stay on one (docs/datasets.md); stances alternate double and single support.
+// Problems 0 to 24 change floors, 25 to 49 stay on one (docs/datasets.md); stances alternate double and single
+// support.
 TEST(GarageEasier, MotionsChangeFloorsOrStayOnOne) {
   for (const ProblemDefinition& problem : DefaultDataset()->problems(Task::kMotion)) {
     const auto height = [](const Stance& stance) { return stance.footholds.at(0).position.z(); };

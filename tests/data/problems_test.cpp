@@ -1,5 +1,5 @@
-// Policy: the embedded problems are well posed. Every foot stands with its whole sole on one plane face of one piece,
-// does not enter any other piece, the stances stay within the ranges of the LegOpt posture problems, and motions walk
+// Policy: the embedded problems are well posed. Every contact patch lies entirely on one plane face of one piece and
+// does not enter any other piece. The stances are within the ranges of the LegOpt posture problems, and motions walk
 // with moderate steps. Whether a solver finds a posture or a motion is not tested here.
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr double kOnSurface_m = 1e-5;
 constexpr double kSupport_m = 1e-3;
 
-/// The face of `box` on which `point` lies and whose outward normal is `normal`: face axes in the world, or nothing.
+/// A face of a box: the axes of the face in the world, if `point` lies on it and its outward normal is `normal`.
 struct Face {
   Eigen::Isometry3d pose;       ///< z = outward normal, origin at the face's centre
   Eigen::Vector2d half_size_m;  ///< along x and y
@@ -57,7 +57,7 @@ bool CarriesWholeSole(const Dataset& dataset, const Foothold& foothold, const Fa
   return true;
 }
 
-/// Every foothold of both tasks, with where it stands in the files.
+/// Every contact of both tasks, with its place in the files.
 struct Standing {
   std::string where;
   Foothold foothold;
@@ -116,7 +116,8 @@ TEST(EmbeddedProblems, StayWithinTheRangesOfTheBenchmark) {
   EXPECT_GE(double_supports, 20);
 }
 
-// Double, left, double, right, double, ...: while one foot stands the other one moves, and nothing else does.
+// Double, left, double, right, double, ...: while one foot is in contact the other one moves, and everything else
+// stays.
 TEST(EmbeddedProblems, MotionsWalkWithModerateSteps) {
   const auto& problems = EmbeddedDataset()->problems(Task::kMotion);
   EXPECT_GE(problems.size(), 3u);

@@ -1,5 +1,6 @@
-// Policy: the embedded robot is the benchmark's Atlas in everything but its shape. Kinematics, limits and masses equal
-// tables made from the original's file (skipped, loudly, where these are not at hand); its own shapes do not hinder it.
+// Policy: the embedded robot equals the benchmark's Atlas in everything but its shape. Kinematics, limits and masses
+// equal tables made from the original file (skipped with a message if these are missing), and its own shapes do not
+// restrict its motion.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -154,7 +155,7 @@ TEST(RobotShape, NominalPostureIsFreeOfSelfCollision) {
   EXPECT_EQ(exact.DeepestContainment(kinematics).depth_m, 0.0);
 }
 
-// As in garage_easier_test.cpp: the robot over, at and in the ground of every posture problem of this garage.
+// The robot above, on and in the ground of every posture problem of this garage, as in garage_easier_test.cpp.
 TEST(RobotShape, CullingChangesNoFigureAmongTheObstacles) {
   const Dataset& dataset = *EmbeddedDataset();
   ExactCollision culled(dataset.robot(), dataset.scene(), dataset.collision_model());

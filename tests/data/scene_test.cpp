@@ -1,5 +1,5 @@
-// Policy: the embedded scene could stand like this. Every piece is carried by something below it, and pieces touch
-// without sinking into each other. A car's body hangs between its wheels, so sideways contact is enough for it.
+// Policy: the embedded scene is statically plausible. Every piece is supported from below, and pieces touch without
+// penetrating each other. A car's body hangs between its wheels, so sideways contact is sufficient for it.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,8 +9,8 @@
 namespace legopt {
 namespace {
 
-// A carried piece that is lowered by this much penetrates what carries it by (nearly) this much; a floating one by
-// nothing. Penetration has a well-defined normal, exact touching has not.
+// A supported piece, lowered by this much, penetrates its support by nearly this much; a floating piece does not.
+// Penetration has a well-defined normal, exact touching does not.
 constexpr double kLowered_m = 1e-3;
 constexpr double kMaxSinking_m = 1e-3;
 constexpr double kGap_m = 1e-3;

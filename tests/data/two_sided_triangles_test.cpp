@@ -1,5 +1,6 @@
-// LegOpt-best among triangles that push to either side, on a motion of the default dataset: whoever has a limb on the
-// wrong side of one is held there. From a good start it is caught on its way, in collision it is buried at once.
+// LegOpt-best with two-sided triangles on a motion of the default dataset: a limb on the wrong side of a triangle is
+// held there. From a good start this happens on the path, in collision the limb is on the wrong side from the
+// beginning.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,5 +1,4 @@
-// Policy: what is packed and unpacked is the same dataset, and an archive that was made or changed by anybody else
-// writes nothing outside of its folder.
+// Policy: packing and unpacking preserve the dataset, and an untrusted archive writes nothing outside its folder.
 #include "legopt/dataset/dataset_archive.h"
 
 #include <gmock/gmock.h>

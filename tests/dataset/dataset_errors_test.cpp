@@ -18,7 +18,7 @@ using test::WriteText;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-/// One fault per test case, in an otherwise good dataset.
+/// One error per test case in an otherwise valid dataset.
 class DatasetErrorsTest : public testing::Test {
  protected:
   DatasetErrorsTest() { test::SyntheticFolder{folder_.path()}; }
@@ -31,7 +31,7 @@ class DatasetErrorsTest : public testing::Test {
     ReplaceInFile(folder_.path() / "dataset.yaml", from, to);
     return LoadMessage();
   }
-  /// Changes another file, brings the hashes up to date if the files can be read at all, and loads.
+  /// Changes another file, updates the hashes if the files can be read, and loads.
   std::string AfterFile(const std::string& file, const std::string& from, const std::string& to) {
     ReplaceInFile(folder_.path() / file, from, to);
     WriteManifestHashes(folder_.path(), CallIsolated);

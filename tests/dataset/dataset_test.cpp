@@ -116,7 +116,7 @@ TEST_F(DatasetTest, WritingHashesKeepsTheRestOfTheFile) {
   EXPECT_THAT(once, HasSubstr("# The end.\n"));
   WriteManifestHashes(folder_.path());
   EXPECT_EQ(ReadText(file), once);
-  // Without the block: it is appended.
+  // If the block is missing, it is appended.
   const size_t begin = once.find("files:");
   test::WriteText(file, once.substr(0, begin));
   WriteManifestHashes(folder_.path());

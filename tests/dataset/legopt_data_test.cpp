@@ -1,4 +1,4 @@
-// The published problems, against figures that were computed independently.
+// The published problems compared with figures that were computed independently.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ class LegOptDataTest : public testing::Test {
     LEGOPT_SKIP_WITHOUT_TEST_DATA();
     dataset_ = Dataset::Load(test::LegOptFolder());
   }
-  /// Rows of a reference table whose problem is in the dataset.
+  /// Returns rows of a reference table whose problem is in the dataset.
   std::vector<std::map<std::string, std::string>> Rows(Task task, const std::string& file) {
     std::vector<std::map<std::string, std::string>> rows;
     for (auto& row : test::ReadCsv(fs::path(ReferenceFolder()) / file)) {

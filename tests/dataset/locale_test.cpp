@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::size_t kMostBytes = 1 << 20;
 
-/// All that a dataset says, as text.
+/// Returns the content of a dataset as text.
 std::string Description(const std::filesystem::path& folder) {
   const auto dataset = Dataset::Load(folder);
   std::string text = dataset->content_hash() + "\n" + FormatDatasetFile(ReadDatasetFile(folder), "");
@@ -50,7 +50,7 @@ class LocaleTest : public testing::Test {
     const std::string folder = (folder_ / "locales").string();
     std::filesystem::create_directories(folder);
     const std::string make = "localedef -i de_DE -f UTF-8 '" + folder + "/de_DE.UTF-8' >/dev/null 2>&1";
-    // localedef ends with 1 where it has warnings.
+    // localedef returns 1 if it prints warnings.
     if (std::system(make.c_str()) != 0 && !std::filesystem::exists(folder + "/de_DE.UTF-8/LC_NUMERIC")) {
       GTEST_SKIP() << "localedef cannot make the locale de_DE (package locales)";
     }

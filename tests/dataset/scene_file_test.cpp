@@ -39,7 +39,7 @@ TEST_F(SceneFileTest, ReadsEveryShape) {
   EXPECT_EQ(box.kind, ShapeSpec::Kind::kBox);
   EXPECT_EQ(box.size, Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(box.pose.translation(), Eigen::Vector3d(4, 5, 6));
-  // Fixed-axis roll, pitch, yaw: the x axis sees pitch, then yaw.
+  // Fixed-axis roll, pitch, yaw: the x axis is rotated by pitch, then yaw.
   EXPECT_NEAR(box.pose.linear()(2, 0), -std::sin(0.2), 1e-15);
   EXPECT_NEAR(box.pose.linear()(1, 0), std::sin(0.3) * std::cos(0.2), 1e-15);
   EXPECT_NEAR(box.pose.linear()(2, 1), std::cos(0.2) * std::sin(0.1), 1e-15);

@@ -84,7 +84,7 @@ TEST(Stance, ATaskSaysHowManyAProblemHas) {
   EXPECT_EQ(StancesOfTasks(), "a posture problem has one stance, a motion problem two or more");
 }
 
-// A foot is planted on the way from one stance to the next when both have it at the same target, to the last bit.
+// A foot is planted in the segment between two stances if it has bitwise the same target in both.
 TEST(Stance, PlantedFeetAreThoseOfBothAtTheSameTarget) {
   const auto foot = [](const char* link, double x) {
     return Foothold{.link = link, .position = {x, 0, 0}, .rotation = Eigen::Quaterniond::Identity()};

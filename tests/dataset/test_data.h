@@ -16,7 +16,7 @@
 
 namespace legopt::test {
 
-/// Folder with the LegOpt data: environment LEGOPT_TEST_DATA, else beside the sources.
+/// Returns the folder of the LegOpt data: environment LEGOPT_TEST_DATA, else the folder configured in the build.
 inline std::filesystem::path LegOptFolder() {
   const char* folder = std::getenv("LEGOPT_TEST_DATA");
   return folder != nullptr ? folder : TestDataFolder();
@@ -47,7 +47,7 @@ inline void ReplaceInFile(const std::filesystem::path& path, const std::string& 
   WriteText(path, text.replace(position, from.size(), to));
 }
 
-/// Message of the InputError that `action` throws; empty (and a failure) when it throws none.
+/// Returns the message of the InputError that `action` throws; empty (and a failure) if it throws none.
 template <class Action>
 std::string MessageOf(Action&& action) {
   try {
@@ -59,7 +59,7 @@ std::string MessageOf(Action&& action) {
   return {};
 }
 
-/// Rows of a CSV file: column name -> text.
+/// Returns the rows of a CSV file: column name -> text.
 inline std::vector<std::map<std::string, std::string>> ReadCsv(const std::filesystem::path& path) {
   const auto split = [](const std::string& line) {
     std::vector<std::string> cells;

@@ -1,4 +1,5 @@
-// Every defect that the audit knows is planted once and found by its name; a sound database has none.
+// Every defect that the audit detects is planted once and found by its name; the audit reports nothing for a sound
+// database.
 #include "db/audit.h"
 
 #include <gmock/gmock.h>
@@ -22,10 +23,10 @@ namespace {
 struct Planted {
   std::string rule;
   std::string sql;
-  std::string offender;  // what the finding must name
+  std::string offender;  // text that the finding must contain
 };
 
-// Over the rows of tests/db/fixtures: jobs 1 and 2 done, 3 dead, 4 cancelled, 5 leased, 6 queued after a return.
+// Rows of tests/db/fixtures: jobs 1 and 2 done, 3 dead, 4 cancelled, 5 leased, 6 queued after a return.
 const std::vector<Planted>& Plants() {
   static const std::vector<Planted> plants = {
       {"integrity", "UPDATE jobs SET state = 'bogus' WHERE job_id = 6", "CHECK constraint failed in jobs"},
@@ -69,7 +70,7 @@ class AuditTest : public testing::Test {
     OpenSqliteStore(path_);
   }
 
-  // Past every guard that a program would meet.
+  // Applies a change, bypassing every guard that stops a program.
   void Plant(const std::string& sql) {
     Connection connection(path_, Connection::Mode::kReadWriteCreate);
     std::vector<std::pair<std::string, std::string>> triggers;

@@ -1,5 +1,5 @@
-// A backup of a database in use is one commit of its history, sound, complete when it has its name, and never in
-// anybody's way. Acceptance figure 20.
+// A backup of a database in use equals one commit of its history, is sound, is complete as soon as it has its name,
+// and never blocks other users. Acceptance figure 20.
 #include "db/backup.h"
 
 #include <gtest/gtest.h>
@@ -48,7 +48,7 @@ class Backup : public testing::Test {
   std::filesystem::path copy_ = folder_ / "copy.sqlite";
 };
 
-// Job after job is leased and done, in order, one commit each: a prefix of this history has the results of jobs 1 .. n.
+// Jobs are leased and done in order, one commit each: a prefix of this history has the results of jobs 1 .. n.
 TEST_F(Backup, TwentyUnderLoadAreEachAPrefixOfHistory) {
   constexpr int kPairs = 20'000;
   constexpr int kBackups = 20;
@@ -142,11 +142,11 @@ TEST_F(Backup, ADamagedDatabaseMakesNoCopy) {
   EXPECT_FALSE(std::filesystem::exists(copy_));
 }
 
-// The disk of the copy is full, or fails, at any call: no copy, and nothing is left behind.
+// The disk of the copy is full or fails at any call: there is no copy, and nothing is left behind.
 TEST_F(Backup, AFullDiskLeavesNothingBehind) {
   MakeReleased(3, path_);
   { OpenSqliteStore(path_); }
-  BackUp(path_, copy_);  // the first reader makes the side files of the log, as readers do
+  BackUp(path_, copy_);  // the first reader creates the side files of the log
   std::filesystem::remove(copy_);
   const std::size_t files = FilesInFolder();
   for (const auto fault : {FaultyVfs::Fault::kFull, FaultyVfs::Fault::kIoError}) {

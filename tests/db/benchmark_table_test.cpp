@@ -12,8 +12,8 @@
 namespace legopt::db {
 namespace {
 
-// Two methods ("SQP" without and "SQP" with 10 restarts), posture (2 problems) and motion (1 problem of 4 waypoints),
-// both initialisations, 1 repetition: 12 jobs. Submitted in the order restarts 10, restarts 0.
+// Returns two methods ("SQP" without and "SQP" with 10 restarts), posture (2 problems) and motion (1 problem of 4
+// waypoints), both initializations, 1 repetition: 12 jobs. Submitted in the order restarts 10, restarts 0.
 NewExperiment TwoMethods() {
   NewExperiment e = SampleExperiment(1, 1, 1);
   e.rule = Rule::kLiteral;
@@ -47,7 +47,7 @@ class BenchmarkTable : public testing::Test {
 
   void Apply(const std::vector<StoreOp>& ops) { store_->Apply(ops); }
 
-  // Solved by the solid rule when it is by the strict one.
+  // Finishes a job whose verdict by the physical rule equals that by every listed pair.
   void Finish(std::int64_t job_id, Verdict literal, Verdict strict, double cost, std::int64_t wall_us,
               int num_waypoints) {
     Finish(job_id, literal, strict, strict, cost, wall_us, num_waypoints);
@@ -95,7 +95,7 @@ TEST_F(BenchmarkTable, MeansOverSolvedPerWaypointAndNullWithoutSuccess) {
   ASSERT_EQ(table.rows.size(), 2U);
   const Row restarts{Int(1), Text("SQP"),     Int(10),         Int(100),
                      Int(0), Text("surface"), Text("literal"),                   //
-                     Int(2), Int(2),          450.0,           0.002,            // mean of 400 and 500; of 1 and 3 ms
+                     Int(2), Int(2),          450.0,           0.002,            // means of 400, 500 and of 1, 3 ms
                      Int(2), Int(0),          kNull,           kNull,            // a dash, not 0
                      Int(1), Int(1),          0.125,           8'000 / 1e6 / 4,  // per waypoint
                      Int(1), Int(0),          kNull,           kNull};
@@ -120,8 +120,8 @@ TEST_F(BenchmarkTable, InterpolationCoversTheSolvedMotions) {
   };
   finish(5, Verdict::kSuccess, 0.004, 0, 0.75);  // method 1, motion, good
   finish(6, Verdict::kSelfCollision, 0.0005, 0.0001,
-         1.0);  // method 1, motion, in collision: solved by the literal rule
-  Finish(1, Verdict::kSuccess, Verdict::kSuccess, 400, 1'000, 1);  // a posture does not count
+         1.0);  // method 1, motion, in collision: solved by the original evaluator's rule only
+  Finish(1, Verdict::kSuccess, Verdict::kSuccess, 400, 1'000, 1);  // a posture is not counted
   const std::string columns =
       "SELECT rule, initialization, n, solved, scored, free, free_share, environment_depth_m, self_depth_m "
       "FROM interpolation_cells WHERE multi_starts = 10 ORDER BY rule, initialization";
@@ -225,7 +225,7 @@ TEST_F(BenchmarkTable, FailuresTellWhy) {
                               {Int(3), Text("dead"), kNull, Text("killed by SIGSEGV")}}));
 }
 
-// Two methods of one name are two methods wherever a method is named.
+// Every view that names a method distinguishes methods of the same name.
 TEST_F(BenchmarkTable, EveryViewThatNamesAMethodTellsThoseOfOneNameApart) {
   int views = 0;
   for (const Row& view : Query("SELECT name FROM pragma_table_list WHERE type = 'view'").rows) {
@@ -245,7 +245,7 @@ TEST_F(BenchmarkTable, EveryViewThatNamesAMethodTellsThoseOfOneNameApart) {
 TEST_F(BenchmarkTable, DisagreementsOfSolverAndJudgeAndOfTheRules) {
   Finish(1, Verdict::kSuccess, Verdict::kSuccess, 400, 1'000, 1);
   Finish(2, Verdict::kSuccess, Verdict::kSelfCollision, 500, 3'000, 1);
-  Finish(3, Verdict::kCom, Verdict::kCom, std::nan(""), 3'000, 1);  // the solver says converged_feasible
+  Finish(3, Verdict::kCom, Verdict::kCom, std::nan(""), 3'000, 1);  // the solver reports converged_feasible
   ResultRecord jumps = SampleResult();
   jumps.verdict_solid = Verdict::kStep;
   Apply({LeaseJob{4, 1, 904, 1, 1}, AcceptResult{4, 1, jumps, "", "", 2}});

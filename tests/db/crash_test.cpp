@@ -1,4 +1,5 @@
-// kill -9 of the process that writes: what it acknowledged is there, nothing is half there, no clean-up is needed.
+// kill -9 of the writing process: everything acknowledged is present, nothing is partly written, and no clean-up is
+// needed.
 
 #include <gtest/gtest.h>
 #include <sched.h>
@@ -16,8 +17,8 @@
 namespace legopt::db {
 namespace {
 
-// Opens the store (creating or recovering it), goes on where it stands, and writes one byte to `pipe` per commit.
-// Each commit leases two jobs and gives both a result: half of one must never be seen. Never returns.
+// Opens the store (creating or recovering it), continues from its state, and writes one byte to `pipe` per commit.
+// Each commit leases two jobs and stores results for both: half of a commit must never be visible. Never returns.
 [[noreturn]] void WriteForEver(const std::filesystem::path& path, int pipe) {
   const auto store = OpenSqliteStore(path);
   std::int64_t next = 1;
@@ -50,7 +51,7 @@ TEST(Crash, AcknowledgedCommitsSurviveKill9AtAnyPoint) {
   for (int kill_number = 0; kill_number < kKills; ++kill_number) {
     int ends[2];
     ASSERT_EQ(pipe(ends), 0);
-    // The child forks before any database is open in this process.
+    // The child is forked before any database is open in this process.
     const pid_t child = fork();
     ASSERT_GE(child, 0);
     if (child == 0) {
@@ -58,7 +59,7 @@ TEST(Crash, AcknowledgedCommitsSurviveKill9AtAnyPoint) {
       WriteForEver(path, ends[1]);
     }
     close(ends[1]);
-    // Dies after a random number of commits, at a random point of the next; sometimes while it opens or recovers.
+    // Kills after a random number of commits, at a random point of the next one, sometimes during opening or recovery.
     const std::uint64_t commits = random() % 30;
     char byte = 0;
     for (std::uint64_t i = 0; i < commits && read(ends[0], &byte, 1) == 1; ++i) ++acknowledged;
@@ -107,19 +108,19 @@ TEST(Crash, KilledMigrationLeavesOldOrNew) {
       EXPECT_EQ(tables, version >= 1 ? 1 : 0);
       EXPECT_EQ(views, version >= 2 ? 1 : 0);
     }
-    OpenSqliteStore(path);  // goes on without clean-up
+    OpenSqliteStore(path);  // opens without clean-up
   }
 }
 
 constexpr int kNoSmallDisk = 77;
 
-// A disk of `megabytes` at the folder, seen by this process alone; its size may be changed later.
+// Mounts a disk of `megabytes` on the folder, visible to this process only; its size may be changed later.
 bool MountSmallDisk(const std::filesystem::path& folder, int megabytes, unsigned long flags = 0) {
   const std::string size = "size=" + std::to_string(megabytes) + "m";
   return mount("none", folder.c_str(), "tmpfs", flags, size.c_str()) == 0;
 }
 
-// Runs in a child. Returns what went wrong, 0 if nothing did, kNoSmallDisk where no disk can be mounted.
+// Runs in a child. Returns the number of the failed check, 0 if none failed, kNoSmallDisk if no disk can be mounted.
 int FillTheDisk(const std::filesystem::path& path) {
   constexpr int kSmall = 4, kAmple = 200;
   if (unshare(CLONE_NEWNS) != 0 || mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0) return kNoSmallDisk;
@@ -139,7 +140,7 @@ int FillTheDisk(const std::filesystem::path& path) {
   } catch (const StoreError& error) {
     if (!error.transient()) return 2;
   }
-  // Reading goes on, and only what was acknowledged is there.
+  // Reading still works, and only acknowledged data are present.
   const OpenState state = store->LoadOpenState();
   if (state.experiments.at(0).jobs_by_state[JobState::kDone] != job - 1) return 3;
   try {
@@ -149,7 +150,7 @@ int FillTheDisk(const std::filesystem::path& path) {
     if (!error.transient()) return 5;
   }
   if (!MountSmallDisk(path.parent_path(), kAmple, MS_REMOUNT)) return 8;
-  store->Apply(ops);  // the very same transaction, once there is space
+  store->Apply(ops);  // the identical transaction, once there is space
   if (store->LoadOpenState().experiments.at(0).jobs_by_state[JobState::kDone] != job) return 6;
   Connection connection(path, Connection::Mode::kReadWriteCreate);
   return connection.QueryText("PRAGMA integrity_check") == "ok" ? 0 : 9;

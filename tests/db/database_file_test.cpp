@@ -1,5 +1,5 @@
-// A database is the file, not its name: one writer whatever name leads to it, and a writer that notices when the file
-// is no longer where others look for it. What was acknowledged is always found in one whole file afterwards.
+// A database is identified by its file, not its name: there is one writer for all names, and the writer detects that
+// the file is no longer at its path. Afterwards, everything acknowledged is in one complete file.
 #include "db/database_file.h"
 
 #include <gmock/gmock.h>
@@ -45,7 +45,7 @@ TEST_F(OneWriterPerFile, BehindASymbolicLink) {
 
 TEST_F(OneWriterPerFile, WhoCameThroughTheLink) {
   fs::create_symlink("results.sqlite", folder_ / "link.sqlite");
-  const auto first = OpenSqliteStore(folder_ / "link.sqlite");  // makes the file that the link names
+  const auto first = OpenSqliteStore(folder_ / "link.sqlite");  // creates the file that the link names
   EXPECT_TRUE(fs::exists(path_));
   ExpectLocked(path_);
 }
@@ -98,7 +98,7 @@ class DisplacedFile : public testing::Test {
     EXPECT_FALSE(store_->FindAttempt(1, 1));
   }
 
-  // This file alone, without any side file, is sound and has all that was acknowledged: what a kill would leave.
+  // Expects that this file alone, without side files, is sound and has everything acknowledged, as after a kill.
   void ExpectWhole(const fs::path& file) {
     const fs::path copy = folder_ / "copy.sqlite";
     fs::copy_file(file, copy, fs::copy_options::overwrite_existing);
@@ -212,7 +212,7 @@ TEST_F(DisplacedFile, ARemovedLogIsWrittenIntoTheDatabase) {
   }
 }
 
-// A reader that was there before sees its moment of the database on; it neither stops the rescue nor the server.
+// A reader that opened the file before keeps its snapshot. It stops neither the recovery nor the server.
 TEST_F(DisplacedFile, AReaderDelaysTheRescueOnly) {
   Connection reader(path_, Connection::Mode::kReadOnly);
   reader.Execute("BEGIN");

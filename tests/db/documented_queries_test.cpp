@@ -1,5 +1,5 @@
-// docs/database.md is true: its views have the columns that it lists, in that order, and each of its example queries
-// runs, and finds something, on a database that the store made.
+// docs/database.md is correct: its views have the columns that it lists, in that order, and each example query runs
+// and finds rows in a database written by the store.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -15,7 +15,7 @@
 namespace legopt::db {
 namespace {
 
-// The indented lines of a section, without their indentation.
+// Returns the indented lines of a section, without their indentation.
 std::vector<std::string> IndentedLines(const std::string& heading) {
   constexpr std::string_view kIndent = "    ";
   std::ifstream file(SourceFolder() + "/docs/database.md");
@@ -28,7 +28,7 @@ std::vector<std::string> IndentedLines(const std::string& heading) {
   return lines;
 }
 
-// Comment -> statement.
+// Returns comment -> statement.
 std::map<std::string, std::string> Examples() {
   std::map<std::string, std::string> examples;
   std::string comment;
@@ -64,7 +64,7 @@ std::map<std::string, std::vector<std::string>> DocumentedViews() {
 
 class DocumentedDatabase : public testing::Test {
  protected:
-  // Two methods of one name; a success, a failure, a death, a disagreement, a disturbed timing and a trace.
+  // Two methods of one name with a success, a failure, a death, a disagreement, a disturbed timing and a trace.
   void SetUp() override {
     NewExperiment e = SampleExperiment(1, 1, 1);
     e.dataset.joint_names = {"hip", "knee"};
@@ -106,10 +106,10 @@ TEST_F(DocumentedDatabase, ViewsHaveTheColumnsThatAreListed) {
   ReadOnlyDatabase database(path_);
   for (const auto& row : database.Query("SELECT name FROM sqlite_schema WHERE type = 'view'").rows) {
     const std::string name = std::get<std::string>(row.at(0));
-    if (name.ends_with("_scores")) continue;  // told of in a sentence
+    if (name.ends_with("_scores")) continue;  // documented in a sentence
     ASSERT_TRUE(documented.contains(name)) << name;
     std::vector<std::string> expected = documented[name];
-    if (name == "benchmark_table") {  // the last four come for each column of the table
+    if (name == "benchmark_table") {  // the last four are repeated for each column of the table
       const std::vector<std::string> each(expected.end() - 4, expected.end());
       expected.resize(expected.size() - 4);
       for (const char* prefix : {"posture_good_", "posture_in_collision_", "motion_good_", "motion_in_collision_"}) {

@@ -1,5 +1,5 @@
-// The rule of an experiment decides which results count as solved: in both stores' totals, in the scheduler's view of
-// its open jobs, and in the views of the database.
+// The rule of an experiment determines which results count as solved: in the totals of both stores, in the scheduler's
+// list of open jobs, and in the views of the database.
 #include "db/read_only_database.h"
 #include "tests/db/store_conformance.h"
 
@@ -16,8 +16,8 @@ ResultRecord ResultWith(Verdict literal, Verdict strict, Verdict solid) {
   return result;
 }
 
-// Four finished jobs: the original evaluator's rule counts three of them as solved, the strict one two, the solid one
-// one. Four more are queued.
+// Returns an experiment with four finished jobs and four queued ones. Three finished jobs count as solved by the
+// original evaluator's rule, two by every listed pair, and one by the physical rule.
 std::vector<StoreOp> ExperimentOf(Rule rule, std::int64_t id = 1) {
   constexpr std::int64_t kJobs = 8, kCells = 2;
   const std::int64_t first = 1 + kJobs * (id - 1);

@@ -9,7 +9,7 @@
 namespace legopt::db {
 namespace {
 
-// SQLite hands out C function pointers without room for an object, so the state of the one instance stands here.
+// SQLite passes plain C function pointers without user data, so the state of the only instance is global.
 struct State {
   FaultyVfs::Fault fault = FaultyVfs::Fault::kNone;
   std::int64_t first = 0, length = 0, calls = 0, faults = 0;
@@ -21,7 +21,7 @@ State& Shared() {
   return state;
 }
 
-// SQLite allocates this with room for the real file behind it.
+// SQLite allocates this with space for the real file after it.
 struct File {
   sqlite3_file base;
   sqlite3_file* real() { return reinterpret_cast<sqlite3_file*>(this + 1); }
@@ -29,7 +29,7 @@ struct File {
 File* Of(sqlite3_file* file) { return reinterpret_cast<File*>(file); }
 sqlite3_file* Real(sqlite3_file* file) { return Of(file)->real(); }
 
-// The result code that this call must fail with; SQLITE_OK: it may go on.
+// Returns the error code with which this call must fail; SQLITE_OK to proceed.
 int Strike(bool is_sync, int io_error) {
   State& state = Shared();
   if (state.fault == FaultyVfs::Fault::kNone || (state.fault == FaultyVfs::Fault::kSyncFailed && !is_sync))
@@ -71,7 +71,7 @@ int ShmMap(sqlite3_file* file, int page, int size, int extend, void volatile** m
   return code;
 }
 
-// What changes nothing is handed on.
+// Calls that change nothing are forwarded.
 int Close(sqlite3_file* file) {
   const int code = Real(file)->pMethods->xClose(Real(file));
   file->pMethods = nullptr;

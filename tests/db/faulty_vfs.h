@@ -4,16 +4,16 @@
 
 namespace legopt::db {
 
-/// A SQLite VFS over the system's own, made the default while this object lives, that counts every call which changes
-/// the disk (write, sync, truncate, delete, create) and can make it fail. One at a time; tests only.
+/// A SQLite VFS on top of the system's own, the default during the lifetime of this object. Counts every call that
+/// changes the disk (write, sync, truncate, delete, create) and can make it fail. One instance at a time; tests only.
 class FaultyVfs {
  public:
   enum class Fault {
     kNone,
-    kIoError,     ///< the call fails with an I/O error and does nothing
-    kFull,        ///< it fails for lack of space; a write leaves its first half behind
-    kSyncFailed,  ///< only syncs count and fail
-    kDie,         ///< the process ends at once, as by kill -9, before the call; a write leaves its first half behind
+    kIoError,     ///< the call fails with an I/O error and has no effect
+    kFull,        ///< the call fails for lack of space; a write leaves its first half behind
+    kSyncFailed,  ///< only syncs are counted and fail
+    kDie,         ///< the process ends before the call, as by kill -9; a write leaves its first half behind
   };
 
   FaultyVfs();
@@ -21,11 +21,11 @@ class FaultyVfs {
   FaultyVfs(const FaultyVfs&) = delete;
   FaultyVfs& operator=(const FaultyVfs&) = delete;
 
-  /// From now on the calls number `first` .. `first` + `length` - 1 (counted from 1) suffer `fault`.
+  /// Makes the calls number `first` .. `first` + `length` - 1, counted from 1, fail with `fault`.
   void Arm(Fault fault, std::int64_t first, std::int64_t length = 1);
   void Disarm();
   std::int64_t calls() const;   ///< since the last Arm or Disarm
-  std::int64_t faults() const;  ///< of these, made to fail
+  std::int64_t faults() const;  ///< number of these calls that failed
 };
 
 }  // namespace legopt::db

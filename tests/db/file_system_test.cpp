@@ -1,4 +1,4 @@
-// Policy: a database is refused where others have lost theirs, and nowhere else. (fuse_test does it for real.)
+// Policy: a database is refused on file systems known to lose data, and nowhere else. fuse_test uses a real one.
 #include "db/file_system.h"
 
 #include <gtest/gtest.h>

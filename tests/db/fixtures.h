@@ -10,7 +10,7 @@
 
 namespace legopt::db {
 
-/// Writes the database of a released schema version, as that release left it on disk, to `path`.
+/// Writes the database of a released schema version to `path`, as that release left it on disk.
 inline void MakeReleased(int version, const std::filesystem::path& path) {
   std::ifstream file(SourceFolder() + "/tests/db/fixtures/version_" + std::to_string(version) + ".sql");
   std::ostringstream text;

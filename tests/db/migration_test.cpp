@@ -1,5 +1,5 @@
-// Databases of every released schema are upgraded with all their rows; a process that ends anywhere within an upgrade
-// leaves one release or the other, never something between; newer files are left alone. Acceptance figure 21.
+// Databases of every released schema are upgraded with all their rows. A process that ends anywhere within an upgrade
+// leaves the old or the new schema, never a mixture. Files of newer releases are not changed. Acceptance figure 21.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -47,7 +47,8 @@ std::string Rows(const std::filesystem::path& path) {
 class Released : public testing::TestWithParam<int> {
  protected:
   void SetUp() override { MakeReleased(GetParam(), path_); }
-  TemporaryFolder folder_{TemporaryFolder::Place::kMemory};  // hundreds of upgrades must not wait for a disk
+  TemporaryFolder folder_{TemporaryFolder::Place::kMemory};  // memory: hundreds of upgrades must not wait for a
+                                                             // disk
   std::filesystem::path path_ = folder_ / "results.sqlite";
 };
 
@@ -93,7 +94,7 @@ TEST_P(Released, CanBeBackedUpByThisRelease) {
   EXPECT_EQ(Rows(folder_ / "copy.sqlite"), Rows(path_));
 }
 
-// Every call of the upgrade that changes the disk is the last one once.
+// The process ends once at every call of the upgrade that changes the disk.
 TEST_P(DeathInAnUpgrade, AnywhereLeavesOldOrNew) {
   const std::string before = Rows(path_);
   for (std::int64_t call = 1;; ++call) {
@@ -132,11 +133,11 @@ TEST_P(DeathInAnUpgrade, AnywhereLeavesOldOrNew) {
 
 INSTANTIATE_TEST_SUITE_P(Versions, Released, testing::ValuesIn(kReleased),
                          [](const auto& parameter) { return "Version" + std::to_string(parameter.param); });
-// From the first version on an upgrade passes every step.
+// From the first version, an upgrade passes every step.
 INSTANTIATE_TEST_SUITE_P(Versions, DeathInAnUpgrade, testing::Values(kReleased[0], kReleased[std::size(kReleased) - 1]),
                          [](const auto& parameter) { return "Version" + std::to_string(parameter.param); });
 
-// The fixtures' first experiment has a result without a verdict by the solid rule, which version 7 introduced.
+// The fixtures' first experiment has a result without a verdict by the physical rule, which version 7 introduced.
 TEST_P(Released, ExperimentsWithoutSolidVerdictsKeepTheOriginalRule) {
   const auto store = OpenSqliteStore(path_);
   const OpenState state = store->LoadOpenState();
@@ -150,7 +151,8 @@ TEST(Migrations, EveryVersionBeforeThisOneHasAFixture) {
       << "add tests/db/fixtures/version_N.sql, made as the others, and its number above";
 }
 
-// Version 9 takes a list of words away; what was refused before is taken, and what is no word still is not.
+// Version 9 removes a list of allowed words: values refused before are accepted, and texts that are no word are still
+// refused.
 TEST(Migrations, CollisionModelsAreNotListedAnyMore) {
   const TemporaryFolder folder;
   const auto path = folder / "results.sqlite";

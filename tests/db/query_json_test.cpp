@@ -1,4 +1,4 @@
-// Policy: a query's result is the same from a server as from its file: every value survives the way through JSON, with
+// Policy: a query has the same result from a server as from its file: every value survives conversion to JSON, with
 // every bit of numbers and BLOBs.
 #include "db/query_json.h"
 

@@ -165,7 +165,7 @@ TEST_F(ReadOnly, ATimeLimitOfNothingIsNone) {
   }
 }
 
-// What somebody did to the schema is told in words about the file, by every way to open it.
+// Changes to the schema are reported as an error of the file by every way of opening it.
 TEST_F(ReadOnly, ADatabaseThatLacksSomethingIsNotIntact) {
   struct Case {
     const char* change;
@@ -199,13 +199,14 @@ TEST_F(ReadOnly, ADatabaseThatLacksSomethingIsNotIntact) {
       }
     };
     expect_told([&] { OpenSqliteStore(copy); });
-    if (std::string(change) == "PRAGMA user_version = 1") continue;  // to readers it is an older file
+    if (std::string(change) == "PRAGMA user_version = 1") continue;  // readers regard it as an older file
     expect_told([&] { ReadOnlyDatabase{copy}; });
     expect_told([&] { BackUp(copy, folder_ / "backup.sqlite"); });
   }
 }
 
-// The same names with other texts, and entries that would run or be believed; everything else of a user is let be.
+// Known names with different definitions, and entries that would be executed or trusted, are refused. All other
+// objects of a user are accepted.
 TEST_F(ReadOnly, ASchemaThatSaysSomethingElseIsNotIntact) {
   struct Case {
     const char* change;
@@ -260,9 +261,10 @@ TEST_F(ReadOnly, ASchemaThatSaysSomethingElseIsNotIntact) {
   }
 }
 
-// Every name that the file system takes.
+// All names that the file system accepts.
 TEST_F(ReadOnly, AnyPathCanBeOpened) {
-  const TemporaryFolder memory(TemporaryFolder::Place::kMemory);  // dozens of databases must not wait for a disk
+  const TemporaryFolder memory(TemporaryFolder::Place::kMemory);  // memory: dozens of databases must not wait for a
+                                                                  // disk
   const std::string folder = std::filesystem::canonical(memory.path()).string();
   std::string deep = folder;
   for (int level = 0; level < 200; ++level) deep += "/d";
@@ -285,7 +287,7 @@ TEST_F(ReadOnly, AnyPathCanBeOpened) {
               StoreErrorCode::kUnwritable);
 }
 
-// SQLite cannot make its side file there.
+// SQLite cannot create its side file there.
 TEST_F(ReadOnly, ALogInAFolderThatCannotBeWrittenIsReadInACopy) {
   const auto folder = folder_ / "closed";
   std::filesystem::create_directory(folder);
@@ -294,7 +296,7 @@ TEST_F(ReadOnly, ALogInAFolderThatCannotBeWrittenIsReadInACopy) {
   }
   const PrivateCopy copy(folder / "results.sqlite");
   EXPECT_EQ(ReadOnlyDatabase(copy.path()).Query("SELECT 1 FROM experiments").rows.size(), 1U);
-  if (geteuid() == 0) return;  // root writes everywhere
+  if (geteuid() == 0) return;  // root can write everywhere
   std::filesystem::permissions(folder, std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
   EXPECT_EQ(ReadOnlyDatabase(folder / "results.sqlite").Query("SELECT 1 FROM experiments").rows.size(), 1U);
   EXPECT_FALSE(std::filesystem::exists(folder.string() + "/results.sqlite-shm"));

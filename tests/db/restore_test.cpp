@@ -1,4 +1,4 @@
-// A log is only ever read beside the file that it was written for, and a backup takes the place of a database whole.
+// A log is only read with the file it was written for, and a backup replaces a database completely.
 #include "db/restore.h"
 
 #include <gmock/gmock.h>
@@ -25,7 +25,7 @@ using testing::HasSubstr;
 
 class RestoreTest : public testing::Test {
  protected:
-  // A server that has made `experiments` experiments when it is killed; its log stays.
+  // Kills a server after it has created `experiments` experiments; its log remains.
   static void KillAServerOn(const fs::path& path, int first, int experiments) {
     const pid_t child = fork();
     ASSERT_GE(child, 0);
@@ -111,7 +111,7 @@ TEST_F(RestoreTest, AFileOfAnotherHistoryIsRefusedBesideTheOldLog) {
   ExpectRefusedBesideTheLog();
 }
 
-// A plain copy of the file, made before the last server began.
+// A plain copy of the file, made before the last server started.
 TEST_F(RestoreTest, AnEarlierStateOfTheFileIsRefusedBesideTheLog) {
   { OpenSqliteStore(path_); }
   fs::copy_file(path_, backup_);
@@ -123,7 +123,7 @@ TEST_F(RestoreTest, AnEarlierStateOfTheFileIsRefusedBesideTheLog) {
 TEST_F(RestoreTest, AFileOfAnOlderReleaseIsRefusedBesideTheLog) {
   KillAServerOn(path_, 1, 2);
   fs::remove(path_);
-  fs::rename(path_.string() + "-wal", folder_ / "log");  // not while the older file is made
+  fs::rename(path_.string() + "-wal", folder_ / "log");  // keeps the log away while the older file is created
   MakeReleased(9, path_);
   fs::rename(folder_ / "log", path_.string() + "-wal");
   ExpectRefusedBesideTheLog();

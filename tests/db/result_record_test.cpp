@@ -1,4 +1,4 @@
-// The columns of a result: what follows from their description is what the schema has.
+// The columns of a result: the column descriptions agree with the schema.
 
 #include "db/result_record.h"
 
@@ -14,7 +14,7 @@
 namespace legopt::db {
 namespace {
 
-// Every column has a value of its own, in the range of all of them.
+// Returns a record whose columns have distinct values, each allowed for every column.
 ResultRecord DistinctValues() {
   ResultRecord record;
   int next = 2;
@@ -34,7 +34,7 @@ ResultRecord DistinctValues() {
   record.solver_status = SolveStatus::kNumericalFailure;
   record.verdict_literal = record.verdict_strict = record.verdict_solid = Verdict::kWindowUnsolved;
   record.window_verdict = Verdict::kStep;
-  std::swap(record.windows, record.windows_solved);  // the larger one is the whole
+  std::swap(record.windows, record.windows_solved);  // the larger one is the total
   return record;
 }
 
@@ -128,7 +128,7 @@ TEST_F(ResultColumns, AreKeptOfALateResult) {
                                 std::int64_t{2}, std::string("000000000000F03F0000000000000040")}));
 }
 
-// What programs read from `legopt show JOB --format json`, in its order.
+// Programs read the output of `legopt show JOB --format json`, in this order.
 TEST_F(ResultColumns, AreShownInTheirOrder) {
   EXPECT_EQ(ShownResultColumns(),
             "solver_status, iterations, restarts, starts, term_evaluations, collision_queries, solver_cost, "

@@ -1,4 +1,4 @@
-// Illegal rows cannot exist: each test offers the schema one that an error of the program could make.
+// Illegal rows are impossible: each test tries to write one that a programming error could produce.
 
 #include <gtest/gtest.h>
 
@@ -46,7 +46,7 @@ TEST_F(Schema, UnknownWords) {
   ExpectRefused("UPDATE jobs SET state = 'running' WHERE job_id = 4");
   ExpectRefused("UPDATE attempts SET outcome = 'ok' WHERE job_id = 2");
   ExpectRefused("UPDATE experiments SET state = 'paused'");
-  ExpectRefused("UPDATE cells SET task = 'A dance'");  // which tasks there are is not the schema's to know
+  ExpectRefused("UPDATE cells SET task = 'A dance'");  // the schema does not list the tasks
   ExpectRefused("UPDATE experiments SET builds = 'some'");
   ExpectRefused("UPDATE experiments SET build_id = ''");
   ExpectRefused("UPDATE methods SET collision = 'Solids'");
@@ -138,7 +138,7 @@ TEST_F(Schema, OnlyResultsThatTheClockStoppedMakeWay) {
   ExpectRefused("DELETE FROM results");
   ExpectRefused("DELETE FROM waypoints");
   connection_->Execute("DROP TRIGGER results_are_final; UPDATE results SET solver_status = 'time_limit'");
-  ExpectRefused("DELETE FROM results");  // not kept anywhere
+  ExpectRefused("DELETE FROM results");  // not archived anywhere
   connection_->Execute(
       "INSERT INTO stale_results (job_id, attempt, outcome, reason, received_at_us, solver_status) "
       "VALUES (1, 1, 'finished', 'why', 1, 'time_limit')");
@@ -150,7 +150,7 @@ TEST_F(Schema, OnlyResultsThatTheClockStoppedMakeWay) {
   ExpectRefused("DELETE FROM stale_results");
 }
 
-// Deferred, so that no foreign key hides what the triggers let pass.
+// Foreign keys are deferred so that they do not hide rows which the triggers accept.
 TEST_F(Schema, NothingOfAnExperimentGoesBeforeIt) {
   connection_->Execute("BEGIN; PRAGMA defer_foreign_keys = ON");
   for (const char* table : {"waypoints", "results", "attempts", "jobs", "experiments"}) {
@@ -198,8 +198,8 @@ TEST_F(Schema, DoneNeedsAResultAndAResultNeedsALease) {
   ExpectRefused(copy + "1, 1, 1" + rest);  // second result
   ExpectRefused(copy + "4, 2, 1" + rest);  // queued
   ExpectRefused(copy + "3, 2, 1" + rest);  // dead
-  ExpectRefused(copy + "2, 1, 2" + rest);  // not its attempt
-  ExpectRefused(copy + "2, 2, 1" + rest);  // not its cell
+  ExpectRefused(copy + "2, 1, 2" + rest);  // wrong attempt
+  ExpectRefused(copy + "2, 2, 1" + rest);  // wrong cell
   connection_->Execute(copy + "2, 1, 1" + rest);
 }
 

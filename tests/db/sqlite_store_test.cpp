@@ -33,7 +33,7 @@ class SqliteStoreFile : public testing::Test {
     return connection.QueryInt(sql);
   }
 
-  // A database as schema version 1 wrote it, with one experiment in it.
+  // Creates a database of schema version 1 with one experiment.
   void MakeVersion1() {
     Connection connection(path_, Connection::Mode::kReadWriteCreate);
     Migrate(connection, Migrations().first(1));
@@ -52,7 +52,7 @@ TEST_F(SqliteStoreFile, NewFileIsMarkedAndDurable) {
   EXPECT_EQ(connection.QueryText("PRAGMA journal_mode"), "wal");
 }
 
-// Before anything is solved for it; also when the last end was clean.
+// Damage is detected before new results are written, even if the database was closed cleanly.
 TEST_F(SqliteStoreFile, ADamagedPageIsNoticedBeforeAnythingIsWritten) {
   OpenSqliteStore(path_)->Apply(std::vector<StoreOp>{CreateExperiment{SampleExperiment(1, 1, 1, 500)}});
   const auto size = std::filesystem::file_size(path_);
@@ -154,7 +154,7 @@ TEST_F(SqliteStoreFile, OlderSchemaIsUpgradedWithItsRows) {
   EXPECT_EQ(QueryInt("SELECT count(*) FROM benchmark_table"), 0);
 }
 
-// Version 2 held results; what version 3 adds follows from them or is not known.
+// Columns added by version 3 are derived from the results of version 2, or unknown.
 TEST_F(SqliteStoreFile, ResultsOfVersion2GetTheNewColumns) {
   {
     Connection connection(path_, Connection::Mode::kReadWriteCreate);
@@ -198,7 +198,7 @@ TEST_F(SqliteStoreFile, FailingMigrationLeavesTheLastCompleteStep) {
   const std::array<Migration, 3> repaired{migrations[0], Migration{2, "CREATE TABLE extra (x INTEGER) STRICT"},
                                           Migration{3, "CREATE TABLE more (x INTEGER) STRICT"}};
   Connection connection(path_, Connection::Mode::kReadWriteCreate);
-  EXPECT_THROW(Migrate(connection, migrations), StoreError);  // STRICT needs a type: step 2 fails
+  EXPECT_THROW(Migrate(connection, migrations), StoreError);  // STRICT needs a type, so step 2 fails
   EXPECT_EQ(connection.QueryInt("PRAGMA user_version"), 1);
   const std::array<Migration, 3> half{repaired[0], repaired[1], migrations[2]};
   EXPECT_THROW(Migrate(connection, half), StoreError);
@@ -228,7 +228,7 @@ TEST_F(SqliteStoreFile, JointNamesAreKeptFromWhoeverTellsThemFirst) {
   EXPECT_EQ(names(), Value(std::string(R"(["hip \"x\"","knee"])")));
 }
 
-// The clock of a busy machine stopped it: result and solution are kept, but not among what counts.
+// A result stopped by the wall-time limit on a busy machine: result and solution are kept but not counted.
 TEST_F(SqliteStoreFile, ARetriedResultIsKeptWithItsSolution) {
   const auto store = OpenSqliteStore(path_);
   ResultRecord result = SampleResult(321);
@@ -271,7 +271,7 @@ TEST_F(SqliteStoreFile, NothingOfADeletedExperimentIsLeft) {
   for (const Defect& defect : Audit(path_)) ADD_FAILURE() << defect.rule << ": " << defect.detail;
 }
 
-// What `retry` leaves behind is sound, also after further leases were given back.
+// A retried job passes the audit, also after further leases were released.
 TEST_F(SqliteStoreFile, RetriedJobsAreSound) {
   const auto store = OpenSqliteStore(path_);
   ResultRecord stopped = SampleResult();

@@ -1,5 +1,6 @@
 // A full disk, an I/O error, a failing sync or the end of the process at every single call that changes the disk: no
-// acknowledgement without commit, no wrong row, and the work goes on by itself afterwards. Acceptance figures 17, 18.
+// acknowledgement without commit, no wrong row, and the work continues automatically afterwards. Acceptance figures
+// 17, 18.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -24,13 +25,13 @@ using Fault = FaultyVfs::Fault;
 constexpr int kJobs = 50;
 constexpr int kJobsPerCommit = 10;
 
-// A run of 50 jobs as the server makes it: every batch is tried again until the store takes it, and acknowledged then.
+// A run of 50 jobs as the server does it: every batch is retried until the store accepts it, and then acknowledged.
 class JobRun {
  public:
   explicit JobRun(std::filesystem::path path) : path_(std::move(path)) {}
 
-  // Goes on from what is on disk to the end. `acknowledged` is called with the jobs of each commit, whose results are
-  // acknowledged then. False: the store refused for a reason that does not pass, or for ever.
+  // Continues from the state on disk to the end. Calls `acknowledged` with the jobs of each commit, whose results are
+  // then acknowledged. Returns false if the store refused permanently.
   bool Finish(const std::function<void(const std::vector<std::int64_t>&)>& acknowledged) {
     const auto store = Open();
     if (store == nullptr) return false;
@@ -60,7 +61,7 @@ class JobRun {
     return Apply(*store, {FinishExperiment{1, 3}}) && Change(*store);
   }
 
-  // A start that failed for lack of space or by an I/O error is made again, as a supervisor would.
+  // Retries a start that failed for lack of space or by an I/O error, as a supervisor would.
   std::unique_ptr<Store> Open() {
     for (int attempt = 0; attempt < kPatience; ++attempt) {
       try {
@@ -74,8 +75,8 @@ class JobRun {
 
   const std::string& last() const { return last_; }
 
-  // Then what people do: experiment 1 gets another name and a tag, experiment 2 comes, is tried again because the clock
-  // stopped it, and is deleted. Every step is known by what the step before left behind.
+  // Performs operator commands: renames and tags experiment 1; creates experiment 2, retries it after a stop by the
+  // wall-time limit, and deletes it. The state left by each step determines the next one.
   bool Change(Store& store) {
     ResultRecord stopped = SampleResult();
     stopped.solver_status = SolveStatus::kTimeLimit;
@@ -113,7 +114,7 @@ class JobRun {
     return false;
   }
 
-  // Checkpoints may fail as well; the log stays and is used.
+  // Checkpoints may fail as well; the log then remains in use.
   void Tidy(Store& store) {
     try {
       store.Idle();
@@ -128,12 +129,13 @@ class JobRun {
 
 class StorageFault : public testing::Test {
  protected:
-  // The folder holds nothing.
+  // Empties the folder.
   void Clear() {
     for (const auto& entry : std::filesystem::directory_iterator(folder_.path())) std::filesystem::remove(entry.path());
   }
 
-  // The folder holds an empty database. Tests of their own strike while one is created, which takes as many calls.
+  // Puts an empty database into the folder. Separate tests inject faults during its creation, which takes as many
+  // calls.
   void Fresh() {
     Clear();
     if (empty_.empty()) {
@@ -145,7 +147,7 @@ class StorageFault : public testing::Test {
     std::ofstream(path_, std::ios::binary) << empty_;
   }
 
-  // If the process died while it created the file, opening it completes it.
+  // If the process died while creating the file, opening it completes it.
   void ExpectEmpty(const std::string& when) {
     EXPECT_TRUE(OpenSqliteStore(path_)->LoadOpenState().experiments.empty()) << when;
     for (const Defect& defect : Audit(path_)) ADD_FAILURE() << when << ": " << defect.rule << ": " << defect.detail;
@@ -162,7 +164,7 @@ class StorageFault : public testing::Test {
     EXPECT_EQ(connection.QueryInt("SELECT largest FROM deleted_ids WHERE kind = 'job'"), kJobs + 2) << when;
   }
 
-  // Strikes at call 1, 2, 3, ... until a whole run is over before the fault's turn. Returns the number of calls.
+  // Injects the fault at call 1, 2, 3, ... until a run ends before the fault occurs. Returns the number of calls.
   std::int64_t StrikeEverywhere(Fault fault, std::int64_t length) {
     FaultyVfs vfs;
     for (std::int64_t call = 1;; ++call) {
@@ -172,7 +174,7 @@ class StorageFault : public testing::Test {
       JobRun run(path_);
       std::set<std::int64_t> acknowledged;
       const bool finished = run.Finish([&](const std::vector<std::int64_t>& jobs) {
-        // What is acknowledged is on disk: another connection sees it.
+        // Acknowledged results are on disk: another connection reads them.
         const auto faults = vfs.faults();
         Connection other(path_, Connection::Mode::kReadOnly);
         for (const std::int64_t job : jobs) {
@@ -190,7 +192,7 @@ class StorageFault : public testing::Test {
     }
   }
 
-  // The same while the file is made, at every `step`th call.
+  // Injects the fault during creation of the file, at every `step`th call.
   std::int64_t StrikeInTheMaking(Fault fault, std::int64_t length, std::int64_t step) {
     FaultyVfs vfs;
     for (std::int64_t call = 1;; call += step) {
@@ -207,7 +209,7 @@ class StorageFault : public testing::Test {
   }
 
   std::string empty_;                                        // bytes of an empty database
-  TemporaryFolder folder_{TemporaryFolder::Place::kMemory};  // hundreds of runs must not wait for a disk
+  TemporaryFolder folder_{TemporaryFolder::Place::kMemory};  // memory: hundreds of runs must not wait for a disk
   std::filesystem::path path_ = folder_ / "results.sqlite";
 };
 
@@ -250,7 +252,7 @@ TEST_F(StorageFault, DeathWhileTheFileIsMadeLeavesNoHalf) {
   }
 }
 
-// The process ends before the call, which is half done. Whoever starts next finds what was acknowledged, whole.
+// The process ends before the call, after half of a write. The next process finds everything acknowledged intact.
 TEST_F(StorageFault, DeathAtAnyCallLosesNothingAcknowledged) {
   for (std::int64_t call = 1;; ++call) {
     Fresh();

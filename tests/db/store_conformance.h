@@ -9,8 +9,8 @@
 #include "db/sqlite_store.h"
 #include "tests/db/store_samples.h"
 
-/// What every Store promises, over both implementations: the fixture of store_conformance_test.cpp (jobs, attempts,
-/// results, workers, events) and store_experiments_test.cpp (experiments and what people change about them).
+/// Guarantees of every Store, tested with both implementations: the fixture of store_conformance_test.cpp (jobs,
+/// attempts, results, workers, events) and store_experiments_test.cpp (experiments and operator commands on them).
 namespace legopt::db {
 
 enum class StoreKind { kSqlite, kMemory };
@@ -21,11 +21,11 @@ class StoreConformance : public testing::TestWithParam<StoreKind> {
 
   void Open() {
     if (GetParam() == StoreKind::kSqlite) {
-      sqlite_.reset();  // the lock first
+      sqlite_.reset();  // releases the lock first
       sqlite_ = OpenSqliteStore(folder_ / "store.sqlite");
     }
   }
-  // As after a restart of the server: what was applied is there, nothing else is.
+  // Opens the store again, as after a restart of the server: applied operations are present, and nothing else.
   void Reopen() { Open(); }
 
   Store& store() { return GetParam() == StoreKind::kSqlite ? *sqlite_ : memory_; }
@@ -40,7 +40,7 @@ class StoreConformance : public testing::TestWithParam<StoreKind> {
     }
   }
 
-  // Experiment 1 with jobs 1 - 4 in cells 1 and 2, worker 1.
+  // Creates experiment 1 with jobs 1 - 4 in cells 1 and 2, and worker 1.
   void Prepare() { Apply({CreateExperiment{SampleExperiment(1, 1, 1)}, PutWorker{SampleWorker(1)}}); }
 
   OpenJob JobInStore(std::int64_t job_id) {

@@ -1,4 +1,4 @@
-// What every Store promises of jobs, their attempts and results, workers and events.
+// Guarantees of every Store for jobs, their attempts and results, workers and events.
 
 #include "tests/db/store_conformance.h"
 

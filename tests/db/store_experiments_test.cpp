@@ -1,4 +1,4 @@
-// What every Store promises of experiments: their submission, their end, and what people change about them.
+// Guarantees of every Store for experiments: their submission, their end, and operator commands on them.
 
 #include "tests/db/store_conformance.h"
 
@@ -86,7 +86,7 @@ TEST_P(StoreConformance, CancelTouchesOnlyOpenJobsOfTheExperiment) {
   ExpectRefused({LeaseJob{3, 1, 780, 1, 32}});
 }
 
-// Open, ended and cancelled jobs beside each other, in cells that have all kinds, and in one that has none left.
+// Open, ended and cancelled jobs, in cells that have all kinds, and in one without open jobs.
 TEST_P(StoreConformance, JobsAreCountedByTheirStates) {
   constexpr int kProblems = 4;  // eight jobs in two cells
   Apply({CreateExperiment{SampleExperiment(1, 1, 1, kProblems)}, CreateExperiment{SampleExperiment(2, 9, 3, kProblems)},
@@ -176,7 +176,8 @@ TEST_P(StoreConformance, RetryQueuesWhatDiedAndChargesNothing) {
   ExpectRefused({RetryExperiment{1}});
 }
 
-// Jobs 1 and 2 done, stopped by the clock (2 judged a success all the same), 3 done, 4 dead; closed.
+// Closes the experiment with jobs 1 and 2 done, stopped by the wall-time limit (2 nevertheless judged a success), 3
+// done, 4 dead.
 void StopByTheClock(Store& store) {
   ResultRecord stopped = SampleResult();
   stopped.solver_status = SolveStatus::kTimeLimit;
@@ -209,7 +210,7 @@ TEST_P(StoreConformance, RetryOfWhatTheClockStopped) {
   }
   EXPECT_EQ(JobInStore(3).state, JobState::kDone);
   ExpectRefused({RetryExperiment{1, true, 9}});
-  // The next result may be stopped and tried again as the first.
+  // The next result may be stopped and retried like the first.
   ResultRecord stopped = SampleResult();
   stopped.solver_status = SolveStatus::kTimeLimit;
   Apply({LeaseJob{1, 2, 81, 1, 4}, AcceptResult{1, 2, stopped, "", "", 5}, RetryExperiment{1, true, 9},
@@ -266,7 +267,7 @@ TEST_P(StoreConformance, DeletedExperimentsAreGoneAndTheirNumbersWithThem) {
   ExpectRefused({DeleteExperiment{2}});
   ExpectRefused({DeleteExperiment{3}});
   Apply({CancelExperiment{2, 5}});
-  // All or nothing: a later refusal brings it back.
+  // All or nothing: a later refusal restores it.
   ExpectRefused({LeaseJob{1, 1, 71, 1, 6}, DeleteExperiment{2}, RenameExperiment{2, "gone"}});
   EXPECT_EQ(JobInStore(1).state, JobState::kQueued);
   EXPECT_EQ(store().FindAttempt(5, 1)->outcome, AttemptOutcome::kFinished);
@@ -283,7 +284,7 @@ TEST_P(StoreConformance, DeletedExperimentsAreGoneAndTheirNumbersWithThem) {
   EXPECT_FALSE(store().FindAttempt(5, 1));
   ExpectRefused({DeleteExperiment{2}});
   Apply({LeaseJob{1, 1, 71, 1, 6}});
-  // The same submission is a new experiment then.
+  // Then the same submission is a new experiment.
   NewExperiment again = SampleExperiment(3, 9, 5);
   again.submission_id = "submission-2";
   Apply({CreateExperiment{again}});

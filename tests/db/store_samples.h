@@ -14,7 +14,7 @@ using test::TemporaryFolder;
 
 inline std::string HashOf(char digit) { return std::string(64, digit); }
 
-/// One method, posture from both initialisations, `num_problems` problems: 2 * num_problems jobs.
+/// Returns one method, posture from both initializations, `num_problems` problems: 2 * num_problems jobs.
 inline NewExperiment SampleExperiment(std::int64_t experiment_id, std::int64_t first_job_id, std::int64_t first_cell_id,
                                       int num_problems = 2) {
   NewExperiment e;

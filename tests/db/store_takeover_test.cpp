@@ -1,5 +1,5 @@
-// What every Store promises of results that are taken over: only those of equal jobs are found, and a job that takes
-// one has it, whole, whatever becomes of the job that was solved.
+// Guarantees of every Store for reused results: only results of identical jobs are found, and the job that reuses one
+// keeps all of it, even if the solved job changes.
 
 #include <functional>
 
@@ -10,7 +10,7 @@
 namespace legopt::db {
 namespace {
 
-// Problem 0, good start, of SampleExperiment(2, 5, 3).
+// Returns a search for problem 0, good start, of SampleExperiment(2, 5, 3).
 ResultSearch SampleSearch() {
   ResultSearch search;
   search.experiment_id = 2;
@@ -163,7 +163,7 @@ TEST_P(Takeover, TheSourceMayGo) {
   ASSERT_EQ(state.experiments.size(), 1U);
   EXPECT_EQ(state.experiments[0].taken_over, 1);
   EXPECT_EQ(state.experiments[0].solved, 1);
-  // What was taken can be taken again.
+  // A reused result can be reused again.
   ResultSearch search = SampleSearch();
   search.experiment_id = 3;
   EXPECT_EQ(Found(search), 5);
@@ -172,7 +172,7 @@ TEST_P(Takeover, TheSourceMayGo) {
 INSTANTIATE_TEST_SUITE_P(Stores, Takeover, testing::Values(StoreKind::kSqlite, StoreKind::kMemory),
                          [](const auto& kind) { return kind.param == StoreKind::kSqlite ? "Sqlite" : "Memory"; });
 
-// Row by row the same but for what names it, and who solved it is told.
+// Rows are equal except for identifiers, and name the worker that solved the job.
 TEST(TakeoverRows, AreThoseOfTheSolvedJob) {
   const TemporaryFolder folder;
   const auto path = folder / "results.sqlite";
@@ -204,7 +204,7 @@ TEST(TakeoverRows, AreThoseOfTheSolvedJob) {
   for (const Defect& defect : Audit(path)) ADD_FAILURE() << defect.rule << ": " << defect.detail;
 }
 
-// With thousands of jobs an index leads to each; none is looked through.
+// With thousands of jobs, each search uses an index and scans no table.
 TEST(TakeoverRows, AreFoundByIndexes) {
   const TemporaryFolder folder;
   const auto path = folder / "results.sqlite";

@@ -1,7 +1,7 @@
-// A program that uses LCM as most do, without legopt's socket filter: the victim of firewall_test, and its attacker.
+// Uses LCM without legopt's socket filter, like most programs: the victim of firewall_test, and its attacker.
 //
-//     plain_receiver receive PORT    exit 0 at the message on channel BYE; 3 when none comes within 20 s
-//     plain_receiver send PORT       a fragment whose offset wraps around, a good message or two, BYE
+//   plain_receiver receive PORT    exits with 0 at the message on channel BYE, with 3 if none arrives within 20 s
+//   plain_receiver send PORT       sends a fragment whose offset wraps around, a good message or two, and BYE
 #include <arpa/inet.h>
 #include <lcm/lcm.h>
 #include <netinet/in.h>
@@ -49,8 +49,8 @@ int Send(const std::string& port) {
     ::sendto(fd, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&address), sizeof(address));
     ::usleep(50'000);
   };
-  // Header: magic, message, size 16, offset, fragment, fragments. The first opens a message of 16 bytes on channel "x";
-  // offset plus length of the second is 16 in 32 bits, and passes the bounds check.
+  // Header: magic, message, size 16, offset, fragment, fragments. The first starts a message of 16 bytes on channel
+  // "x"; offset plus length of the second is 16 in 32 bits, which passes the bounds check.
   send(std::string("LC03\0\0\0\1\0\0\0\x10\0\0\0\0\0\0\0\2x\0AAAAAAAA", 30));
   send(std::string("LC03\0\0\0\1\0\0\0\x10\xFF\xFF\xFF\xF8\0\1\0\2AAAAAAAAAAAAAAAAAAAAAAAA", 44));
   send(std::string("LC02\0\0\0\0good\0data", 17));

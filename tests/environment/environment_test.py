@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
-"""Policy: in every surrounding (surroundings.py), each program and command
-1. ends with a documented exit code: the usual one, or one that the surrounding explains;
-2. names the true cause in its message if the code is another one;
-3. leaves no file behind but what it was asked for, and that only with success;
-4. needs less than 2 % of a core when it has nothing to do (servers, workers, the live page);
+"""Policy: in every environment (surroundings.py), each program and command
+1. ends with a documented exit code: the usual one, or one that the environment explains;
+2. names the true cause in its message if the code differs;
+3. leaves only the requested files behind, and those only on success;
+4. needs less than 2 % of a core when idle (servers, workers, the live page);
 5. ends within 10 s of SIGTERM.
 
-environment_test.py BUILD GROUP [CLOCK_LIBRARY] [--all]: GROUP is one of GROUPS below. By default, groups of similar surroundings
-try every command in one or a few of them and a choice of commands in the others; --all tries all in all."""
+environment_test.py BUILD GROUP [CLOCK_LIBRARY] [--all]: GROUP is one of GROUPS below. By default, every command is
+tried in one or a few of a group's similar environments, and a selection of commands in the others; --all tries all in
+all."""
 import os
 import re
 import shutil
@@ -23,8 +24,8 @@ import surroundings
 SKIPPED = 77
 EXIT_CODES = os.path.join(os.path.dirname(__file__), "..", "..", "programs", "exit_codes.h")
 DEFECT = 70
-PATIENCE_S = 120        # for a command on a busy machine
-SETTLING_S = 40         # for a service to have nothing to do
+PATIENCE_S = 120        # time limit of a command on a busy machine
+SETTLING_S = 40         # time until a service is idle
 IDLE_SHARE, IDLE_WINDOW_S = 0.02, 1.5
 END_S = 10
 SUITE = """name: s
@@ -52,7 +53,7 @@ def documented_codes():
 
 
 class NoRoute(surroundings.Surrounding):
-    """A network namespace in which nothing is up."""
+    """A network namespace in which all interfaces are down."""
 
     needs_root = True
     cause, codes = "multicast|route", (7,)
@@ -64,9 +65,10 @@ class NoRoute(surroundings.Surrounding):
 class Command:
     def __init__(self, name, *arguments, creates=(), keeps=(), often=False, writes=False):
         self.name, self.arguments = name, list(arguments)
-        self.creates = set(creates)  # patterns of the files it is asked for; with success, or if only its report failed
-        self.keeps = set(keeps)      # patterns of files that hold results whatever comes after
-        self.often = often    # tried in every surrounding
+        self.creates = set(creates)  # patterns of requested files; created on success, or if only the final report
+                                     # failed
+        self.keeps = set(keeps)      # patterns of files that hold results and stay in any case
+        self.often = often    # tried in every environment
         self.writes = writes  # tried with every limit of file sizes
 
 
@@ -118,7 +120,7 @@ SERVICES = (["legopt-server", "--db", "served.sqlite"], ["legopt-worker", "--slo
 
 
 def processor_seconds(process):
-    """Of a process and its children; None when it has ended."""
+    """Returns the CPU time of a process and its children; None if it has ended."""
     ticks = 0
     try:
         with open(f"/proc/{process}/stat", encoding="utf-8", errors="replace") as file:
@@ -134,7 +136,7 @@ def processor_seconds(process):
 
 
 class Trial:
-    """The commands and services of one surrounding, in folders of their own."""
+    """The commands and services of one environment, each in its own folder."""
 
     def __init__(self, bench, surrounding, everything):
         self.bench, self.surrounding, self.everything = bench, surrounding, everything
@@ -196,7 +198,7 @@ class Trial:
 
     def try_command(self, command, folder):
         before = set(os.listdir(folder))
-        # A pipe: a limit on file sizes would hit a file for the messages, too.
+        # A pipe rather than a file, to which a limit on file sizes would apply.
         process = self.start(["legopt", *command.arguments], folder)
         try:
             message = process.communicate(timeout=PATIENCE_S)[0].decode("utf-8", "replace")
@@ -229,7 +231,7 @@ class Trial:
         return share
 
     def try_services(self):
-        """All at once, since they mostly wait."""
+        """Tries all services at once, since they mostly wait."""
         started = []
         for command in SERVICES:
             folder = self.fresh_folder()
@@ -264,7 +266,7 @@ class Trial:
 
 
 class Bench:
-    """Shared by all trials: programs, a folder with their inputs, usual exit codes."""
+    """Data shared by all trials: programs, a folder with their inputs, usual exit codes."""
 
     def __init__(self, build):
         self.build = build
@@ -300,7 +302,7 @@ def chosen(group, clock_library):
 
 
 def in_own_network():
-    """Starts this script again in a network namespace; false where that is not allowed."""
+    """Restarts this script in a network namespace; returns false if that is not permitted."""
     if os.environ.get("LEGOPT_ENVIRONMENT_TEST") == "inside":
         return True
     script = 'ip link set lo up && ip route add 239.255.76.67/32 dev lo && exec "$@"'
@@ -324,7 +326,7 @@ def main():
             if surrounding.needs_root and os.geteuid() != 0:
                 print(f"{surrounding.name}: skipped, needs root")
                 continue
-            # One of each family tries every command.
+            # One environment of each family tries every command.
             whole = everything or surrounding.name in WHOLE or not surrounding.name.startswith(FAMILIES)
             begin = time.monotonic()
             found = Trial(bench, surrounding, whole).run()

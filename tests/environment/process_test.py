@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Policy: what shells, other programs and other people do around a program changes neither its result nor the cause it reports.
-process_test.py BUILD CASE"""
+"""Policy: actions of shells, other programs and other users around a program change neither its result nor the cause it
+reports. process_test.py BUILD CASE"""
 import os
 import resource
 import shutil

@@ -1,4 +1,4 @@
-// A library that the dynamic linker loads before the C library: the wall clock is wrong by LEGOPT_TEST_CLOCK_SHIFT_S
+// A library that the dynamic linker loads before the C library: shifts the wall clock by LEGOPT_TEST_CLOCK_SHIFT_S
 // seconds.
 
 #include <sys/syscall.h>

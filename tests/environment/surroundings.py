@@ -1,22 +1,22 @@
-"""The surroundings that programs are started in: each changes one thing that shells, batch systems, containers or other
-people decide. A Surrounding prepares the process (between fork and exec), the variables and the folder of a run."""
+"""Environments in which programs are started. Each changes one thing that shells, batch systems, containers or other
+users determine. A Surrounding prepares the process (between fork and exec), the variables and the folder of a run."""
 import os
 import resource
 import signal
 import stat
 
-PROBABLE_LIMIT = "ulimit"  # in the message of everything that a limit refused
+PROBABLE_LIMIT = "ulimit"  # in the message of everything refused by a limit
 
 
 class Surrounding:
-    """Nothing unusual. `cause`: regular expression that the message of a run must match if its exit code differs from the
-    usual one; empty: the code must not differ. `codes`: the codes that it may have then."""
+    """The usual environment. `cause`: regular expression that the message of a run must match if its exit code differs
+    from the usual one; empty: the code must not differ. `codes`: the allowed codes in that case."""
 
     cause = ""
     codes = ()
     mute = False       # standard error is closed
     needs_root = False
-    services = True    # whether servers and workers are tried, too
+    services = True    # whether servers and workers are tried as well
 
     def __init__(self, name):
         self.name = name
@@ -32,7 +32,7 @@ class Surrounding:
         return folder
 
     def wrap(self, command):
-        """The command line that starts `command`."""
+        """Returns the command line that starts `command`."""
         return command
 
 
@@ -60,7 +60,7 @@ class Limited(Surrounding):
 
 
 class LimitedProcesses(Limited):
-    """Of a user of its own: root has no such limit."""
+    """Runs as a separate user, since root has no such limit."""
 
     needs_root = True
     user = 54321
@@ -97,7 +97,7 @@ class Blocked(Surrounding):
 
 
 class Mounted(Surrounding):
-    """In a mount namespace of its own."""
+    """Runs in a mount namespace."""
 
     needs_root = True
 
@@ -133,7 +133,7 @@ class RemovedFolder(Surrounding):
 
 
 class LeftoverFiles(Surrounding):
-    """Of programs that were killed, and of a colleague who plants links."""
+    """Files left by killed programs, and links planted by another user."""
 
     def folder(self, folder):
         for name in ("report.html.new", "solutions.json.new", "small.sqlite.lock", "copy.sqlite.partial-1"):
@@ -151,7 +151,7 @@ class Inherited(Surrounding):
 
 
 class Shifted(Surrounding):
-    """A clock that is wrong, by a library that the dynamic linker loads first."""
+    """A wrong clock, set by a library that the dynamic linker loads first."""
 
     def __init__(self, name, seconds, library, cause="", codes=()):
         super().__init__("clock_" + name)
@@ -178,7 +178,7 @@ class Redirected(Surrounding):
 
 
 def all_surroundings(clock_library):
-    """Every surrounding, the usual one first."""
+    """Returns every environment, the usual one first."""
     kib = 1024
     descriptors, file_size = resource.RLIMIT_NOFILE, resource.RLIMIT_FSIZE
     endless = resource.getrlimit(descriptors)[1]

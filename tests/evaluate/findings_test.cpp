@@ -1,5 +1,5 @@
-// Policy: what is listed has the judge's own figures: the largest of a list is what the evaluation says, and a pair is
-// listed as a collision by a rule exactly when a verdict by that rule fails for it.
+// Policy: listed findings have the judge's own figures. The largest value of a list equals the evaluation's, and a
+// pair is listed as a collision by a rule exactly if it fails a verdict by that rule.
 #include "legopt/evaluate/findings.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ namespace {
 
 class FindingsTest : public testing::Test {
  protected:
-  // The verdict by each rule that follows from the lists, collisions alone.
+  // Returns the verdict by a rule that follows from the lists, for collisions only.
   static bool Collides(const WaypointFindings& findings, Rule rule) {
     return std::ranges::any_of(findings.overlaps,
                                [&](const OverlapFinding& finding) { return finding.fails && *finding.fails <= rule; });
@@ -64,7 +64,7 @@ TEST_F(FindingsTest, LargestOfEachListIsTheEvaluationsFigure) {
   for (int i = 0; i < 200; ++i) {
     Eigen::VectorXd x = test::StandingUpright();
     std::uniform_real_distribution<double> left(-0.5, 1.3), right(-0.4, 0.4), shift(-0.05, 0.05);
-    // Arms alone leave the feet on their targets, so that collisions are looked at.
+    // Moving only the arms leaves the feet on their targets, so collisions are evaluated.
     x[test::kLeftShoulder] = left(generator);
     x[test::kRightShoulder] = right(generator);
     if (i % 8 == 0) x[test::kBaseX] += shift(generator);
@@ -89,7 +89,7 @@ TEST_F(FindingsTest, WitnessPointsAreAsFarApartAsThePairIsDeep) {
       same += apart_m < overlap.depth_m + kMergedContacts_m ? 1 : 0;
     }
   }
-  // The others: where one more pair of triangles crosses in double precision than in ODE's single precision.
+  // In the other cases one more pair of triangles crosses in double precision than in ODE's single precision.
   EXPECT_GT(seen, 100);
   EXPECT_GT(same, seen * 9 / 10) << "of " << seen;
 }

@@ -1,5 +1,5 @@
-// Policy: between two waypoints a robot moves in a straight line, its base along the shortest rotation; what it meets
-// there is measured, whatever the verdict.
+// Policy: between two waypoints a robot moves in a straight line, its base along the shortest rotation. Collisions in
+// between are measured for every verdict.
 #include "legopt/evaluate/interpolation.h"
 
 #include <gtest/gtest.h>
@@ -74,8 +74,8 @@ TEST_F(InterpolationTest, AMotionThatStandsStillIsFree) {
   EXPECT_EQ(evaluation.interpolation.free_share, 1);
 }
 
-// Waypoints 2 and 3 stand on different sides of the column at (0, 0.6), 0.2 m thick: only the way between them meets
-// it.
+// Waypoints 2 and 3 are on different sides of the column at (0, 0.6), which is 0.2 m thick: only the segment between
+// them collides with it.
 TEST_F(InterpolationTest, WhatLiesBetweenWaypointsIsFoundAndChangesNoVerdict) {
   const Eigen::VectorXd here = test::StandingUpright();
   Eigen::VectorXd there = here;

@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 
 constexpr int kDofs = 29;
 
-/// Moves a stance and a configuration rigidly, so that what held between them still holds.
+/// Moves a stance and a configuration rigidly, which preserves their relations.
 void Translate(const Eigen::Vector3d& d, ProblemDefinition* problem, Eigen::VectorXd* x) {
   for (Foothold& foothold : problem->stances[0].footholds) foothold.position += d;
   x->segment<3>(kDofs) += d;
@@ -88,7 +88,7 @@ TEST_F(JudgeLegOptTest, BadSolutionsFailForTheNamedReason) {
   EXPECT_THAT(evaluation.detail, AllOf(HasSubstr("l_foot translation z"), HasSubstr("mm")));
 
   x = sample_;
-  x[0] = 0.6;  // the trunk twisted and bent backwards, both arms behind: feet and limits hold, balance does not
+  x[0] = 0.6;  // the trunk twisted and bent backwards, both arms behind: feet and limits are fine, balance fails
   x[1] = -1.19;
   x[2] = 0;
   x[3] = x[11] = 1.7;
@@ -112,8 +112,8 @@ TEST_F(JudgeLegOptTest, BadSolutionsFailForTheNamedReason) {
 }
 
 TEST_F(JudgeLegOptTest, ElbowInAColumn) {
-  // A ground-floor column: 1 x 1 m about (5, 6.25), z from 0.25 to 3.25. The posture is carried there so that the left
-  // elbow lies in the column's side and the body stays outside.
+  // A ground-floor column: 1 x 1 m about (5, 6.25), z from 0.25 to 3.25. The posture is moved so that the left elbow
+  // is inside the column's side and the body outside.
   const Eigen::Vector3d column(5, 6.25, 1.9);
   Kinematics kinematics(dataset_->robot());
   kinematics.Update(sample_);
@@ -129,7 +129,7 @@ TEST_F(JudgeLegOptTest, ElbowInAColumn) {
   EXPECT_EQ(ToString(evaluation.literal), ToString(Verdict::kEnvironmentCollision)) << evaluation.detail;
   EXPECT_THAT(evaluation.detail, AllOf(HasSubstr("waypoint 0: l_"), HasSubstr("garage_reconstructed")));
 
-  // In free air above the garage the same posture is fine.
+  // In free air above the garage the same posture is valid.
   Translate({0, 0, 100}, &problem, &x);
   EXPECT_EQ(judge_->Evaluate(Task::kPosture, problem, {&x, 1}).literal, Verdict::kSuccess);
 }

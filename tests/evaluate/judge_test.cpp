@@ -35,7 +35,7 @@ class JudgeTest : public testing::Test {
   Evaluation Motion(const std::vector<Eigen::VectorXd>& waypoints) {
     return judge_.Evaluate(Task::kMotion, standing_twice_, waypoints);
   }
-  /// Argument in [low, high] at which an increasing function reaches `value`.
+  /// Returns the argument in [low, high] at which an increasing function reaches `value`.
   static double Solve(const std::function<double(double)>& function, double value, double low, double high) {
     for (int i = 0; i < 60; ++i) {
       const double middle = (low + high) / 2;
@@ -79,7 +79,8 @@ TEST_F(JudgeTest, UprightPostureSucceedsAndCostsItsGravityTorques) {
   EXPECT_EQ(evaluation.self_depth_strict_m, 0);
   EXPECT_EQ(evaluation.solid_depth_m, 0);
   EXPECT_EQ(evaluation.longest_step_m, 0);
-  // Feet are 0.03 m ahead of hips and ankles, the right arm's mass is out by 0.2 sin(0.5), the neck carries the head.
+  // Feet are 0.03 m ahead of hips and ankles, the right arm's mass has a lever of 0.2 sin(0.5), the neck carries the
+  // head.
   const double foot = 1 * 0.03;
   const double arm = 1.5 * 0.2 * std::sin(0.5);
   EXPECT_NEAR(evaluation.cost, kGravity * kGravity * (4 * foot * foot + arm * arm + 1), 1e-9);
@@ -205,8 +206,8 @@ TEST_F(JudgeTest, ArmInTheLeg) {
 }
 
 TEST_F(JudgeTest, LiteralRuleSeesTheLastCollidingPairOnly) {
-  // The right arm grazes its leg by less than the tolerance, the left one is deep in its leg: the original looks at
-  // the right pair only, because it comes last.
+  // The right arm penetrates its leg by less than the tolerance, the left one deeply: the original evaluator checks
+  // only the right pair, because it is the last.
   Eigen::VectorXd x = test::StandingUpright();
   const auto depth = [&](double swing) {
     x[kRightShoulder] = -swing;
@@ -246,7 +247,7 @@ void ExpectSolidFailure(const Evaluation& evaluation, Verdict verdict, int waypo
   EXPECT_FALSE(std::isnan(evaluation.cost)) << "feasible by the literal rule";
 }
 
-/// The dataset with another text in one of its files.
+/// Returns the dataset with a text replaced in one of its files.
 std::shared_ptr<const Dataset> Changed(const std::filesystem::path& folder, const char* file, const std::string& from,
                                        const std::string& to) {
   const std::filesystem::path path = test::SyntheticFolder(folder).path();
@@ -280,7 +281,8 @@ TEST_F(JudgeTest, SolidRuleSeesPairsThatTheReferencePoseIgnores) {
   const Evaluation evaluation = judge.Evaluate(Task::kPosture, posture_, {&x, 1});
   ExpectSolidFailure(evaluation, Verdict::kSelfCollision, 0);
   EXPECT_EQ(evaluation.self_depth_strict_m, 0);
-  EXPECT_NEAR(evaluation.solid_depth_m, Posture(x).self_depth_strict_m, 1e-6);  // without ODE's single precision
+  EXPECT_NEAR(evaluation.solid_depth_m, Posture(x).self_depth_strict_m, 1e-6);  // computed without ODE's single
+                                                                                // precision
   EXPECT_THAT(evaluation.detail, HasSubstr("l_leg and l_arm overlap by"));
 }
 
@@ -307,7 +309,7 @@ TEST_F(JudgeTest, DetailIsOfTheMostLenientRuleThatFails) {
   std::vector<Eigen::VectorXd> waypoints(4, test::StandingUpright());
   waypoints[3][kLeftShoulder] = 1.2;  // into the column, by all rules
   ProblemDefinition far = posture_;
-  Shift({-4, 0, 0}, &far, &waypoints[0]);  // a jump to the next stance, by the solid rule
+  Shift({-4, 0, 0}, &far, &waypoints[0]);  // a jump to the next stance, by the physical rule
   waypoints[1] = waypoints[0];
   const ProblemDefinition jump{.id = 1, .stances = {far.stances[0], posture_.stances[0]}};
   const Evaluation evaluation = judge_.Evaluate(Task::kMotion, jump, waypoints);
@@ -319,7 +321,7 @@ TEST_F(JudgeTest, DetailIsOfTheMostLenientRuleThatFails) {
   EXPECT_THAT(evaluation.detail, HasSubstr("waypoint 3: l_arm is"));
 }
 
-// With and without culling, over postures of all kinds.
+// Compares figures with and without culling over many kinds of postures.
 TEST_F(JudgeTest, CullingChangesNothing) {
   Judge exhaustive(dataset_, Culling::kOff);
   for (const double left : {-0.35, 0.0, 1.2}) {
@@ -381,7 +383,7 @@ TEST_F(JudgeTest, MotionCostIsTheMeanSquaredStepOfTheJoints) {
   waypoints[2][kRightShoulder] = 0.3;
   waypoints[2][kNeck] = 0.05;
   waypoints[3][kNeck] = 0.05;
-  waypoints[3][kBaseX] = 0.0005;  // the base does not count
+  waypoints[3][kBaseX] = 0.0005;  // the base is not part of the cost
   const Evaluation evaluation = Motion(waypoints);
   EXPECT_EQ(evaluation.literal, Verdict::kSuccess) << evaluation.detail;
   EXPECT_EQ(evaluation.num_waypoints, 4);
@@ -409,7 +411,7 @@ TEST_F(JudgeTest, CollisionsAreLookedAtAfterAllWaypointsPassedPhaseA) {
 }
 
 TEST_F(JudgeTest, EveryStanceConstrainsTwoWaypoints) {
-  // Stance 1 of the dataset's motion stands on the left foot alone, where this robot cannot balance.
+  // In stance 1 of the dataset's motion only the left foot is in contact, where this robot cannot balance.
   const std::vector<Eigen::VectorXd> waypoints(6, test::StandingUpright());
   const Evaluation evaluation = judge_.Evaluate(Task::kMotion, dataset_->problem(Task::kMotion, 0), waypoints);
   ExpectFailure(evaluation, Verdict::kCom, 2);

@@ -1,5 +1,5 @@
-// Policy: what lies between the waypoints of a continuous motion is judged by name, on a robot whose kinematics can be
-// done by hand; and a motion that stands the judgement does so at every finer look.
+// Policy: violations between the waypoints of a continuous motion are named, on a robot whose kinematics can be
+// computed by hand. An accepted motion stays accepted at every finer resolution.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -33,7 +33,7 @@ class PathTest : public testing::Test {
     }
     return judge_.Evaluate(task, problem, points);
   }
-  /// Of a path that leaves `up_` between waypoints 0 and 1 only.
+  /// Judges a path that differs from `up_` only between waypoints 0 and 1.
   Evaluation By(const Eigen::VectorXd& halfway, Task task = Task::kContinuous) {
     return Judged(standing_twice_, {{0, up_}, {0.5, halfway}, {1, up_}, {2, up_}, {3, up_}}, task);
   }
@@ -156,7 +156,7 @@ TEST_F(PathTest, ArmInTheLegOnTheWay) {
   EXPECT_THAT(evaluation.detail, HasSubstr("l_leg and l_arm overlap by"));
 }
 
-// A quick fling through the column, 0.2 m thick, in a piece that is free at both ends.
+// A quick motion through the column, which is 0.2 m thick, in a segment whose end points are free.
 TEST_F(PathTest, NothingIsTooQuickToBeSeen) {
   const ProblemDefinition flying{.id = 1, .stances = {stance_, stance_}};
   Eigen::VectorXd beyond = up_;
@@ -180,7 +180,7 @@ TEST_F(PathTest, APieceOfMetresWithoutEndIsNotSampled) {
 }
 
 TEST_F(PathTest, BalanceIsAskedForByItsTaskOnly) {
-  // Halfway the trunk leans so far that its centre of mass leaves the feet, which stay where they are.
+  // Halfway the trunk leans so far that its centre of mass leaves the support of the feet, which stay in place.
   Points path;
   for (int k = 0; k <= 16; ++k) path.emplace_back(k / 16.0, test::Leaning(0.6 * std::sin(M_PI * k / 16)));
   path.emplace_back(2, up_);

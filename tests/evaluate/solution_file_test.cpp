@@ -35,7 +35,7 @@ class SolutionFileTest : public testing::Test {
     WriteText(path_, text);
     return ReadSolutions(path_);
   }
-  /// A file with one problem whose `solution` list is given.
+  /// Reads a file with one problem and this `solution` list.
   SolutionFile ReadList(const std::string& solutions) {
     return Read(R"({"problems": [{"id": 4, "definition": ["l_foot,1 0 0 0 1 2 3 ,"], "solution": )" + solutions +
                 "}]}");
@@ -97,7 +97,7 @@ TEST_F(SolutionFileTest, FaultsNameProblemMethodAndKey) {
   EXPECT_THAT(MessageOf([&] { ReadSolutions(folder_.path() / "none.json"); }), HasSubstr("cannot be read"));
 }
 
-// One solution with a bad number between two good ones: they are read, it is marked.
+// One solution with a bad number between two good ones: the good ones are read, the bad one is marked.
 TEST_F(SolutionFileTest, ABadNumberSpoilsItsSolutionOnly) {
   struct Case {
     std::string waypoint;
@@ -135,7 +135,7 @@ TEST_F(SolutionFileTest, ABadNumberSpoilsItsSolutionOnly) {
             R"(waypoint 1 is '{"q":1}', neither a text of numbers nor a list)");
 }
 
-// As Python's json module and every reader of decimal numbers does it.
+// Same behaviour as Python's json module and all correct parsers of decimal numbers.
 TEST_F(SolutionFileTest, NumbersBelowAllDoublesAreZeroAndNanStaysOne) {
   const SolutionFile file = ReadList(
       R"([{"method": "A, NaN \\ \" 1e400", "timeSec": 1, "x": ["1e-400 -1e-400 5e-324", [1e-400, NaN, -Infinity]]}])");
@@ -161,7 +161,7 @@ TEST_F(SolutionFileTest, JointNamesComeBack) {
   }
 }
 
-// A limit on the size of files stands for a full disk. In a child: the limit cannot be told from one for all files.
+// A limit on file sizes simulates a full disk. Runs in a child, since the limit applies to all files of a process.
 TEST_F(SolutionFileTest, AFullDiskLeavesTheOldFileAndNothingElse) {
   SolutionFile file;
   file.problems.push_back({.definition = {.id = 0, .stances = {}}, .solutions = {}});

@@ -1,4 +1,4 @@
-// Policy: numbers that are no path are refused by name: which point, and what it should be.
+// Policy: numbers that do not form a path are refused with the number of the point and the requirement.
 #include "legopt/evaluate/timed_path.h"
 
 #include <gtest/gtest.h>
@@ -12,9 +12,9 @@
 namespace legopt {
 namespace {
 
-constexpr int kSize = 7;  // of a configuration
+constexpr int kSize = 7;  // size of a configuration
 
-/// Points whose configurations tell them apart, at these times.
+/// Returns points at these times with distinct configurations.
 std::vector<Eigen::VectorXd> Points(std::initializer_list<double> times) {
   std::vector<Eigen::VectorXd> points;
   for (const double time : times) {

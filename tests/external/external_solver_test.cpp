@@ -1,4 +1,4 @@
-// The protocol, over a channel in memory: what a solver is told, what it may say, and what each misdeed costs.
+// The protocol over a channel in memory: messages to a solver, messages it may send, and the cost of each violation.
 
 #include "programs/external/external_solver.h"
 
@@ -49,7 +49,7 @@ std::string End(const std::vector<double>& x, const std::string& status = "conve
 
 class ExternalSolverTest : public ::testing::Test {
  protected:
-  /// Plays the script to a solver about `program` from x_.
+  /// Runs a scripted solver on `program` from x_.
   SolverResult Solve(AnalyticProgram& program, std::deque<ScriptedChannel::Line> script, bool ends = false) {
     ExternalSolver solver(
         {.declaration = std::string(64, '0'), .budget_s = budget_s_},
@@ -63,7 +63,7 @@ class ExternalSolverTest : public ::testing::Test {
     return result;
   }
 
-  /// The reason that a script's solve is given up for.
+  /// Returns the reason for which a scripted solve is aborted.
   std::string FaultOf(std::deque<ScriptedChannel::Line> script, bool ends = false) {
     Nearest program;
     try {
@@ -258,7 +258,7 @@ TEST_F(ExternalSolverTest, AWallTimeLimitIsNoBudget) {
   EXPECT_FALSE(Solve(program, {Say(kHello), Say(End({0.5, 0.5}))}).budget_spent);
 }
 
-// A row that appears only at x0 > 1, and has no slot at the start.
+// A row that appears only at x0 > 1 and has no slot at the initial guess.
 TEST_F(ExternalSolverTest, GoesOnWithTheRowsThatItMet) {
   AnalyticProgram program = Plane(3.0);
   program.Add(TermKind::kCost, [](const VectorXd& x) { return VectorXd(x - Vector2d(3.0, 0.0)); });

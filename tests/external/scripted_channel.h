@@ -11,8 +11,9 @@
 
 namespace legopt::external {
 
-/// A solver in memory: says its lines one after the other, each made of what it has been sent last. After the last one
-/// it is silent, or ends. Time passes when nothing is there: a Receive without a line takes until its deadline.
+/// A simulated solver in memory. It sends its lines in turn, each computed from the last received message; after the
+/// last line it is silent, or ends. Time advances only if nothing is sent: a Receive without a line takes until its
+/// deadline.
 class ScriptedChannel final : public LineChannel {
  public:
   using Line = std::function<std::string(const nlohmann::json& heard)>;

@@ -29,13 +29,13 @@ using std::chrono::seconds;
 
 constexpr int kPostures = 50;
 constexpr int kMotions = 2;      // the shortest ones
-constexpr int kSampleSize = 60;  // percent, of the variants that sample
-constexpr int kEffort = 20'000;  // of a motion, in term evaluations: it ends many, and so is part of what must repeat
+constexpr int kSampleSize = 60;  // percent, of the sampled variants
+constexpr int kEffort = 20'000;  // term evaluations of a motion; ends many, and ends must be reproducible
 constexpr int kReplayed = 100;
 constexpr seconds kSolvePatience{4 * 3600};
-constexpr int kNoLimit_s = 3600;  // of a job solved once more: more than it needs
+constexpr int kNoLimit_s = 3600;  // limit of a repeated job, more than it needs
 
-// The `most` problems of a task with the fewest waypoints.
+// Returns the `most` problems of a task with the fewest waypoints.
 std::vector<int> ShortestProblems(const client::DatasetFacts& facts, Task task, int most) {
   auto problems = facts.problems[task];
   std::stable_sort(problems.begin(), problems.end(),
@@ -48,13 +48,14 @@ std::vector<int> ShortestProblems(const client::DatasetFacts& facts, Task task, 
   return ids;
 }
 
-// Every solver of the registry, as it is, sampled and incremental, with a restart so that random draws are made.
+// Returns every solver of the registry, plain, sampled and incremental, with a restart so that random numbers are
+// used.
 nlohmann::json EverySolver(const Dataset& dataset, int postures) {
   client::Suite suite;
   suite.name = "determinism";
   suite.seed = 23;
   suite.effort_limit[Task::kMotion] = kEffort;
-  suite.max_attempts = 100;  // being killed is not the jobs' fault
+  suite.max_attempts = 100;  // jobs are not charged for kills
   const client::DatasetFacts facts = client::FactsOf(dataset);
   suite.tasks = {{Task::kPosture, ShortestProblems(facts, Task::kPosture, postures)},
                  {Task::kMotion, ShortestProblems(facts, Task::kMotion, std::min(postures, kMotions))}};
@@ -71,11 +72,11 @@ nlohmann::json EverySolver(const Dataset& dataset, int postures) {
     add(method);
   }
   nlohmann::json spec = client::BuildSpec(suite, facts);
-  spec["again"] = true;  // a second experiment shall be solved, not copied
+  spec["again"] = true;  // a second experiment must be solved, not reused
   return spec;
 }
 
-// All that a solve decides; times and who made it are left out. Jobs of equal specifications stand in the same order.
+// All deterministic outcomes of a solve, without times and worker. Jobs of equal specifications are in the same order.
 constexpr char kSolution[] =
     "SELECT method, sample_size, incremental, task, problem_id, initialization, repetition, r.solver_status, "
     "r.iterations, r.restarts, r.starts, r.term_evaluations, r.collision_queries, r.verdict_literal, r.verdict_strict, "
@@ -98,7 +99,7 @@ bool WaitUntilDone(Deployment& deployment, std::int64_t experiment) {
       experiment, [](const nlohmann::json& status) { return status.at("state") != "active"; }, kSolvePatience);
 }
 
-// Keeps as many cores busy as there are, unless others do so already.
+// Keeps all cores busy unless other processes already do.
 class Load {
  public:
   Load() {
@@ -139,8 +140,9 @@ class Runs {
     const auto second = Worker();
     return Done(deployment_.Submit(spec_, "loaded"));
   }
-  // Job processes are killed now and then, so that second and third attempts decide; ever rarer, so that long jobs end.
-  // Not before both workers have done something: a worker whose processes never begin to work gives up, rightly.
+  // Kills job processes at random, so that second and third attempts determine results, and less and less often, so
+  // that long jobs end. Starts after both workers have finished a job: a worker whose processes never start gives up
+  // by design.
   std::int64_t Killed(std::uint64_t seed) {
     milliseconds pause(1000);
     std::mt19937_64 random(seed);
@@ -199,7 +201,7 @@ std::string Hexadecimal(const std::vector<double>& numbers) {
   return hex;
 }
 
-// Solves stored rows once more, in this process; how many of `rows` came out the same.
+// Solves stored rows again in this process. Returns how many of `rows` were reproduced.
 int Replay(Deployment& deployment, const std::filesystem::path& dataset, const nlohmann::json& spec, int rows,
            std::uint64_t seed, int* replayed) {
   worker::SolveExecutor executor(worker::WorkerInputs{.datasets = {dataset}, .solvers = {}});

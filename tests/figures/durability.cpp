@@ -21,7 +21,7 @@ constexpr int kKills = 500;
 constexpr int kKilledJobs = 20;
 constexpr int kClients = 4;
 
-// A client that submits one experiment after the other, each again until it is acknowledged.
+// A client that submits experiments, each repeatedly until it is acknowledged.
 class Submitter {
  public:
   Submitter(int port, std::string name) : name_(std::move(name)), thread_([this, port] { Run(port); }) {}
@@ -87,7 +87,7 @@ void MeasureDurability(const Request& request, Findings& findings) {
       std::this_thread::sleep_for(milliseconds(random() % kLongest_ms));
       deployment.KillServer();
     }
-    deployment.StartServer();  // lets a call under way end
+    deployment.StartServer();  // lets an open call end
     for (const auto& submitter : submitters) {
       submitter->Stop();
       acknowledged.insert(submitter->acknowledged().begin(), submitter->acknowledged().end());

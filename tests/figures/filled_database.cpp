@@ -5,7 +5,7 @@
 namespace legopt::figures {
 namespace {
 
-// As the server would: leased, finished with a posture of 36 numbers, done.
+// Writes the rows that a server would: leased, finished with a posture of 36 numbers, done.
 void FillResults(const std::filesystem::path& file, int results) {
   db::Connection connection(file, db::Connection::Mode::kReadWriteCreate);
   connection.Execute("PRAGMA synchronous = OFF");

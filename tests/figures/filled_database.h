@@ -1,5 +1,5 @@
-// A deployment whose database holds many results, made in seconds: the jobs are submitted to a real server, the results
-// written by SQL while it is down.
+// A deployment whose database holds many results, created in seconds: the jobs are submitted to a real server, and the
+// results are written by SQL while it is stopped.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,8 @@
 
 namespace legopt::figures {
 
-/// One experiment of `results` finished jobs and `open` queued ones; the server is down. Throws std::runtime_error.
+/// Returns a deployment with one experiment of `results` finished jobs and `open` queued ones and a stopped server.
+/// Throws std::runtime_error.
 std::unique_ptr<service::Deployment> FilledDeployment(int results, int open);
 
 }  // namespace legopt::figures

@@ -1,4 +1,4 @@
-// What a measurement of an acceptance figure finds: promises that hold or not, and quantities with their limits.
+// Results of measuring an acceptance figure: guarantees that hold or not, and quantities with their limits.
 #pragma once
 
 #include <chrono>
@@ -8,16 +8,16 @@
 
 namespace legopt::figures {
 
-/// Prints every finding as it comes. Thread rule: one thread.
+/// Prints every finding immediately. Thread safety: one thread.
 class Findings {
  public:
-  /// Begins a figure; says how loaded the machine is, because every time depends on it.
+  /// Begins a figure. Prints the load of the machine, since every time depends on it.
   void Begin(const std::string& figure);
-  /// Something that must hold whatever the machine does.
+  /// Records a guarantee that must hold on any machine.
   void Promise(bool holds, const std::string& what);
-  /// A quantity that the figure limits; missing it is a finding only where the machine is idle.
+  /// Records a quantity limited by the figure; exceeding the limit is a finding only on an idle machine.
   void Quantity(const std::string& what, double value, double limit, const std::string& unit);
-  /// Something that a reader wants to know.
+  /// Prints additional information.
   void Note(const std::string& what) const;
 
   bool promises_kept() const { return promises_kept_; }
@@ -29,12 +29,12 @@ class Findings {
   bool limits_kept_ = true;
 };
 
-/// Of `values` (not empty) the one that `share` of them do not exceed.
+/// Returns the element of `values` (not empty) that a fraction `share` of them do not exceed.
 double Quantile(std::vector<double> values, double share);
 
 using Clock = std::chrono::steady_clock;
 double SecondsSince(Clock::time_point begin);
-/// Looks every few milliseconds until `done` or `limit`; whether it was done.
+/// Polls every few milliseconds until `done` or `limit`; returns whether it was done.
 bool WaitUntil(const std::function<bool()>& done, std::chrono::milliseconds limit);
 
 }  // namespace legopt::figures

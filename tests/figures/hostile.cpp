@@ -52,10 +52,10 @@ class Gun {
 struct Volley {
   double took_s = 0;
   std::uint64_t fired = 0;
-  std::uint64_t seen = 0;  // of these, by the programs
+  std::uint64_t seen = 0;  // number of packets that reach the programs
 };
 
-// At the rate of figure 14; control and bulk port in turn.
+// Sends packets at the rate of figure 14, alternating between control and bulk port.
 Volley FireAll(int port, std::int64_t deployment, int packets, std::uint64_t seed) {
   constexpr int kPerTick = 10;
   HostilePackets source(deployment, seed);
@@ -97,7 +97,8 @@ ServerView ViewOf(Deployment& deployment) {
 void MeasureHostility(const Request& request, Findings& findings) {
   findings.Begin("14");
   const int packets = request.count > 0 ? request.count : kPackets;
-  const int work_ms = packets / kPerSecond * 1000 / kAttackedJobs;  // the jobs last as long as the packets, on one slot
+  const int work_ms = packets / kPerSecond * 1000 / kAttackedJobs;  // on one slot, the jobs last as long as the
+                                                                    // packets
   Deployment deployment;
   deployment.StartServer();
   const auto worker = deployment.StartStubWorker({"--slots", "1"});

@@ -12,9 +12,10 @@ using std::string_view_literals::operator""sv;
 
 constexpr auto kShortForm = "LC02\0\0\0\0"sv;
 constexpr auto kChannel = "LEGOPT\0"sv;
-// Fragment 0 of 2 of a message of 4 GiB: what crashes LCM 1.3.1 (docs/reliability.md#what-lcm-and-udp-do).
+// Fragment 0 of 2 of a message of 4 GiB, which crashes LCM 1.3.1 (docs/reliability.md#what-lcm-and-udp-do).
 constexpr auto kLongForm = "LC03\0\0\0\1\xff\xff\xff\xff\xff\xff\xff\xf0\0\0\0\2LEGOPT\0"sv;
-constexpr std::size_t kDestinationBegin = 32, kDestinationEnd = 40;  // others' frames are no fault: kept as it is
+constexpr std::size_t kDestinationBegin = 32, kDestinationEnd = 40;  // unchanged, since another party's frames are no
+                                                                     // fault
 constexpr std::size_t kMostPayload = 300;
 
 }  // namespace
@@ -25,7 +26,7 @@ std::string HostilePackets::Noise(std::size_t most) {
   return bytes;
 }
 
-// A frame for the server with a right tag.
+// Returns a frame to the server with a valid tag.
 std::string HostilePackets::Frame() {
   bus::FrameHeader header;
   header.kind = static_cast<bus::FrameKind>(1 + Below(bus::kLastFrameKind));
@@ -46,7 +47,7 @@ HostilePacket HostilePackets::Draw() {
   switch (Below(6)) {
     case 0:
       return {Noise(kMostPayload) + "x", false};
-    case 1: {  // LCM remembers every channel that it hears of
+    case 1: {  // LCM stores every channel that it receives
       std::string channel = std::to_string(random_());
       channel.push_back('\0');
       return {std::string(kShortForm) + channel + Noise(kMostPayload), false};
@@ -60,7 +61,7 @@ HostilePacket HostilePackets::Draw() {
       frame.resize(1 + Below(frame.size() - 1));
       return {std::string(kShortForm) + std::string(kChannel) + frame, true};
     }
-    default: {  // one bit of it is wrong
+    default: {  // one bit of it is flipped
       std::string frame = Frame();
       std::size_t at = 0;
       do at = Below(frame.size());

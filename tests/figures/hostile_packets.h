@@ -1,4 +1,4 @@
-// Packets that nobody should send: random bytes, random channels, long-form LCM, frames with something wrong.
+// Hostile packets: random bytes, random channels, long-form LCM, invalid frames.
 #pragma once
 
 #include <cstdint>
@@ -8,14 +8,15 @@
 
 namespace legopt::figures {
 
-/// A UDP packet, and whether a party of the deployment sees it: the socket filter keeps away what is not of LCM's short
-/// form or not on the channel.
+/// A UDP packet, and whether it passes the socket filter of a party. The filter drops packets that are not of LCM's
+/// short form or on another channel.
 struct HostilePacket {
   std::string bytes;
   bool seen = false;
 };
 
-/// Draws packets for the server of `deployment`. Each one that is seen is to be refused and counted exactly once.
+/// Generates random packets for the server of `deployment`. Each one that passes the filter must be refused and
+/// counted exactly once.
 class HostilePackets {
  public:
   HostilePackets(std::int64_t deployment, std::uint64_t seed) : deployment_(deployment), random_(seed) {}

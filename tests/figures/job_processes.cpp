@@ -26,8 +26,8 @@ std::int64_t Number(const Deployment& deployment, const std::string& sql) {
   return rows.empty() || rows[0] == "NULL" ? 0 : std::stoll(rows[0]);
 }
 
-// From the crash that the server recorded as number `crash` to the third result after it: one more than could have
-// been on its way, and one more.
+// Returns the time from the server's crash number `crash` to the third result after it: one result may have been in
+// flight, and one more.
 double SlotReturn(const Deployment& deployment, int crash) {
   const std::string crashed_at =
       "(SELECT ended_at_us FROM attempts WHERE outcome = 'crashed' ORDER BY ended_at_us LIMIT 1 OFFSET " +
@@ -49,8 +49,8 @@ int IdleDeaths(const client::ChildProcess& worker) {
   return times;
 }
 
-// Kills the worker's job process until one dies at work, which the server records as crash number `crash`: one that
-// waits for its next job costs no attempt. False when nothing comes of it.
+// Kills the worker's job process until one dies while solving, which the server records as crash number `crash`; the
+// death of an idle process costs no attempt. Returns false if no crash is recorded.
 bool KillAtWork(const Deployment& deployment, const client::ChildProcess& worker, int crash) {
   const std::string crashes = "SELECT count(*) FROM attempts WHERE outcome = 'crashed'";
   constexpr int kTries = 20;
@@ -84,7 +84,7 @@ void MeasureWallLimit(int jobs, Findings& findings) {
   findings.Promise(Number(deployment, ended) == jobs, std::to_string(jobs) + " endless jobs ended at their limit");
   const double slowest_s =
       static_cast<double>(Number(deployment, "SELECT max(ended_at_us - leased_at_us) FROM attempts")) * kMicro;
-  // Killed at limit + 1 s; the ways of the lease and of the report come on top.
+  // Killed at limit + 1 s; the transit times of the lease and of the report are added.
   findings.Quantity("an endless job of limit 1 s is killed and reported, from its lease,", slowest_s, 2.5, "s");
 }
 
@@ -121,7 +121,7 @@ void MeasureOrphans(int trials, Findings& findings) {
 void MeasureSlotReturn(const Request& request, Findings& findings) {
   findings.Begin("8");
   const int trials = request.count > 0 ? request.count : kTrials;
-  constexpr int kPlenty = 1000;  // repetitions: the queue must not run dry
+  constexpr int kPlenty = 1000;  // repetitions, so that the queue does not run empty
   Deployment deployment;
   deployment.StartServer();
   const auto worker =

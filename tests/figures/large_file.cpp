@@ -20,7 +20,7 @@ constexpr int kFileRows = 100'000;
 constexpr int kFileOpenJobs = 1000;
 constexpr double kReady_s = 2;
 
-// The slowest start, and the most work that one took: on a loaded machine only that tells.
+// The slowest start, and the highest CPU time of one, which is the meaningful figure on a loaded machine.
 struct Starts {
   double slowest_s = 0;
   double most_cpu_s = 0;
@@ -33,7 +33,7 @@ struct Starts {
   }
 };
 
-// Seconds of one run of `legopt`, which must succeed.
+// Returns the seconds of one run of `legopt`, which must succeed.
 double TimeClient(const std::vector<std::string>& arguments, const std::string& what, Findings& findings) {
   const auto begin = Clock::now();
   client::ChildProcess program(service::Program("legopt"), arguments, true);
@@ -49,7 +49,8 @@ std::int64_t CountResults(const std::filesystem::path& file) {
   return std::get<std::int64_t>(answer.rows.at(0).at(0));
 }
 
-// The drill of docs/database.md: the file and its log are moved away, a backup takes their place, the server goes on.
+// Performs the drill of docs/database.md: moves the file and its log away, replaces them by a backup, and restarts the
+// server.
 void MeasureRestore(Deployment& deployment, int rows, Findings& findings) {
   findings.Begin("20");
   const std::filesystem::path file = deployment.database();
@@ -82,10 +83,10 @@ void MeasureLargeFile(const Request& request, Findings& findings) {
   starts.Make(*deployment);
   for (int start = 1; start < kStarts; ++start) {
     const auto worker = deployment->StartStubWorker();
-    deployment->WaitForJobs(1, rows + 20 * start);  // something is in the log
+    deployment->WaitForJobs(1, rows + 20 * start);  // the log is not empty
     deployment->KillServer();
     starts.Make(*deployment);
-    worker->Stop(seconds(20));  // delivers what it has: nothing changes once results are counted
+    worker->Stop(seconds(20));  // delivers its results; nothing changes once results are counted
   }
   const std::int64_t results = CountResults(deployment->database());
   findings.Promise(results >= rows, std::to_string(results) + " result rows, " + std::to_string(kStarts - 1) +

@@ -1,4 +1,4 @@
-// A worker without processes: leases one job at a time, times the answer, and reports the job as done.
+// A worker without processes: leases one job at a time, measures the latency, and reports the job as done.
 #pragma once
 
 #include <atomic>
@@ -9,15 +9,15 @@
 
 namespace legopt::figures {
 
-/// Thread rule: made, run and destroyed by one thread; `stop` may be set by another.
+/// Thread safety: constructed, run and destroyed by one thread; `stop` may be set by another.
 class LeaseProber {
  public:
-  /// Joins as a worker that holds the dataset of StubSpec. Throws BusError; std::runtime_error when no server answers.
+  /// Joins as a worker that holds the dataset of StubSpec. Throws BusError; std::runtime_error if no server answers.
   explicit LeaseProber(int port);
 
   /// Leases and reports until `stop`; a lease every 20 ms at most.
   void Run(const std::atomic<bool>& stop);
-  /// How long each answered lease call took, in milliseconds.
+  /// Returns the latency of each answered lease call in milliseconds.
   const std::vector<double>& latencies_ms() const { return latencies_ms_; }
   int timeouts() const { return timeouts_; }
 

@@ -13,7 +13,7 @@
 namespace legopt::figures {
 namespace {
 
-constexpr int kExitSkipped = 77;  // as CTest is told
+constexpr int kExitSkipped = 77;  // skip code of CTest
 
 using Measure = void (*)(const Request&, Findings&);
 

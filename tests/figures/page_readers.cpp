@@ -28,14 +28,14 @@ constexpr double kMostGrowth_mb = 32;
 constexpr double kServerGrowth_mb = 8;
 constexpr double kAnswer_ms = 100;
 
-// A connection that is up to something, kept open.
+// Returns the bytes of a misbehaving client, whose connection stays open.
 std::string Mischief(int kind) {
   const std::string host = "Host: localhost\r\n";
   switch (kind) {
     case 0:
-      return "GET /sta";  // and nothing more
+      return "GET /sta";  // incomplete
     case 1:
-      return "GET /page.js HTTP/1.1\r\n" + host + "\r\n";  // and never reads
+      return "GET /page.js HTTP/1.1\r\n" + host + "\r\n";  // never reads the answer
     case 2:
       return "GET / HTTP/1.1\r\n" + host + "X: " + std::string(1 << 20, 'x');  // endless line
     case 3:

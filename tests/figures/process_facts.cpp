@@ -15,7 +15,7 @@ namespace {
 
 std::filesystem::path Folder(pid_t pid) { return std::filesystem::path("/proc") / std::to_string(pid); }
 
-// Fields 14 and 15 of /proc/PID/stat; the second field is a name that may hold spaces, so counting begins after it.
+// Fields 14 and 15 of /proc/PID/stat. The second field is a name that may contain spaces, so counting begins after it.
 double CpuSeconds(pid_t pid) {
   constexpr int kWordsBefore = 11;
   std::ifstream file(Folder(pid) / "stat");

@@ -1,4 +1,4 @@
-// What the kernel tells about a process (/proc). Linux only.
+// Process information of the kernel (/proc). Linux only.
 #pragma once
 
 #include <sys/types.h>
@@ -15,11 +15,11 @@ struct ProcessFacts {
   double cpu_s = 0;  ///< user and system, of all its threads so far
 };
 
-/// Zeros for a process that is gone.
+/// Returns zeros for a process that has ended.
 ProcessFacts FactsOf(pid_t pid);
 std::vector<pid_t> ChildrenOf(pid_t pid);
 
-/// Watches for the end of any process, ours or not.
+/// Waits for the end of any process, child or not.
 class EndOf {
  public:
   explicit EndOf(pid_t pid);

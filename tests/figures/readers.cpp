@@ -22,12 +22,12 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 constexpr int kRows = 100'000;
-constexpr int kOpenJobs = 60'000;  // more than can be done meanwhile
+constexpr int kOpenJobs = 60'000;  // more than can be done in that time
 constexpr double kLimit_ms = 100;
 constexpr double kLimit_mb = 64;
 constexpr double kMebibyte = 1 << 20;
 
-// Sizes of the write-ahead log while something goes on.
+// Records sizes of the write-ahead log during an operation.
 class LogWatch {
  public:
   explicit LogWatch(std::filesystem::path log)
@@ -45,8 +45,8 @@ class LogWatch {
     if (watcher_.joinable()) watcher_.join();
   }
   double largest_mb() const { return largest_mb_; }  ///< after Stop
-  // How often the log has begun anew, which it can only when everything in it is in the database (SQLite's file format,
-  // section 4.1: bytes 12 .. 15 of the log).
+  // Returns how often the log was restarted, which requires a complete checkpoint (SQLite's file format, section 4.1:
+  // bytes 12 .. 15 of the log).
   std::uint32_t Restarts() const {
     constexpr int kOffset = 12;
     std::ifstream file(log_, std::ios::binary);
@@ -70,7 +70,7 @@ class LogWatch {
   std::thread watcher_;
 };
 
-// Sees one commit of history for `duration`, and so holds the checkpoint back.
+// Holds a read transaction for `duration`, which delays the checkpoint.
 void LongRead(const std::filesystem::path& file, double duration_s) {
   const auto connection = db::OpenForReading(file);
   connection->Execute("BEGIN");
@@ -94,7 +94,7 @@ bool RunClient(const std::vector<std::string>& arguments) {
   return exit && exit->signal == 0 && exit->code == 0;
 }
 
-// A backup and an export of the whole table, again and again while the long read lasts.
+// Repeats a backup and an export of the whole table during the long read.
 void ReadMuch(const Deployment& deployment, double duration_s, Findings& findings) {
   const std::string file = deployment.database().string();
   std::jthread reader([&] { LongRead(file, duration_s); });
@@ -141,7 +141,7 @@ void MeasureReaders(const Request& request, Findings& findings) {
   readers.join();
   if (fault) std::rethrow_exception(fault);
   log.Stop();
-  // Quiet moments, in which the server checkpoints, and a write after each.
+  // Idle moments, in which the server checkpoints, with a write after each.
   worker->Stop(seconds(5));
   const std::uint32_t restarts = log.Restarts();
   int write = 0;

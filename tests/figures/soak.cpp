@@ -31,7 +31,7 @@ constexpr seconds kRound{10};
 constexpr int kJobsPerRound = 100;  // 10 s of work for 20 s of slots
 constexpr std::size_t kFewSamples = 4;
 
-// A program whose log goes to a file, so that every line of it can be read at the end.
+// A program whose log is written to a file, so that every line can be read at the end.
 class Logged {
  public:
   Logged(const std::string& program, const std::vector<std::string>& arguments, std::filesystem::path log)
@@ -61,7 +61,7 @@ struct Watched {
   std::vector<double> at_h;
 };
 
-// Slope of a least-squares line through memory over time, in per cent of its mean per hour.
+// Returns the slope of a least-squares line through memory over time, in per cent of its mean per hour.
 double GrowthPerHour(const Watched& watched, std::size_t first) {
   double n = 0, t = 0, m = 0, tt = 0, tm = 0;
   for (std::size_t i = first; i < watched.samples.size(); ++i) {
@@ -73,7 +73,7 @@ double GrowthPerHour(const Watched& watched, std::size_t first) {
   return spread <= 0 || m <= 0 ? 0 : 100 * ((n * tm - t * m) / spread) / (m / n);
 }
 
-// What is known to be said once at a start without key or with a small buffer.
+// Returns whether a warning is expected once at a start without key or with a small buffer.
 bool Explained(const std::string& line) {
   return line.find("no key:") != std::string::npos || line.find("receive buffer of") != std::string::npos;
 }
@@ -166,7 +166,7 @@ class Soak {
         ++submitted_;
         return reply.experiment_id;
       } catch (const client::ClientError&) {
-        // Lost on the way; the same id is the same experiment.
+        // Lost in transit; the same id is the same experiment.
       }
     }
   }

@@ -29,7 +29,7 @@ constexpr char kOwnUser[] = "-Urn";
 constexpr double kLimit_s = 1;
 constexpr std::chrono::milliseconds kStartPatience = seconds(30);
 
-// Something that cannot start: what it is called, its command, and what it must say.
+// A program that cannot start: its name, its command, and the expected message.
 struct Case {
   std::string name;
   std::vector<std::string> command;
@@ -37,7 +37,7 @@ struct Case {
   std::string words;
 };
 
-// Whether unshare(1) may do this here.
+// Returns whether unshare(1) is permitted here.
 bool Unshares(const std::string& options) {
   if (::access(kUnshare, X_OK) != 0) return false;
   ChildProcess probe(kUnshare, {options, "true"}, true);
@@ -57,7 +57,7 @@ void MeasureRefusal(const Case& refused, Findings& findings) {
   findings.Quantity(refused.name + " takes", took_s, kLimit_s, "s");
 }
 
-// Holds a UDP port for itself alone.
+// Holds a UDP port exclusively.
 class Squatter {
  public:
   explicit Squatter(int port) : fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
@@ -82,8 +82,8 @@ bool KernelGrantsLess() {
   return most < bus::LcmOptions().receive_buffer_bytes;
 }
 
-// A namespace of a user of its own: no privilege to exceed net.core.rmem_max, so that the buffer may be smaller than
-// asked.
+// Starts the server in a new user namespace without the privilege to exceed net.core.rmem_max, so that its receive
+// buffer may be smaller than requested.
 void MeasureSmallBuffer(const std::string& server, const std::string& database, Findings& findings) {
   const std::string script =
       "ip link set lo up && ip route add 239.255.76.67/32 dev lo && exec " + server + " --db " + database;
@@ -136,7 +136,7 @@ void MeasureStartUp(const Request& /*request*/, Findings& findings) {
        {server, "--db", "/proc/results.sqlite", "--port", free},
        ExitCode::kDatabaseUnusable,
        "/proc/results.sqlite"}};
-  // Root needs no user namespace, and in a chroot gets none.
+  // Root needs no user namespace, and cannot create one in a chroot.
   const bool as_root = Unshares(kOwnNetwork);
   const bool as_own_user = Unshares(kOwnUser);
   if (as_root || as_own_user) {

@@ -26,14 +26,14 @@ constexpr double kMostLease_ms = 50;
 constexpr double kMostServer_mb = 200;
 constexpr double kMostCost_percent = 2;
 
-// CPU time of the supervisors so far; that of the jobs is their children's.
+// Returns the CPU time of the supervisors so far, without that of the jobs, which run in child processes.
 double SupervisorsCpu_s(const Workers& workers) {
   double cpu_s = 0;
   for (const auto& worker : workers) cpu_s += FactsOf(worker->pid()).cpu_s;
   return cpu_s;
 }
 
-// Jobs of `work_ms` each, submitted at once, while one more worker asks for leases and times the answers. Returns
+// Runs jobs of `work_ms` each, submitted at once, while one more worker measures the latency of leases. Returns
 // seconds.
 double RunJobs(Deployment& deployment, int jobs, int work_ms, Findings& findings) {
   LeaseProber prober(deployment.port());
@@ -66,7 +66,7 @@ double RunJobs(Deployment& deployment, int jobs, int work_ms, Findings& findings
   return took_s;
 }
 
-// As fast as it goes.
+// Measures the maximum rate of empty jobs.
 void MeasureEmptyJobs(Deployment& deployment, const Workers& workers, int jobs, Findings& findings) {
   const double cpu_before_s = SupervisorsCpu_s(workers);
   const double took_s = RunJobs(deployment, jobs, 0, findings);
@@ -77,7 +77,7 @@ void MeasureEmptyJobs(Deployment& deployment, const Workers& workers, int jobs, 
   findings.Promise(server_mb < kMostServer_mb, "server below 200 MB: " + std::to_string(server_mb) + " MB");
 }
 
-// What heartbeats, progress and cancellation cost while every slot is busy with one long job.
+// Measures the cost of heartbeats, progress and cancellation while every slot is busy with one long job.
 void MeasureHeartbeats(Deployment& deployment, const Workers& workers, double watched_s, Findings& findings) {
   constexpr int kLong_ms = 600'000;
   const std::int64_t experiment = deployment.Submit(service::StubSpec(kWorkers, kLong_ms), "long jobs");

@@ -1,4 +1,4 @@
-// Policy: only what can be a lock file of this program is opened as one, and nothing else is changed.
+// Policy: only a file that can be a lock file of this program is opened as one, and no other file is changed.
 
 #include "files/lock_file.h"
 

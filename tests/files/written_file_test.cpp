@@ -1,5 +1,5 @@
-// Policy: files appear whole under their name or not at all; a planted link is never written through; nothing is left
-// beside a file that could not be written.
+// Policy: files appear complete under their name or not at all, planted links are never written through, and a file
+// that could not be written leaves nothing behind.
 
 #include "files/written_file.h"
 

@@ -1,4 +1,5 @@
-// The reader of COLLADA robots: it reads, or throws InputError. A zip archive is a .zae file, all else a .dae file.
+// The reader of COLLADA robots: it reads, or throws InputError. Zip archives are .zae files, all other inputs .dae
+// files.
 #include "legopt/import/collada_robot.h"
 #include "legopt/input_error.h"
 #include "tests/fuzz/fuzz_input.h"

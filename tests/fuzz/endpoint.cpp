@@ -1,5 +1,5 @@
-// A whole endpoint, serving and calling, with and without a key, under arbitrary datagrams and under frames of any
-// content with a right tag, as a party that has the key might send them.
+// A complete endpoint, serving and calling, with and without a key. Inputs are arbitrary datagrams, and arbitrary
+// frames with a valid tag, as a party with the key might send them.
 #include "bus/endpoint.h"
 
 #include <array>

@@ -1,4 +1,4 @@
-// Frames, chunks, acknowledgements and challenges from arbitrary bytes, as they come, and under a right tag.
+// Frames, chunks, acknowledgements and challenges of arbitrary bytes, with and without a valid tag.
 #include <array>
 
 #include "bus/wire.h"

@@ -1,5 +1,5 @@
-// What fuzz targets share: a reader that takes an input apart, and a file that holds one. Each target defines
-// LLVMFuzzerTestOneInput, libFuzzer's entry; replay.cpp calls it on every file of a corpus where there is no libFuzzer.
+// Common parts of fuzz targets: a reader that splits an input, and a file with its content. Each target defines
+// LLVMFuzzerTestOneInput, libFuzzer's entry point; without libFuzzer, replay.cpp calls it on every file of a corpus.
 #pragma once
 
 #include <unistd.h>
@@ -18,14 +18,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
 namespace legopt::fuzz {
 
-// Ends the process with the values, as a finding.
+// Aborts the process with a message if a property is violated.
 inline void Require(bool holds, const char* what) {
   if (holds) return;
   std::fprintf(stderr, "fuzz target: violated: %s\n", what);
   std::abort();
 }
 
-// Takes an input apart from its front; zeros when it is used up.
+// Reads an input from its beginning; returns zeros at the end.
 class FuzzInput {
  public:
   FuzzInput(const std::uint8_t* data, std::size_t size) : rest_(data, size) {}
@@ -35,7 +35,7 @@ class FuzzInput {
     for (const std::uint8_t byte : Bytes(bytes)) value = (value << 8U) | byte;
     return value;
   }
-  // At most `most` bytes: fewer at the end.
+  // Returns at most `most` bytes, fewer at the end.
   std::span<const std::uint8_t> Bytes(std::size_t most) {
     const auto taken = rest_.first(std::min(most, rest_.size()));
     rest_ = rest_.subspan(taken.size());
@@ -50,7 +50,7 @@ class FuzzInput {
   std::span<const std::uint8_t> rest_;
 };
 
-// A file with the input in it, for readers that take a path; in memory where there is /dev/shm.
+// A file with the input as content, for readers that take a path; in /dev/shm if available.
 class InputFile {
  public:
   InputFile(std::string_view text, const std::string& suffix)

@@ -1,5 +1,5 @@
-// Writes the seeds of the binary formats into the corpus folder given: make_seeds tests/fuzz/corpus. To be run again
-// when the protocol changes; the seeds are in the repository.
+// Writes the seeds of the binary formats into a corpus folder: make_seeds tests/fuzz/corpus. Run it again after
+// protocol changes; the seeds are committed.
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -19,7 +19,7 @@ void Write(const std::filesystem::path& file, const std::string& bytes) {
 
 std::string AsText(std::span<const std::uint8_t> bytes) { return {bytes.begin(), bytes.end()}; }
 
-// As messages.cpp chooses them.
+// Same choice as in messages.cpp.
 template <class... Message>
 void WriteMessages(const std::filesystem::path& folder, MessageList<Message...> /*all*/) {
   (Write(folder / Message::getTypeName(),
@@ -75,14 +75,14 @@ int main(int argc, char** argv) {
   PrepareHashing();
   WriteMessages(corpus / "messages", AllMessages());
   WriteFrames(corpus / "frame");
-  // Steps of reassembler.cpp: choice, size of the body, index, time. Two whole bodies, in and out of order.
+  // Steps of reassembler.cpp: choice, size of the body, index, time. Two complete bodies, in and out of order.
   Write(corpus / "reassembler" / "in-order",
         std::string("\x04\x0b\xb8\x00\x01\x04\x0b\xb8\x01\x01\x04\x0b\xb8\x02\x01", 15));
   Write(corpus / "reassembler" / "backwards",
         std::string("\x45\x0b\xb8\x02\x01\x41\x0b\xb8\x01\x01\x45\x0b\xb8\x00\x01", 15));
   Write(corpus / "reassembler" / "contradicting",
         std::string("\x04\x0b\xb8\x00\x01\x0c\x0b\xb8\x01\x01\x14\x0f\xb8\x01\xff", 15));
-  // Steps of endpoint.cpp: a request, again, a proof of the key's holder, a request chunk, noise.
+  // Steps of endpoint.cpp: a request, its repetition, a proof by the key's holder, a request chunk, noise.
   const std::string request("\x10\x00\x05\x00\x01\x09\x00\x00\x01\x01\x00\x01\x00\x00\x01hello", 20);
   const std::string proof("\x10\x00\x00\x00\x07\x09\x00\x00\x01\x01\x00\x00\x00\x02", 14);
   for (const char key : {'\0', '\1'}) {

@@ -1,5 +1,5 @@
-// Every message decoder: the first byte chooses the message by its place in AllMessages, the rest is its body. What is
-// accepted can be sent again.
+// Every message decoder: the first byte chooses the message by its index in AllMessages, the rest is its body.
+// Accepted messages can be encoded again.
 #include <string>
 
 #include "bus/codec.h"
@@ -14,7 +14,7 @@ void DecodeOne(std::string_view bytes) {
   const auto message = Decode<Message>(bytes, &why);
   fuzz::Require(message.has_value() || !why.empty(), "a refusal says why");
   if (!message) return;
-  const std::string again = Encode(*message);  // throws, and so crashes, when the message is illegal after all
+  const std::string again = Encode(*message);  // throws, and so crashes, if the message is illegal
   fuzz::Require(Decode<Message>(again).has_value(), "what is accepted can be sent again");
 }
 

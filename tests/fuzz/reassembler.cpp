@@ -1,5 +1,5 @@
-// The chunk reassembler under any order of right, contradicting and foreign chunks, and time: a body that comes out is
-// what its hash says, and memory stays within the limit.
+// The chunk reassembler with valid, contradicting and foreign chunks in any order over time: a completed body matches
+// its hash, and memory stays within the limit.
 #include <array>
 #include <string>
 
@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kMostIncoming = 64 * 1024;
 
-// Bodies that the chunks are cut from: body n consists of bytes n.
+// Bodies that the chunks are taken from: body n consists of bytes n.
 std::string Body(std::size_t size, std::uint8_t fill) { return std::string(size, static_cast<char>(fill)); }
 
 void Step(fuzz::FuzzInput& input, BulkReceiver& receiver, microseconds now) {

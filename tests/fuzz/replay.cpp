@@ -1,4 +1,4 @@
-// Runs a fuzz target over the files and folders given: the corpora as a regression test, with any compiler.
+// Runs a fuzz target over the given files and folders: the corpora as a regression test, with any compiler.
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
   std::sort(files.begin(), files.end());
   for (const auto& file : files) {
     std::printf("%s\n", file.c_str());
-    std::fflush(stdout);  // the last line names the culprit
+    std::fflush(stdout);  // the last line names the failing input
     std::ifstream stream(file, std::ios::binary);
     const std::string bytes(std::istreambuf_iterator<char>(stream), {});
     LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());

@@ -1,5 +1,5 @@
-// The reader of robots: it reads, or throws InputError; and what the check lets through, urdfdom reads without a word,
-// whole. No guard here: urdfdom itself must not crash on any checked text.
+// The reader of robots: it reads, or throws InputError. Texts that pass the check are read by urdfdom completely and
+// without messages. There is no guard: urdfdom itself must not crash on any checked text.
 #include <string>
 
 #include "legopt/input_error.h"

@@ -7,7 +7,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// A plate on four columns; one of them may fail. A block stands on the plate.
+/// Returns a plate on four columns, one of which may fail, with a block on the plate.
 Building Table(bool fails) {
   Building building;
   BuildingParts parts(&building);
@@ -57,7 +57,7 @@ TEST(Collapse, SoundBuildingStands) {
   const Played run = Simulate(Table(false), options);
   EXPECT_EQ(run.snapshots[0].bonds_broken, 0);
   EXPECT_GT(Lowest(run, 0, 5), 2.05);
-  EXPECT_GT(Lowest(run, 0, 6), 2.3);  // the loose block rests on the plate
+  EXPECT_GT(Lowest(run, 0, 6), 2.3);  // the loose block lies on the plate
 }
 
 TEST(Collapse, WithoutTwoColumnsThePlateComesDown) {

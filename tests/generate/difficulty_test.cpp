@@ -7,7 +7,7 @@
 namespace legopt::generate {
 namespace {
 
-/// Ground 10 x 10 m with a table of 2 x 2 m whose top is at 1 m and whose underside is at 0.8 m.
+/// Returns a ground of 10 x 10 m with a table of 2 x 2 m, whose top is at 1 m and whose underside is at 0.8 m.
 TriangleMesh GroundAndTable() {
   Building building;
   BuildingParts parts(&building);
@@ -23,7 +23,7 @@ TriangleMesh GroundAndTable() {
 TEST(Difficulty, LowSpaceAndEdgesAreNotWalkable) {
   const Terrain terrain(GroundAndTable());
   const Difficulty difficulty = MeasureDifficulty(terrain, {Eigen::Vector2d(-4, -4), Eigen::Vector2d(4, 4)});
-  // 8 x 8 m of ground without the 2 x 2 m below the table, and its top without a rim.
+  // 8 x 8 m of ground without the 2 x 2 m below the table, plus the table top without a rim.
   EXPECT_GT(difficulty.walkable_m2, 60.0);
   EXPECT_LT(difficulty.walkable_m2, 64.0);
   EXPECT_DOUBLE_EQ(difficulty.clearance_m, 3.0);

@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// A slab on two columns over fixed ground, and a loose block on the slab.
+/// Returns a slab on two columns over fixed ground, and a loose block on the slab.
 Building Portal() {
   Building building;
   BuildingParts parts(&building);
@@ -89,7 +89,7 @@ TEST(Fracture, BondsJoinWhatTouchesButNoLooseBodies) {
     const Vector3d apart = cells[static_cast<size_t>(bond.b)].centroid - cells[static_cast<size_t>(bond.a)].centroid;
     EXPECT_GT(bond.normal.dot(apart), 0.0);
   }
-  constexpr double kSlivers = 0.01;  // contacts below the least area are no bonds
+  constexpr double kSlivers = 0.01;  // contacts below the minimum area are no bonds
   EXPECT_NEAR(to_ground, 2 * 0.5, kSlivers);
   EXPECT_NEAR(within_slab_and_columns, 2 * 0.5, kSlivers);
 }

@@ -44,7 +44,7 @@ TEST_F(Planning, FeetHoldOnTheFlatOnly) {
   EXPECT_NEAR(Yaw(footholds[0]), 0.7, 1e-9);
   probe.Footholds(0, -0.05, 0.0, 0.0, footholds);  // half on the first step
   EXPECT_TRUE(footholds.empty());
-  probe.Footholds(0, -3.95, 0.0, 0.0, footholds);  // over the edge of the world
+  probe.Footholds(0, -3.95, 0.0, 0.0, footholds);  // beyond the edge of the ground
   EXPECT_TRUE(footholds.empty());
   EXPECT_NEAR(probe.TrunkDistance(Standing(-2, 0, 0, 0), 0.3), 0.3, 1e-9);
 }
@@ -92,7 +92,7 @@ TEST_F(Planning, PlanClimbsAndAlternates) {
       EXPECT_EQ(stance.footholds[0].link, s % 4 == 1 ? "l_foot" : "r_foot");
     }
   }
-  // What a planner remembers does not change its plans.
+  // The planner's cache does not change its plans.
   const auto again = planner.Plan(start, goal);
   ASSERT_TRUE(again.has_value());
   EXPECT_EQ(again->stances, plan->stances);
@@ -112,7 +112,7 @@ TEST_F(Planning, NoWayNoPlan) {
 }
 
 TEST_F(Planning, LowRubbleIsSteppedOver) {
-  // A ridge of 0.14 m across the whole way, too steep to stand on; it fills a row of the map's squares.
+  // A ridge of 0.14 m across the whole path, too steep for contacts; it fills a row of the map's squares.
   const auto ridge = [&](const std::string& name, double height_m) {
     test::WritePlainDataset(folder_.path() / name,
                             "objects:\n"

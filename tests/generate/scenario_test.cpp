@@ -45,7 +45,7 @@ TEST(Scenario, SolverSeesOneSolidPerPieceOfTheMesh) {
   const TriangleMesh mesh = MeshOf(scenario.pieces);
   EXPECT_TRUE(FindMeshFaults(mesh).none());
   const auto solids = SolidsOfMesh(mesh, {});
-  // Untouched plates of one plane may be joined; nothing may be decomposed approximately into more.
+  // Undamaged coplanar plates may be joined; nothing may be decomposed approximately into more solids.
   EXPECT_LE(solids.size(), scenario.pieces.size());
   EXPECT_GT(solids.size(), scenario.pieces.size() / 2);
   EXPECT_LT(scenario.pieces.size(), 1500u);
@@ -66,7 +66,7 @@ TEST(Scenario, ManifestNamesEveryFileWithItsHash) {
   }
   const double share = manifest["difficulty"]["walkable_share"];
   EXPECT_GT(share, 0.5);
-  EXPECT_LT(share, 1.05);  // where a wall is gone there is a little more ground
+  EXPECT_LT(share, 1.05);  // removed walls add a little ground
 }
 
 TEST(NewFolder, NothingIsOverwrittenAndUnfinishedWorkIsKept) {

@@ -45,7 +45,7 @@ TEST(Clusters, AreAsManyAsThereAreDifferentPoints) {
   }
 }
 
-/// Three groups of ten points: 0, 3, 6, ...; 1, 4, 7, ...; 2, 5, 8, ...
+/// Returns three groups of ten points: 0, 3, 6, ...; 1, 4, 7, ...; 2, 5, 8, ...
 std::vector<Vector3d> ThreeGroups() {
   std::vector<Vector3d> points;
   for (int k = 0; k < 30; ++k) points.emplace_back(10.0 * (k % 3) + 0.01 * k, 0.0, 0.0);
@@ -120,7 +120,7 @@ TEST(DatasetFile, NamesThatYamlWouldMisreadAreQuoted) {
   EXPECT_EQ(read.nominal_posture, written.nominal_posture);
 }
 
-/// The whole way on a scene of four boxes.
+/// Complete generation on a scene of four boxes.
 class DatasetBuilding : public testing::Test {
  protected:
   void SetUp() override {
@@ -167,10 +167,10 @@ TEST_F(DatasetBuilding, GoesOnWithStagesThatAreDone) {
   std::filesystem::copy_file(folder_.path() / "one" / "stances.json", folder_.path() / "two" / "stances.json");
   const DatasetReport report = Make("two");
   EXPECT_EQ(report.content_hash, hash);
-  EXPECT_TRUE(report.tally.empty());  // nothing was sampled
+  EXPECT_TRUE(report.tally.empty());  // no sampling was done
 }
 
-// Fewer plans are wanted than an interrupted run had tried for.
+// Fewer plans are requested than an interrupted run had tried.
 TEST_F(DatasetBuilding, GoesOnWithAnotherNumberOfPlansAsIfFromNothing) {
   Make("one");
   struct Interruption {};
@@ -205,7 +205,7 @@ TEST_F(DatasetBuilding, ASceneOfKilometresIsRefused) {
   EXPECT_NE(refusal.find("millimetres"), std::string::npos) << refusal;
 }
 
-// What is refused is refused before a folder is made, and in the user's words.
+// Errors are reported before a folder is created, in terms of the user's input.
 TEST_F(DatasetBuilding, TheSourceIsCheckedFirst) {
   const auto source = options_.robot_folder;
   const auto refusal = [&](const auto& change) {
@@ -254,7 +254,7 @@ TEST_F(DatasetBuilding, CandidatesAreCheckedElsewhereAndProvenOnesUsed) {
   EXPECT_EQ(record.at("stances"), 12);
   EXPECT_EQ(record.at("postures"), 0) << "none was asked for";
 
-  // The check, here by hand; one solution is spoilt and yet called a success, one problem is left without any.
+  // The check, computed by hand. One solution is corrupted but called a success; one problem has no solution.
   PostureProver prover(candidates);
   SolutionFile solutions{"", "", Task::kPosture, {}};
   std::vector<Stance> proven;

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Policy: the table of arrows holds in this checkout, and scripts/check-arrows fails on a copy of it into which a fault
-has been planted. arrows_test.py CASE"""
+"""Policy: this checkout obeys the table of permitted dependencies, and scripts/check-arrows fails on a copy with a
+planted fault. arrows_test.py CASE"""
 import os
 import shutil
 import subprocess
@@ -23,7 +23,7 @@ class ArrowsTest(unittest.TestCase):
         shutil.copy(os.path.join(ROOT, "docs", "architecture.md"), os.path.join(self.copy, "docs"))
 
     def check(self):
-        """What the script says of the copy; empty when it is content."""
+        """Returns the output of the script for the copy; empty on success."""
         result = subprocess.run([os.path.join(ROOT, "scripts", "check-arrows"), self.copy], capture_output=True, text=True)
         self.assertEqual(result.returncode, 1 if result.stdout else 0, result.stderr)
         return result.stdout

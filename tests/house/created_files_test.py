@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Policy: no source of this checkout creates a file but by files/, and scripts/check-created-files names one that does.
+"""Policy: sources of this checkout create files only through files/, and scripts/check-created-files names violations.
 created_files_test.py CASE"""
 import os
 import subprocess

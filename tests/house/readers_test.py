@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Policy: this checkout reads and writes untrusted text by its own readers alone, and scripts/check-readers names each other
-call. readers_test.py CASE"""
+"""Policy: this checkout reads and writes untrusted text only by its own readers, and scripts/check-readers names each
+other call. readers_test.py CASE"""
 import os
 import subprocess
 import sys
@@ -41,7 +41,7 @@ class ReadersTest(unittest.TestCase):
                      "std::stringstream both;"):
             self.assertIn("client/a.cpp:2: ", self.faults_of(line), line)
 
-    # They skip blanks, ignore text behind the number, and some read 010 as 8.
+    # They skip blanks, ignore text after the number, and some read 010 as 8.
     def test_readers_of_whole_numbers_that_take_other_text_are_named(self):
         for line in ("std::stoll(x)", "stoi(x)", "atoi(x)", "std::strtol(x, &end, 10)", "::strtoull(x, nullptr, 0)"):
             self.assertIn("client/a.cpp:2: ", self.faults_of(line), line)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Policy: scripts/check-tidy finds a defect that is planted in a small checkout, in a source or in a header, committed or
-not, and looks at nothing else. tidy_test.py CASE"""
+"""Policy: scripts/check-tidy finds a defect planted in a small checkout, in a source or in a header, committed or not,
+and checks nothing else. tidy_test.py CASE"""
 import json
 import os
 import shutil

@@ -1,5 +1,5 @@
-// Policy: every check finds its fault when it is planted in a small dataset that is otherwise in order, and nothing in
-// the dataset as it is.
+// Policy: every check detects its fault when planted in a small, otherwise valid dataset, and reports nothing for the
+// unchanged dataset.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ TriangleMesh BoxMesh(const Eigen::Vector3d& size, const Eigen::Vector3d& centre)
   return Tessellate(box);
 }
 
-/// Faults that one check found.
+/// Returns the findings of one check.
 std::vector<DatasetFinding> Of(const std::vector<DatasetFinding>& findings, const std::string& check) {
   std::vector<DatasetFinding> found;
   std::copy_if(findings.begin(), findings.end(), std::back_inserter(found),
@@ -45,7 +45,7 @@ class Checks : public testing::Test {
     WriteManifestHashes(synthetic_.path());
     return CheckDataset(*Dataset::Load(synthetic_.path()));
   }
-  /// Makes the rock of the scene another closed box.
+  /// Replaces the rock of the scene by another closed box.
   void WriteRock(const std::string& faces) {
     test::WriteText(synthetic_.path() / "meshes" / "rock.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n" + faces);
   }
@@ -54,7 +54,7 @@ class Checks : public testing::Test {
   test::SyntheticFolder synthetic_;
 };
 
-constexpr const char* kRightFoot = "r_foot,1 0 0 0 0 -0.1 0 ,\"]},";  // of posture problem 0
+constexpr const char* kRightFoot = "r_foot,1 0 0 0 0 -0.1 0 ,\"]},";  // contact of posture problem 0
 
 TEST_F(Checks, NothingIsFoundInADatasetThatIsInOrder) {
   const std::vector<DatasetFinding> findings = CheckAll();
@@ -102,8 +102,8 @@ TEST_F(Checks, ProblemsOfAnotherSceneAreAnError) {
 }
 
 TEST_F(Checks, ASoleOverAnEdgeIsSeen) {
-  // Soles reach from x = -0.07 to 0.13, in nine rows of points. Ground that begins at -0.02 bears seven of them, ground
-  // that begins at -0.01 six.
+  // Contact patches reach from x = -0.07 to 0.13, in nine rows of points. Ground that begins at -0.02 supports seven
+  // of them, ground that begins at -0.01 six.
   const auto most = CheckWith("scene.yaml", "position: [0, 0, -0.25]", "position: [9.98, 0, -0.25]");
   EXPECT_THAT(Of(most, "soles"), IsEmpty());
   const auto less = Of(CheckWith("scene.yaml", "position: [9.98, 0, -0.25]", "position: [9.99, 0, -0.25]"), "soles");
@@ -156,13 +156,13 @@ TEST(MeshFaults, AnOpenSheetIsNotInverted) {
 
 class QuaternionOrder : public testing::Test {
  protected:
-  /// Footholds on flat ground that turn in steps of 30 degrees, as w x y z or as x y z w.
+  /// Returns contacts on flat ground that turn in steps of 30 degrees, as w x y z or as x y z w.
   static FootholdList Footholds(bool x_first) {
     std::vector<ProblemDefinition> problems;
     for (int k = 0; k < 12; ++k) {
       const double half = 0.5 * k * M_PI / 6.0;
       const Eigen::Quaterniond right(std::cos(half), 0, 0, std::sin(half));
-      // Numbers x y z w, taken as w x y z.
+      // Numbers x y z w, interpreted as w x y z.
       const Eigen::Quaterniond wrong(0, 0, std::sin(half), std::cos(half));
       problems.push_back({k, {{{Foothold{"foot", Eigen::Vector3d::Zero(), x_first ? wrong : right}}}}});
     }

@@ -7,7 +7,7 @@
 
 namespace legopt::test {
 
-/// A folder of these tests in the source tree: "clone" is laid out like a clone of the original benchmark.
+/// Returns a folder of these tests in the source tree: "clone" has the layout of a clone of the original benchmark.
 inline std::filesystem::path ImportTestFile(const std::string& name) {
   return std::filesystem::path(SourceFolder()) / "tests" / "import" / name;
 }
@@ -17,7 +17,7 @@ class CloneFolder {
  public:
   CloneFolder() { std::filesystem::copy(ImportTestFile("clone"), path(), std::filesystem::copy_options::recursive); }
   std::filesystem::path path() const { return folder_.path() / "clone"; }
-  /// Where a dataset can be made.
+  /// Creates a folder in which a dataset can be made.
   std::filesystem::path NewFolder(const std::string& name) const {
     std::filesystem::create_directories(folder_.path() / name);
     return folder_.path() / name;

@@ -1,5 +1,5 @@
-// Policy: a robot read from COLLADA is the robot that its URDF describes; whatever is wrong in the file is named with
-// its line.
+// Policy: a robot read from COLLADA equals the robot described by its URDF. Errors in the file are reported with their
+// line.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -49,7 +49,7 @@ void ExpectSameKinematics(const RobotModel& a, const RobotModel& b) {
 
 class Collada : public testing::Test {
  protected:
-  /// Message of the error when `from` is replaced by `to` in the file.
+  /// Returns the message of the error after `from` is replaced by `to` in the file.
   std::string ErrorWith(const std::string& from, const std::string& to) {
     const std::filesystem::path file = folder_.path() / "changed.dae";
     std::string text = test::ReadText(ImportTestFile("tiny.dae"));
@@ -100,9 +100,9 @@ TEST_F(Collada, EffortAndVelocityAndInertiaAreKept) {
   const auto hip = std::find_if(robot.joints.begin(), robot.joints.end(),
                                 [](const ColladaJoint& joint) { return joint.joint.name == "l_hip"; });
   ASSERT_NE(hip, robot.joints.end());
-  EXPECT_EQ(hip->effort, 30);  // what the file calls acceleration
+  EXPECT_EQ(hip->effort, 30);  // called acceleration in the file
   EXPECT_EQ(hip->velocity, 12);
-  // Principal moments 1, 2, 3 about axes turned by rpy 0.5 0.3 0.2: the file has the transposed rotation.
+  // Principal moments 1, 2, 3 about axes rotated by rpy 0.5 0.3 0.2: the file has the transposed rotation.
   const Eigen::Matrix3d axes =
       (Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY()) *
        Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitX()))

@@ -1,5 +1,5 @@
-// Policy: a clone of the original benchmark and loose files become datasets that load; what was repaired and what was
-// decided is said; the source stays as it is.
+// Policy: a clone of the original benchmark and loose files become datasets that load. Repairs and decisions are
+// reported; the source is not changed.
 #include "legopt/import/importer.h"
 
 #include <gmock/gmock.h>
@@ -93,7 +93,7 @@ TEST(Import, QuaternionsOfTheOtherOrderAreTurned) {
   }
 }
 
-// As when the files come from different hands.
+// As if the files came from different sources.
 TEST(Import, EachProblemFileHasItsOwnOrderOfQuaternions) {
   const test::CloneFolder clone;
   const fs::path file = clone.path() / "data" / "problemsposture.json";
@@ -186,7 +186,7 @@ std::string TextOf(const fs::path& file) {
   return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 
-// One file inside out that two objects share, once by a quoted name, and one that is sound.
+// One inside-out file shared by two objects, once by a quoted name, and one valid file.
 TEST(Import, OfAllMeshesOfASceneOnlyThoseInsideOutAreTurned) {
   const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
   const test::TemporaryFolder folder;
@@ -231,7 +231,8 @@ TEST(Import, MeshesOfOneNameAndDifferentSuffixesStayTwo) {
   const test::TemporaryFolder folder;
   const test::SyntheticFolder synthetic(folder.path() / "in");
   const fs::path& source = synthetic.path();
-  // Inside out, one a third of the other; the second has the suffix of another format and a byte order mark before all.
+  // Two inside-out meshes, one a third of the other. The second has the suffix of another format and a byte order
+  // mark.
   test::WriteText(source / "meshes" / "rock.obj",
                   "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n");
   test::WriteText(source / "meshes" / "rock.ply",

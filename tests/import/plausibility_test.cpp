@@ -1,5 +1,5 @@
-// Policy: units that were mixed up are named, with what to do; a scene of kilometres takes neither memory nor time;
-// what means nothing is refused. Sound datasets, the shipped ones among them, get no word.
+// Policy: mixed-up units are reported with a remedy, a scene of kilometres takes neither much memory nor time, and
+// meaningless values are refused. Valid datasets, including those of the repository, cause no message.
 #include "legopt/import/plausibility.h"
 
 #include <gmock/gmock.h>
@@ -134,7 +134,7 @@ INSTANTIATE_TEST_SUITE_P(Import, ShippedDataset,
                          testing::Values(SourceFolder() + "/data/garage-small", SourceFolder() + "/data/garage-easier",
                                          TestDataFolder()));
 
-// The biped's workshop, its mesh `factor` times as large, as a folder to import.
+// Writes the biped's workshop with its mesh enlarged by `factor`, as a folder to import.
 fs::path Enlarged(const fs::path& folder, double factor) {
   fs::create_directories(folder);
   for (const char* file : {"robot.urdf", "problemsposture.json", "problemsmotion.json"}) {
@@ -162,7 +162,7 @@ ImportOptions FromEnlarged(const fs::path& source) {
   return options;
 }
 
-// Memory is what its growth would exhaust: the limits are a fifth of a machine that it once filled.
+// Growing memory was the failure: the limits are a fifth of a machine that was exhausted.
 TEST(SceneOfKilometres, TakesNeitherMemoryNorTimeToImport) {
   const test::TemporaryFolder folder;
   const fs::path source = Enlarged(folder.path() / "source", 1000.0);
@@ -189,7 +189,7 @@ TEST(SceneOfKilometres, BeyondWhatTheJudgeTellsApartIsRefused) {
   }
 }
 
-// What a terrain says does not depend on the squares by which it looks triangles up, nor on how many there may be.
+// A terrain's answers do not depend on the size and number of the squares of its index of triangles.
 TEST(SceneOfKilometres, GroundIsFoundAsInASmallOne) {
   TriangleMesh mesh;
   mesh.vertices = {{-3000, -3000, 0}, {3000, -3000, 0}, {3000, 3000, 0}, {-3000, 3000, 0},

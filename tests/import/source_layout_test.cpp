@@ -1,5 +1,5 @@
-// Policy: what is unambiguous is found without a word; what is missing or ambiguous is named with the flag that
-// decides.
+// Policy: unambiguous files are found without a message; missing or ambiguous ones are reported with the flag that
+// selects them.
 #include "legopt/import/source_layout.h"
 
 #include <gmock/gmock.h>
@@ -68,7 +68,7 @@ TEST(SourceLayout, MissingAndAmbiguousFilesAreNamedWithTheFlag) {
   EXPECT_THAT(error(), AllOf(HasSubstr("robot"), HasSubstr("there is none")));
 }
 
-// Root may read everything: then this looks with the rights of nobody.
+// Drops root's rights, since root may read everything: acts as the user nobody.
 class WithoutRights {
  public:
   WithoutRights() : changed_(::geteuid() == 0 && ::seteuid(kNobody) == 0) {}
@@ -92,7 +92,7 @@ TEST(SourceLayout, WhatCannotBeReadIsNamed) {
   for (const fs::path& folder : {clone.path(), clone.path().parent_path()}) {
     fs::permissions(folder, fs::perms::owner_all | kOthersRead | kOthersEnter);
   }
-  // Not to be listed; and to be listed, but not to be entered.
+  // A folder that cannot be listed, and one that can be listed but not entered.
   for (const fs::perms perms : {fs::perms::none, fs::perms::owner_read | kOthersRead}) {
     fs::permissions(secret, perms);
     std::string error;

@@ -6,7 +6,7 @@
 
 namespace legopt::test {
 
-/// The message of the InputError that `call` throws; empty when it throws none.
+/// Returns the message of the InputError that `call` throws; empty if it throws none.
 template <class Call>
 std::string FaultOf(const Call& call) {
   try {

@@ -1,4 +1,4 @@
-// Policy: a file takes no more memory than its limit, whatever it is.
+// Policy: reading any file takes no more memory than its limit.
 #include "legopt/input/file_text.h"
 
 #include <gmock/gmock.h>

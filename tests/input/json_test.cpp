@@ -1,5 +1,5 @@
-// Policy: JSON is read in full or refused with line, byte and cause; nothing in it is ignored, and no text of a few
-// bytes takes memory out of proportion. Output is valid UTF-8.
+// Policy: JSON is read completely or refused with line, byte and cause. Nothing in it is ignored, and a few bytes of
+// text never take much memory. Output is valid UTF-8.
 #include "legopt/input/json.h"
 
 #include <gmock/gmock.h>
@@ -70,7 +70,7 @@ TEST(Json, BrokenSyntaxIsRefusedWithItsPlace) {
   EXPECT_THAT(JsonFault("[1e400]"), HasSubstr("write numbers below 1.8e308"));
 }
 
-// The library takes NUL for the end of the text.
+// The library regards NUL as the end of the text.
 TEST(Json, NothingIsReadPastBecauseOfNul) {
   EXPECT_THAT(JsonFault(std::string("{\"a\": 1}\0\n{\"a\": 2}", 19)),
               AllOf(HasSubstr("a.json:1: byte 8"), HasSubstr("NUL")));

@@ -1,4 +1,4 @@
-// Policy: names that look the same are the same; letters of every script may be in a name.
+// Policy: names that look the same are equal, and letters of every script are allowed in a name.
 #include "legopt/input/name.h"
 
 #include <gmock/gmock.h>

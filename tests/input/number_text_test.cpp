@@ -1,4 +1,4 @@
-// Policy: numbers are read and written as printf and strtod do in the C locale, whatever the locale of the process.
+// Policy: numbers are read and written as by printf and strtod in the C locale, for every locale of the process.
 #include "legopt/number_text.h"
 
 #include <gtest/gtest.h>

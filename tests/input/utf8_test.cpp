@@ -1,4 +1,4 @@
-// Policy: UTF-8 as RFC 3629 defines it, and nothing else.
+// Policy: exactly the UTF-8 defined by RFC 3629 is accepted.
 #include "legopt/input/utf8.h"
 
 #include <gmock/gmock.h>

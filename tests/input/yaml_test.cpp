@@ -1,4 +1,4 @@
-// Policy: a YAML file is read in full or refused with its line and what to do; nothing in it is ignored, and a few
+// Policy: a YAML file is read completely or refused with its line and a remedy. Nothing in it is ignored, and a few
 // lines cannot expand to billions of values.
 #include "legopt/input/yaml.h"
 

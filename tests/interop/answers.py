@@ -1,4 +1,4 @@
-"""Jobs "solved" from a LegOpt solution file, and judged by legopt's own judge, so that a report says what is so."""
+"""Jobs "solved" from a LegOpt solution file and judged by legopt's own judge, so that reports are correct."""
 
 import json
 import subprocess
@@ -13,13 +13,13 @@ FINISHED = 0
 
 
 def dataset_facts(legopt, folder):
-    """The dataset_ref of a dataset folder."""
+    """Returns the dataset_ref of a dataset folder."""
     (facts,) = json.loads(_run(legopt, "dataset", "info", folder, "--format", "json"))
     return {"name": facts["name"], "hash": facts["hash"]}
 
 
 def no_answer(outcome, text):
-    """Fields of the result_request of an attempt without a solution."""
+    """Returns the fields of the result_request of an attempt without a solution."""
     return {"outcome": outcome, "message": text, "failed_waypoint": -1, **NO_SOLVER,
             **dict.fromkeys(JUDGES_FIGURES, NAN)}
 
@@ -38,7 +38,7 @@ class Answers:
         self._judged = {solution["problem"]: solution for solution in judged["solutions"]}
 
     def solve(self, lease):
-        """Fields of the result_request that are about the solution; None when there is none for this job."""
+        """Returns the fields of the result_request that describe the solution; None if this job has none."""
         if lease.task != self._task or lease.problem_id not in self._waypoints:
             return None
         waypoints = self._waypoints[lease.problem_id]

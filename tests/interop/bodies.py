@@ -1,4 +1,4 @@
-"""Bodies above one frame: cut into acknowledged chunks on one side, put together on the other."""
+"""Bodies larger than one frame: split into acknowledged chunks on one side, reassembled on the other."""
 
 import asyncio
 import hashlib
@@ -21,11 +21,11 @@ def body_hash(body):
 
 
 class Stalled(Exception):
-    """Nothing was acknowledged for too long."""
+    """No chunk was acknowledged for too long."""
 
 
 class RoundTrip:
-    """RFC 6298, with samples of chunks that were sent once only."""
+    """Round-trip estimate of RFC 6298, sampled only from chunks that were sent once."""
 
     def __init__(self):
         self.smoothed = None
@@ -50,7 +50,7 @@ class RoundTrip:
 
 
 class OutgoingBody:
-    """One body on its way to one receiver. `transmit(chunk fields)` sends a chunk."""
+    """One body in transmission to one receiver. `transmit(chunk fields)` sends a chunk."""
 
     def __init__(self, body, transmit):
         self._body = body
@@ -64,11 +64,11 @@ class OutgoingBody:
         self._begin(None)
 
     def _begin(self, reassembly):
-        """Nothing has arrived."""
+        """Resets the state: nothing has arrived."""
         self._reassembly = reassembly
         self._arrived = set()
         self._below = 0        # every chunk with a smaller index has arrived
-        self._flying = {}      # chunk -> number of its transmission, time
+        self._flying = {}      # chunk -> number and time of its transmission
         self._repeated = set()
         self._transmissions = 0
         self._latest = 0       # largest number of an acknowledged transmission
@@ -92,16 +92,16 @@ class OutgoingBody:
             self._give_up_lost()
 
     def remind(self):
-        """The repeat of a request whose body is complete."""
+        """Repeats the request whose body is complete."""
         self._send(0, True)
 
     def abandon(self):
-        """The call is over."""
+        """Ends the transmission, since the call is over."""
         self.complete = True
         self._news.set()
 
     def acknowledge(self, ack):
-        """Takes in a chunk_ack. True when the receiver has lost a body that it had completed."""
+        """Processes a chunk_ack. Returns true if the receiver has lost a body that it had completed."""
         self._credit = min(max(ack.credit, 1), MAX_CREDIT)
         lost_again = False
         if ack.complete:
@@ -162,7 +162,7 @@ class OutgoingBody:
 
 
 class IncomingBody:
-    """One body that is being put together."""
+    """One body that is being reassembled."""
 
     def __init__(self, total_bytes, expected_hash, reassembly):
         self.total_bytes = total_bytes
@@ -173,13 +173,13 @@ class IncomingBody:
         self._chunks = {}
 
     def fits(self, chunk):
-        """Whether a chunk may belong to this body."""
+        """Returns whether a chunk may belong to this body."""
         size = min(CHUNK_BYTES, self.total_bytes - chunk.index * CHUNK_BYTES)
         return (chunk.total_bytes == self.total_bytes and chunk.hash == self.hash
                 and 0 <= chunk.index < self._count and len(chunk.data) == size)
 
     def add(self, chunk):
-        """False when the chunk was here already."""
+        """Stores a chunk; returns false if it was stored before."""
         if chunk.index in self._chunks:
             return False
         self._chunks[chunk.index] = chunk.data
@@ -191,12 +191,12 @@ class IncomingBody:
         return len(self._chunks) == self._count
 
     def body(self):
-        """The whole body; None when it is not what was announced."""
+        """Returns the whole body; None if it differs from the announced one."""
         body = b"".join(self._chunks[i] for i in range(self._count))
         return body if body_hash(body) == self.hash else None
 
     def acknowledgement(self, credit, complete=False):
-        """Fields of a chunk_ack."""
+        """Returns the fields of a chunk_ack."""
         below = next(i for i in range(self._count + 1) if i not in self._chunks)
         mask = sum(1 << i for i in range(64) if below + 1 + i in self._chunks)
         return {"of_reply": 1, "complete": int(complete), "reassembly": self.reassembly, "received_below": below,
@@ -204,14 +204,14 @@ class IncomingBody:
 
 
 class IncomingReplies:
-    """All replies under way to one party, by call."""
+    """All incoming replies of one party, by call."""
 
     def __init__(self):
         self._bodies = {}
         self._reassemblies = 0
 
     def take(self, call_id, chunk, acknowledge):
-        """Takes a chunk in; returns the body that it completes, else None."""
+        """Processes a chunk; returns the body that it completes, else None."""
         self._forget_silent()
         body = self._bodies.get(call_id) or self._start(call_id, chunk)
         if body is None or not body.fits(chunk):

@@ -1,4 +1,4 @@
-"""A deployment of its own for one test: free ports, a fresh folder, a real server, the legopt client."""
+"""A deployment for one test: free ports, a new folder, a real server, the legopt client."""
 
 import contextlib
 import json
@@ -19,12 +19,12 @@ DATASET = SOURCE / "data" / "garage-easier"
 SOLUTIONS = DATASET / "solutions-posture.json"
 PATIENCE_S = 40.0
 BETWEEN_LOOKS_S = 0.05
-# Below the ports that the system gives out by itself.
+# Below the system's ephemeral ports.
 PORTS = range(20000, 32000, 2)
 
 
 def free_ports():
-    """A port that nobody has, nor the next one."""
+    """Returns a port that is unused, as is the next one."""
     while True:
         port = random.choice(PORTS)
         with contextlib.ExitStack() as sockets:
@@ -37,7 +37,8 @@ def free_ports():
 
 
 class Deployment:
-    """Use as a context. `key` makes a key, `number` is the deployment's; all programs of it use them."""
+    """A deployment, used as a context manager. `key` creates a key, `number` is the deployment's; all its programs
+    use them."""
 
     def __init__(self, build, key=False, number=None):
         self._build = Path(build)
@@ -66,7 +67,7 @@ class Deployment:
         shutil.rmtree(self.folder)
 
     def start_server(self):
-        """Returns when it serves."""
+        """Starts the server and returns when it is ready."""
         self.server = self._start(self._build / "legopt-server", "--db", self.folder / "results.sqlite")
         for line in self.server.stdout:
             if "ready" in line:
@@ -78,7 +79,7 @@ class Deployment:
         self.server.communicate()
 
     def start_worker(self, *arguments):
-        """The worker in Python."""
+        """Starts the Python worker."""
         worker = self._start(sys.executable, SOURCE / "tests" / "interop" / "worker.py", "--legopt",
                              self._build / "legopt", "--dataset", DATASET, "--solutions", SOLUTIONS, *arguments)
         self._workers.append(worker)
@@ -89,11 +90,11 @@ class Deployment:
                                 stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
     def call(self, command, *arguments):
-        """Runs a command of `legopt` that asks the server, patiently; returns what it prints."""
+        """Runs a `legopt` command that calls the server, with a long time-out; returns its output."""
         return self.client(command, *arguments, "--timeout", "30")
 
     def client(self, *arguments):
-        """Runs `legopt`; returns what it prints."""
+        """Runs `legopt`; returns its output."""
         done = subprocess.run([str(self._build / "legopt"), *map(str, arguments)], env=self._environment, text=True,
                               stdin=subprocess.DEVNULL, capture_output=True, check=False)
         if done.returncode != 0:
@@ -101,7 +102,7 @@ class Deployment:
         return done.stdout
 
     def submit(self, tasks, repetitions=1, max_attempts=3):
-        """An experiment from good starts, by one method that nobody here runs; returns its id."""
+        """Submits an experiment from good starts by a method that no worker here implements; returns its id."""
         suite = self.folder / "suite.yaml"
         suite.write_text(json.dumps({
             "name": "interop", "dataset": str(DATASET), "tasks": tasks, "repetitions": repetitions,
@@ -109,17 +110,17 @@ class Deployment:
         return int(self.call("submit", suite))
 
     def query(self, sql):
-        """Rows as tuples."""
+        """Returns rows as tuples."""
         return [tuple(row.values()) for row in json.loads(self.call("query", sql, "--format", "json"))]
 
     def jobs(self, experiment):
-        """Numbers of jobs by state."""
+        """Returns the numbers of jobs by state."""
         (facts,) = json.loads(self.call("status", "--format", "json"))["experiments"]
         assert facts["id"] == experiment
         return facts["jobs"]
 
     def counters(self):
-        """The server's, of its transport."""
+        """Returns the transport counters of the server."""
         return json.loads(self.call("status", "--format", "json"))["server"]["transport"]
 
     def wait_for(self, experiment, state, count):
@@ -132,12 +133,12 @@ class Deployment:
 
 
 def end(process):
-    """Tells a process to leave; returns its exit code and what it said."""
+    """Sends SIGTERM to a process; returns its exit code and output."""
     process.send_signal(signal.SIGTERM)
     return leave(process)
 
 
 def leave(process):
-    """Waits until a process leaves; returns its exit code and what it said."""
+    """Waits until a process ends; returns its exit code and output."""
     _, words = process.communicate(timeout=PATIENCE_S)
     return process.returncode, words

@@ -1,4 +1,4 @@
-"""Calls to the server of a deployment: repeated until a reply, a refusal or the deadline."""
+"""Calls to the server of a deployment, repeated until a reply, a refusal or the deadline."""
 
 import asyncio
 import random
@@ -17,7 +17,7 @@ DEFAULT_DEADLINE_S = 10.0
 
 
 class Refused(Exception):
-    """An error reply: `code` of PROTOCOL.md, section 8, and a sentence."""
+    """An error reply: `code` of PROTOCOL.md, section 8, and a message."""
 
     def __init__(self, code, text):
         super().__init__(f"refused with code {code}: {text}")
@@ -25,7 +25,7 @@ class Refused(Exception):
 
 
 class TimedOut(Exception):
-    """No answer; whether the server acted is unknown."""
+    """No answer; whether the server executed the call is unknown."""
 
 
 class _Call:
@@ -33,14 +33,14 @@ class _Call:
         self.number = number
         self.type = kind
         self.body = body
-        self.outgoing = None  # of a large body
+        self.outgoing = None  # a large body in transmission
         self.prompt_repeats = 0
-        self.again = asyncio.Event()  # the large body has to be sent once more
+        self.again = asyncio.Event()  # the large body has to be sent again
         self.reply = asyncio.get_running_loop().create_future()
 
 
 class Endpoint:
-    """One life of a caller: an address, a session, its numbered calls. Belongs to the running event loop."""
+    """One caller during its lifetime: an address, a session, its numbered calls. Belongs to the running event loop."""
 
     def __init__(self, port):
         self.port = port
@@ -49,7 +49,7 @@ class Endpoint:
         self._last_call = 0
         self._calls = {}
         self._incoming = IncomingReplies()
-        self._one_large_body = asyncio.Lock()  # so that the credit holds over all bodies
+        self._one_large_body = asyncio.Lock()  # so that the credit applies to all bodies together
         self._loop = asyncio.get_running_loop()
         for each in port.sockets:
             self._loop.add_reader(each, self._drain, each)
@@ -60,12 +60,12 @@ class Endpoint:
         self.port.close()
 
     async def call(self, name, deadline=DEFAULT_DEADLINE_S, **fields):
-        """Calls the server; the fields are those of the request. Returns the reply."""
+        """Calls the server with the fields of a request. Returns the reply."""
         body = self._messages.encode(name + "_request", **fields)
         return self._messages.decode(name + "_reply", await self.call_with(TYPES[name], body, deadline))
 
     async def call_with(self, kind, body, deadline=DEFAULT_DEADLINE_S):
-        """The same with an encoded body; returns the reply's."""
+        """Calls the server with an encoded body; returns that of the reply."""
         self._last_call += 1
         call = _Call(self._last_call, kind, body)
         self._calls[call.number] = call
@@ -75,7 +75,7 @@ class Endpoint:
             if call.reply.done():
                 return call.reply.result()
             if work.done():
-                work.result()  # raises what went wrong
+                work.result()  # raises its exception, if any
             raise TimedOut(f"no answer within {deadline} s")
         finally:
             work.cancel()

@@ -25,11 +25,11 @@ RECEIVE_BUFFER_BYTES = 1 << 20
 
 
 class UnusableKey(ValueError):
-    """The key file must not be used; says why."""
+    """The key file must not be used; the message gives the reason."""
 
 
 def read_key(path):
-    """The key in a file that only its owner may read, whatever its role."""
+    """Returns the key of any role from a file that only its owner may read."""
     facts = os.stat(path)
     if not stat.S_ISREG(facts.st_mode):
         raise UnusableKey(f"{path}: not a regular file")
@@ -46,12 +46,12 @@ def read_key(path):
 
 
 def derived_key(key, role):
-    """The key of a role that follows from the full key."""
+    """Returns the key of a role, derived from the full key."""
     return hashlib.blake2b(b"legopt " + role.encode("ascii"), digest_size=32, key=key).digest()
 
 
 def deployment_number(group, port):
-    """FNV-1a of "group:port"."""
+    """Returns FNV-1a of "group:port"."""
     value = 0xCBF29CE484222325
     for byte in f"{group}:{port}".encode("ascii"):
         value = ((value ^ byte) * 0x100000001B3) & (1 << 64) - 1
@@ -59,12 +59,12 @@ def deployment_number(group, port):
 
 
 def tag_of(frame, key):
-    """BLAKE2b-128 of an encoded frame, its own 16 bytes taken as zero; an empty key is none."""
+    """Returns BLAKE2b-128 of an encoded frame with its own 16 bytes set to zero; an empty key means no tag."""
     return hashlib.blake2b(frame[:TAG.start] + bytes(16) + frame[TAG.stop:], digest_size=16, key=key).digest()
 
 
 def random_number(low=1):
-    """63 random bits, at least `low`."""
+    """Returns 63 random bits, at least `low`."""
     while True:
         value = int.from_bytes(os.urandom(8), "big") >> 1
         if value >= low:
@@ -72,19 +72,19 @@ def random_number(low=1):
 
 
 def on_loopback(group):
-    """struct ip_mreqn: the group on the loopback interface, where a party with TTL 0 sends and listens."""
+    """Returns struct ip_mreqn of the group on the loopback interface, on which a party with TTL 0 sends and listens."""
     return struct.pack("=4s4si", socket.inet_aton(group), bytes(4), socket.if_nametoindex("lo"))
 
 
 def check_route(group, port):
-    """Raises OSError at once where loopback does not carry the group."""
+    """Raises OSError immediately if loopback does not carry the group."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, on_loopback(group))
         probe.connect((group, port))
 
 
 class Port:
-    """What one party sends to the group and hears from it. `counters` tells what was dropped, by cause."""
+    """Sends to the group and receives from it for one party. `counters` counts dropped packets by cause."""
 
     def __init__(self, messages, group, port, key=b"", deployment=None):
         self.messages = messages
@@ -117,7 +117,7 @@ class Port:
             each.close()
 
     def send(self, kind, **header):
-        """One frame from here; nonce and tag are made. See frame.lcm for the names."""
+        """Sends one frame with a new nonce and tag. See frame.lcm for the names."""
         self._nonce += 1
         frame = self.messages.encode("frame", **{
             "version": self.version, "kind": kind, "deployment": self.deployment, "sender": self.address,
@@ -130,10 +130,10 @@ class Port:
         try:
             self._sender.sendto(packet, (self._group, self._ports[bulk]))
         except OSError:
-            self.counters["not sent"] += 1  # like a lost one: repeats cover it
+            self.counters["not sent"] += 1  # treated as lost: repeats cover it
 
     def receive(self, packet):
-        """The frame of a packet if it is for us and without fault, else None."""
+        """Returns the frame of a packet if it is valid and addressed to this party, else None."""
         frame, fault = self._check(packet)
         self.counters[fault or "received"] += 1
         return frame if not fault else None

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""The worker in Python, which knows nothing but PROTOCOL.md, at a real server.
+"""Tests a Python worker, which uses nothing but PROTOCOL.md, with a real server.
 
-Usage: interop_test.py BUILD_FOLDER [TEST ...]; exits with 77 (skipped) where no multicast is.
+Usage: interop_test.py BUILD_FOLDER [TEST ...]; exits with 77 (skipped) if multicast is unavailable.
 """
 
 import asyncio
@@ -35,7 +35,7 @@ def postures(count):
 
 
 class InjuredPort(Port):
-    """Keeps what it sends; loses, repeats and damages shares of it."""
+    """Records sent packets; loses, repeats and damages fractions of them."""
 
     def __init__(self, *arguments, lost=0.0, repeated=0.0, damaged=0.0):
         super().__init__(*arguments)
@@ -73,7 +73,8 @@ class ProtocolTest(unittest.TestCase):
         self.assertEqual(messages.decode("probe_request", request.payload).nonce, 42)
 
     def expect_envelopes(self, vectors, key):
-        """Takes those of bridges away; their tag is made as a frame's, and one carries the keyed request."""
+        """Checks and removes the envelopes of bridges. Their tag is computed like a frame's, and one carries the
+        keyed request."""
         knock, envelope = vectors.pop("knock-keyed"), vectors.pop("envelope-keyed")
         for whole in (knock, envelope):
             bare = whole[:48] + bytes(16) + whole[64:]
@@ -112,7 +113,7 @@ class WorkerTest(unittest.TestCase):
         counters = deployment.counters()
         self.assertGreater(counters["objects_received"], 40, "results are large")
         self.assertGreater(counters["objects_sent"], 0, "a lease reply of many jobs is large")
-        # The judge says the same of what comes out.
+        # The judge's verdicts of the exported solutions are the same.
         exported = deployment.folder / "exported.json"
         deployment.call("export", 1, "--dataset", DATASET, "--out", exported)
         judged = json.loads(deployment.client("evaluate", exported, "--dataset", DATASET, "--format", "json"))
@@ -146,14 +147,14 @@ class WorkerTest(unittest.TestCase):
         code, words = leave(worker)
         self.assertEqual(code, 0, words)
         self.expect_complete(deployment, 12)
-        # A lease that died with the server before its reply was sent is an attempt, too, but nobody's.
+        # A lease lost in a crash of the server before its reply was sent is an attempt without a worker.
         self.assertEqual(
             deployment.query("SELECT count(*) FROM attempts WHERE message NOT LIKE '%never received the lease%'"),
             [(12,)], words)
 
 
 class EndpointTest(unittest.IsolatedAsyncioTestCase):
-    """The rules of calls and reports, from the worker's endpoint."""
+    """The rules of calls and reports, tested with the worker's endpoint."""
 
     async def asyncTearDown(self):
         for endpoint in self._endpoints:
@@ -189,7 +190,7 @@ class EndpointTest(unittest.IsolatedAsyncioTestCase):
         return deployment
 
     def specification(self):
-        """One job, in the words of PROTOCOL.md, section 9."""
+        """Returns a specification with one job by PROTOCOL.md, section 9."""
         return {"spec_version": 1, "name": "interop", "seed": 1, "repetitions": 1,
                 "dataset": {"name": "any", "hash": self._hash},
                 "tasks": [{"task": "posture", "problems": [0], "waypoints": [1]}], "initializations": ["good"],
@@ -306,7 +307,7 @@ def main():
         print(__doc__, file=sys.stderr)
         return 2
     build = sys.argv.pop(1)
-    logging.getLogger("asyncio").setLevel(logging.ERROR)  # that the client program takes its time
+    logging.getLogger("asyncio").setLevel(logging.ERROR)  # suppresses warnings that the client program is slow
     try:
         frames.check_route(GROUP, 1)
     except OSError as error:

@@ -1,4 +1,5 @@
-"""LCM's encoding, made at run time from the .lcm files: a message is bytes on the wire and a namespace in Python."""
+"""LCM's encoding, generated at run time from the .lcm files: a message is bytes on the wire and a namespace in
+Python."""
 
 import math
 import re
@@ -6,7 +7,7 @@ import struct
 from pathlib import Path
 from types import SimpleNamespace
 
-# What LCM writes in front of a datagram of its short form: magic, sequence number, channel.
+# Prefix of LCM's short datagrams: magic, sequence number, channel.
 SHORT_MAGIC = b"LC02"
 CHANNEL = b"LEGOPT\0"
 
@@ -18,7 +19,7 @@ MASK = (1 << 64) - 1
 
 
 class Malformed(ValueError):
-    """Bytes that are no such message."""
+    """Bytes that do not decode as the message."""
 
 
 class Field:
@@ -73,7 +74,7 @@ class Messages:
     # Encoding
 
     def encode(self, name, **values):
-        """Fields that are not given are 0, empty, or counted."""
+        """Encodes a message. Omitted fields are 0, empty, or counted."""
         return self._fingerprints[name] + self._encode_fields(name, values)
 
     def _encode_fields(self, name, values):
@@ -107,7 +108,7 @@ class Messages:
     # Decoding
 
     def decode(self, name, data):
-        """A namespace of the fields. Every byte must be accounted for."""
+        """Returns a namespace of the fields. Every byte must be consumed."""
         if data[:8] != self._fingerprints[name]:
             raise Malformed(f"not a {name}")
         message, end = self._decode_fields(name, data, 8)

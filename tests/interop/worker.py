@@ -2,7 +2,7 @@
 """A legopt worker in Python, written from lcmtypes/PROTOCOL.md: an example for workers in other languages.
 
 It answers jobs with the solutions of a LegOpt solution file; a job without one ends with outcome "error".
-SIGTERM or Ctrl-C: what is running is finished and delivered, the rest given back; a second one gives back everything.
+SIGTERM or Ctrl-C: running jobs are finished and delivered, and the others released; a second signal releases all jobs.
 """
 
 import argparse
@@ -24,19 +24,19 @@ from wire import Messages
 LCMTYPES = Path(__file__).resolve().parents[2] / "lcmtypes"
 OK, NONE_NOW, UNKNOWN_WORKER, DATASET_MISMATCH, NO_MORE_WORK = range(5)  # lease_reply.status
 HELLO_DATASET_MISMATCH = 2
-CONTINUE, CANCEL, UNKNOWN_LEASE = range(3)  # of heartbeat_reply
+CONTINUE, CANCEL, UNKNOWN_LEASE = range(3)  # heartbeat_reply
 CANCELLED, ERROR = 4, 5                     # result_request.outcome
 RESULT_WORDS = ("accepted", "accepted before", "stale", "refused")
-TRY_AGAIN = (4, 7)  # codes after which a new call may do better
+TRY_AGAIN = (4, 7)  # codes after which a new call may succeed
 EXIT_OK, EXIT_USAGE, EXIT_UNREACHABLE, EXIT_DATASET, EXIT_NETWORK = 0, 2, 3, 5, 7
-STOP_SHARE = 0.9  # of a lease: nothing of an attempt may run after that
+STOP_SHARE = 0.9  # fraction of a lease after which no work of an attempt may run
 HEARTBEAT_DEADLINE_S = 2.0
-HELD_READY_S = 2.0  # a job that has waited for so long behind others is given back
+HELD_READY_S = 2.0  # a job that has waited this long behind others is released
 MAX_LOG_BYTES = 1 << 16
 
 
 class GivingUp(Exception):
-    """This worker cannot work here."""
+    """This worker cannot work in this deployment."""
 
     def __init__(self, exit_code, text):
         super().__init__(text)
@@ -44,7 +44,7 @@ class GivingUp(Exception):
 
 
 class Job:
-    """A lease that this worker holds, and the attempt under it."""
+    """A lease that this worker holds, and its attempt."""
 
     def __init__(self, lease, asked):
         self.lease = lease
@@ -53,7 +53,7 @@ class Job:
         self.renew(asked)
 
     def renew(self, asked):
-        """The server has renewed the lease, upon a request sent at `asked` or later."""
+        """Records that the server has renewed the lease after a request sent at `asked` or later."""
         self.ends = asked + self.lease.lease_us * STOP_SHARE / 1e6
 
     def stop(self, verdict):
@@ -61,7 +61,8 @@ class Job:
         self.stopped.set()
 
     async def work(self, seconds):
-        """What a solver would do. False when the lease ran out: nothing may be done about the job any more."""
+        """Simulates a solver's work. Returns false if the lease expired: then the worker must stop all work on the
+        job."""
         begun = time.monotonic()
         while not self.stopped.is_set() and time.monotonic() < min(begun + seconds, self.ends):
             await sleep_unless(self.stopped, min(begun + seconds, self.ends) - time.monotonic())
@@ -72,17 +73,17 @@ class Job:
 
 
 class Worker:
-    """Registers, asks for jobs, keeps their leases, delivers. Belongs to the running event loop."""
+    """Registers, requests jobs, renews their leases, delivers results. Belongs to the running event loop."""
 
     def __init__(self, endpoint, answers, dataset, options):
         self._endpoint = endpoint
         self._answers = answers
         self._dataset = dataset
         self._capabilities = [{"kind": "dataset", "name": dataset["name"], "hash": dataset["hash"]}]
-        for model in "solid", "surface", "surface_oriented":  # whatever a method's, its solutions are those of a file
+        for model in "solid", "surface", "surface_oriented":  # solutions come from a file for any collision model
             self._capabilities.append({"kind": "collision", "name": model, "hash": ""})
         self._options = options
-        self._server = None  # its last hello_reply
+        self._server = None  # the last hello_reply
         self._greeting = asyncio.Lock()
         self._jobs = set()
         self._methods = {}
@@ -91,7 +92,7 @@ class Worker:
         self._exit_code = EXIT_OK
 
     def leave(self):
-        """Once: no more jobs. Twice: and give back those at hand."""
+        """First call: requests no more jobs. Second call: releases all current jobs as well."""
         if self._leaving.is_set():
             self._hurrying = True
             for job in self._jobs:
@@ -99,7 +100,7 @@ class Worker:
         self._leaving.set()
 
     async def run(self):
-        """Until told to leave; returns the exit code. Throws GivingUp."""
+        """Runs until asked to stop; returns the exit code. Throws GivingUp."""
         await self._hello(None)
         slots = [self._slot(number) for number in range(self._options.slots)]
         tasks = [asyncio.ensure_future(task) for task in [self._heartbeats(), *slots]]
@@ -111,7 +112,7 @@ class Worker:
                 task.cancel()
 
     async def _call(self, name, **fields):
-        """A call that outlives time-outs: the server may be restarted meanwhile."""
+        """Makes a call that is repeated after time-outs, since the server may be restarting."""
         while True:
             try:
                 return await self._endpoint.call(name, **fields)
@@ -126,7 +127,7 @@ class Worker:
                 await asyncio.sleep(1)
 
     async def _hello(self, outdated):
-        """Registers, unless that was done since `outdated` was what the server had told."""
+        """Registers, unless that was done since the hello_reply `outdated`."""
         async with self._greeting:
             if self._server is not outdated:
                 return
@@ -142,7 +143,7 @@ class Worker:
             self._server = reply
 
     async def _heartbeats(self):
-        """Renews all leases, and without any tells that the worker lives, until it leaves."""
+        """Renews all leases until the worker leaves; without leases, reports that the worker is alive."""
         while self._jobs or not self._leaving.is_set():
             await asyncio.sleep(self._server.heartbeat_us / 1e6)
             server, jobs, asked = self._server, list(self._jobs), time.monotonic()
@@ -150,7 +151,7 @@ class Worker:
                 reply = await self._endpoint.call("heartbeat", deadline=HEARTBEAT_DEADLINE_S, **told(server),
                                                   load=os.getloadavg()[0], leases=[job.identity() for job in jobs])
             except (TimedOut, Refused) as error:
-                say(f"heartbeat: {error}")  # unrenewed jobs stop by themselves
+                say(f"heartbeat: {error}")  # jobs without renewal stop by themselves
                 continue
             for job, verdict in zip(jobs, reply.verdicts):
                 if verdict == CONTINUE:
@@ -181,7 +182,7 @@ class Worker:
                 await sleep_unless(self._leaving, reply.retry_after_us / 1e6 * random.uniform(0.75, 1.25))
 
     async def _attempt(self, job, turn):
-        """From lease to report; the lease is renewed until the report is answered."""
+        """Runs a job from lease to report. The lease is renewed until the report is answered."""
         ours = await self._wait_for(turn, job)
         if not ours or self._leaving.is_set():
             job.stop(job.verdict or CANCEL)
@@ -196,7 +197,8 @@ class Worker:
             turn.release()
 
     async def _wait_for(self, turn, job):
-        """Until the slot has done the jobs before this one; false when that takes too long or need not be any more."""
+        """Waits until the slot has done the earlier jobs; returns false if that takes too long or is no longer
+        needed."""
         events = [asyncio.ensure_future(event) for event in (turn.acquire(), job.stopped.wait(), self._leaving.wait())]
         await asyncio.wait(events, timeout=HELD_READY_S, return_when=asyncio.FIRST_COMPLETED)
         ours = events[0].done()
@@ -212,7 +214,7 @@ class Worker:
         return {**result, "log_tail": log[-MAX_LOG_BYTES:]}
 
     async def _method(self, method_hash):
-        """The canonical options behind a hash: what a solver would need."""
+        """Returns the canonical options of a hash, which a solver would need."""
         if method_hash not in self._methods:
             reply = await self._call("method", hash=method_hash)
             self._methods[method_hash] = reply.options_json if reply.status == OK else "unknown"
@@ -225,7 +227,7 @@ class Worker:
 
 
 def told(server):
-    """What hello told, as later requests repeat it."""
+    """Returns the fields of the hello_reply that later requests repeat."""
     return {"worker_id": server.worker_id, "server_instance": server.server_instance}
 
 

@@ -1,5 +1,5 @@
-// Policy: a method is read strictly and all its faults are told at once, wherever it was made; its canonical form, and
-// with it its hash, is that of the results that people already have.
+// Policy: a method is parsed strictly from any source, and all its errors are reported at once. Its canonical form,
+// and with it its hash, must not change for stored results.
 
 #include "legopt/methods/method.h"
 
@@ -20,7 +20,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-/// "FIELD: MESSAGE" of all faults, in their order.
+/// Returns "FIELD: MESSAGE" of all errors, in their order.
 template <class Make>
 std::vector<std::string> FaultsOf(Make make) {
   std::vector<std::string> faults;
@@ -87,7 +87,7 @@ TEST(Method, HashIgnoresTheNameOnly) {
   EXPECT_NE(plain.Hash(), different.Hash());
 }
 
-// The canonical form says nothing of `reference`, so hashes stay those of the results that there are.
+// The canonical form omits `reference`, so hashes of stored results are unchanged.
 TEST(Method, ThePairsOfTheOriginalEvaluatorAreNotWritten) {
   const Method plain = Method::FromJson(json::parse(R"({"solver": "best"})"), "");
   const Method all = Method::FromJson(json::parse(R"({"solver": "best", "options": {"pairs": "all"}})"), "");
@@ -127,7 +127,7 @@ TEST(Method, WrongTypesAndRanges) {
   EXPECT_EQ(FaultOf(R"({"solver": "sqp", "options": {"collision": "solids"}})").field, "options.collision");
 }
 
-/// Stored results are found by these; a new option or default makes others, on purpose.
+/// Stored results are found by these hashes; a new option or default changes them on purpose.
 TEST(Method, HashesOfTheDefaultsStay) {
   const std::pair<const char*, const char*> hashes[] = {
       {"sqp", "5af88f65e077a8b7521d494cc250c767f816a81cccbcb973d17506ba28f06e5c"},

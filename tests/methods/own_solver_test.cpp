@@ -1,5 +1,5 @@
-// A solver of one's own: registered by a program outside of the library, described, checked and hashed like the others,
-// and solved with. Also an example of how to do that.
+// A custom solver, registered by a program outside of the library: described, checked and hashed like the others, and
+// used for solving. Also serves as an example.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ struct CompassOptions {
   int max_iterations = 10'000;
   StepRule rule = StepRule::kShrinking;
   double penalty = 100.0;              ///< mu, > 0
-  double constraint_tolerance = 1e-3;  ///< of each violation, > 0
+  double constraint_tolerance = 1e-3;  ///< limit of each violation, > 0
 
   static void Visit(auto& options, auto& fields) {
     fields.Number("step", options.step, 1e-9, 10.0);
@@ -46,7 +46,7 @@ struct CompassOptions {
   }
 };
 
-/// Tries a step to either side along each variable in turn; halves it when none is lower.
+/// Tries a step in both directions along each variable in turn; halves it if none reduces the merit.
 class CompassSolver : public legopt::Solver {
  public:
   explicit CompassSolver(const CompassOptions& options) : options_(options) {}

@@ -1,5 +1,5 @@
-// No heap in the inner loops: a solve by a solver that has solved the problem before asks for as many blocks however
-// many iterations it takes.
+// No heap allocation in the inner loops: a repeated solve of a problem allocates the same number of blocks for any
+// number of iterations.
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ struct Variant {
   std::string word;
   bool sampled = false;
 
-  /// No solve ends early by success.
+  /// Creates a method that never ends early by success.
   Method Make(int max_iterations) const {
     nlohmann::json description = {{"solver", word},
                                   {"options",
@@ -46,7 +46,7 @@ struct Variant {
   }
 };
 
-/// All solvers but Ipopt, whose iterations are not ours.
+/// Returns all solvers except Ipopt, whose iterations are external code.
 std::vector<Variant> Variants() {
   std::vector<Variant> variants;
   for (const SolverEntry& entry : SolverRegistry()) {
@@ -64,7 +64,7 @@ class Allocations : public ::testing::TestWithParam<Variant> {
     long blocks = 0;
   };
 
-  /// Of the second solve with the given number of iterations per penalty.
+  /// Counts allocations of the second solve with the given number of iterations per penalty.
   static Count SecondSolve(Program& program, const Eigen::VectorXd& start, int max_iterations) {
     const std::unique_ptr<Solver> solver = MakeSolver(GetParam().Make(max_iterations));
     Count count;
@@ -84,7 +84,7 @@ class Allocations : public ::testing::TestWithParam<Variant> {
     const Count brief = SecondSolve(program, start, 1);
     EXPECT_GT(full.iterations, brief.iterations + 3);
     EXPECT_EQ(full.blocks, brief.blocks) << full.iterations << " iterations against " << brief.iterations;
-    // A window of LegOpt-best begins with a descent of its own.
+    // LegOpt-best begins a window with an additional descent.
     const int descents = GetParam().word == "best" && program.num_waypoints() > 1 ? 2 : 1;
     EXPECT_LE(full.blocks, descents * kOnce);
   }

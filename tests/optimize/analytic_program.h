@@ -14,29 +14,29 @@ inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 inline Eigen::VectorXd One(double value) { return Eigen::VectorXd::Constant(1, value); }
 
-/// A small nonlinear program given by functions: a chain of waypoints in R^n, tangent = point.
+/// A small nonlinear program defined by functions: a chain of waypoints in R^n, tangent = point.
 class AnalyticProgram : public Program {
  public:
-  /// Of the concatenated waypoints that the term touches.
+  /// Residuals of the concatenated waypoints that the term depends on.
   using Residuals = std::function<Eigen::VectorXd(const Eigen::VectorXd&)>;
 
-  /// Bounds of all waypoints together.
+  /// Constructs a program with bounds of all waypoints together.
   AnalyticProgram(Eigen::VectorXd lower, Eigen::VectorXd upper, int num_waypoints = 1)
       : num_waypoints_(num_waypoints), lower_(std::move(lower)), upper_(std::move(upper)) {}
 
-  /// Jacobians by central differences: the programs are tiny and smooth.
+  /// Adds a term whose Jacobian is computed by central differences; the programs are tiny and smooth.
   void Add(TermKind kind, Residuals residuals, int unit = -1) {
     AddShaped({"function", kind, 0, 1, unit}, std::move(residuals));
   }
-  /// An inequality of a program of one waypoint that keeps `reserve` more than it has to.
+  /// Adds an inequality with safety margin `reserve` to a program of one waypoint.
   void AddWithReserve(Residuals residuals, double reserve) {
     terms_.push_back(std::make_unique<ReservedTerm>(std::move(residuals), reserve, *this));
   }
-  /// A term that can be set aside.
+  /// Adds a term that can be disabled.
   void AddInTheWay(TermShape shape, Residuals residuals) {
     terms_.push_back(std::make_unique<TermInTheWay>(std::move(shape), std::move(residuals), *this));
   }
-  /// `absent_row`: see Term::AbsentRow, for functions whose number of rows varies.
+  /// Adds a term. `absent_row`: see Term::AbsentRow, for functions with a varying number of rows.
   void AddShaped(TermShape shape, Residuals residuals, double absent_row = -std::numeric_limits<double>::infinity()) {
     terms_.push_back(std::make_unique<FunctionTerm>(std::move(shape), std::move(residuals), absent_row, *this));
   }
@@ -140,7 +140,7 @@ class AnalyticProgram : public Program {
   std::vector<std::unique_ptr<Term>> terms_;
 };
 
-/// One waypoint in a plane, at most `limit` from the origin in each coordinate.
+/// Returns one waypoint in a plane, at most `limit` from the origin in each coordinate.
 inline AnalyticProgram Plane(double limit = kInfinity) {
   return {Eigen::VectorXd::Constant(2, -limit), Eigen::VectorXd::Constant(2, limit)};
 }

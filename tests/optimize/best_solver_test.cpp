@@ -1,4 +1,4 @@
-// LegOpt-best: what its further starts are for.
+// Internal restarts of LegOpt-best.
 
 #include "legopt/optimize/best_solver.h"
 
@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::VectorXd;
 
-/// Two wells, the left one cheaper; SQP from the right ends in the right one.
+/// Adds two wells, the left one with lower cost; SQP from the right ends in the right one.
 void AddTwoWells(AnalyticProgram& program) {
   program.Add(TermKind::kCost, [](const VectorXd& x) { return One(x[0] * x[0] - 1.0); });
   program.Add(TermKind::kCost, [](const VectorXd& x) { return One(0.3 * (x[0] + 1.0)); });
@@ -45,7 +45,7 @@ TEST(Best, RefinementsFindTheCheaperWell) {
   EXPECT_EQ(best.starts, 1 + options.refinements);
 }
 
-/// x (x^2 - 1) > 0.5 holds right of 1.19 only; left of there the slope leads into a valley.
+/// Adds x (x^2 - 1) > 0.5, which holds only for x > 1.19; further left the gradient leads into a valley.
 void AddPit(AnalyticProgram& program) {
   program.Add(TermKind::kInequality, [](const VectorXd& x) { return One(0.5 - x[0] * (x[0] * x[0] - 1.0)); });
 }
@@ -77,7 +77,7 @@ TEST(Best, FreeVariablesAreNotScattered) {
   EXPECT_NEAR(x[1], M_PI / 2, 1e-3) << "the next optimum of the free variable is far away";
 }
 
-/// Three waypoints that want to be where their neighbours are; in the middle one there is the pit.
+/// Three waypoints, each attracted by its neighbours; the middle one has the pit of AddPit.
 class ChainWithAPit : public AnalyticProgram {
  public:
   ChainWithAPit() : AnalyticProgram(Eigen::Vector3d(-1, -1, -1), Eigen::Vector3d(3, 3, 3), 3) {
@@ -89,7 +89,7 @@ class ChainWithAPit : public AnalyticProgram {
   }
 };
 
-/// Too little noise to leave the pit with, and steps too short to leap over its wall.
+/// Returns options with too little noise to leave the pit and steps too short to cross its wall.
 BestOptions QuietRescues() {
   BestOptions options;
   options.sqp.trust_box_size = 0.05;
@@ -102,7 +102,7 @@ TEST(Best, WaypointsAloneRescueAChain) {
   ChainWithAPit program;
   BestOptions options = QuietRescues();
   const Eigen::Vector3d start(1.5, -0.9, 1.5);
-  // Neighbours that are held cannot pull the middle one out of its pit, nor be pulled into it.
+  // Fixed neighbours can neither pull the middle waypoint out of its pit nor be pulled into it.
   program.AddShaped({"first", TermKind::kEquality, 0, 1, -1}, [](const VectorXd& x) { return One(x[0] - 1.5); });
   program.AddShaped({"last", TermKind::kEquality, 2, 1, -1}, [](const VectorXd& x) { return One(x[0] - 1.5); });
   options.waypoint_starts = 0;
@@ -119,7 +119,7 @@ TEST(Best, WaypointsAloneRescueAChain) {
                                        "place, the chain";
 }
 
-// The pit lies between the start and where the costs lead. Its slope says nothing of that.
+// The pit is between the initial guess and the optimum of the costs, and its gradient points away from it.
 TEST(Best, AFreeDescentPassesWhatIsInTheWay) {
   AnalyticProgram program(Eigen::Vector2d(-1, -1), Eigen::Vector2d(3, 3), 2);
   program.AddShaped({"there", TermKind::kCost, 0, 2, -1},
@@ -144,7 +144,7 @@ TEST(Best, AFreeDescentPassesWhatIsInTheWay) {
   EXPECT_EQ(rows, std::vector<double>{0.5}) << "what was set aside is back";
 }
 
-// Where the free descent leads there is no way out: next comes the start itself.
+// The free descent ends in a dead end, so the original initial guess is tried next.
 TEST(Best, AStartThatAFreeDescentSpoilsIsTriedAsItWas) {
   AnalyticProgram program(Eigen::Vector2d(-1, -1), Eigen::Vector2d(3, 3), 2);
   program.AddShaped({"there", TermKind::kCost, 0, 2, -1},
@@ -161,7 +161,7 @@ TEST(Best, AStartThatAFreeDescentSpoilsIsTriedAsItWas) {
   EXPECT_EQ(result.starts, 2);
 }
 
-// The costs draw the middle waypoint into the pit more strongly than the first penalties keep it out.
+// The costs attract the middle waypoint into the pit more strongly than the first penalties repel it.
 TEST(Best, WaypointsThatWereSolvedAloneAreNotLost) {
   ChainWithAPit program;
   program.AddShaped({"into the pit", TermKind::kCost, 1, 1, -1},
@@ -178,7 +178,7 @@ TEST(Best, WaypointsThatWereSolvedAloneAreNotLost) {
   EXPECT_EQ(result.starts, 1 + 2 + 2) << "the chain, the waypoint twice, the chain from there, and once more steadily";
 }
 
-// Where it is, one start ends in the pit; its neighbour's place is only the second.
+// The first start, at the current point, ends in the pit; the neighbour's position is only tried second.
 TEST(Best, WhatIsViolatedGetsManyStartsAtLast) {
   ChainWithAPit program;
   program.AddShaped({"first", TermKind::kEquality, 0, 1, -1}, [](const VectorXd& x) { return One(x[0] - 1.5); });
@@ -206,7 +206,7 @@ TEST(Best, AWaypointThatNothingSolvesLeavesTheRescuesAsTheyWere) {
       << "the other waypoints have nothing to be solved for alone; the last 25 are those of patience";
 }
 
-// A gap of 0.02 between two walls that both want a distance of 0.015.
+// Two walls 0.02 apart, each with a margin of 0.015.
 TEST(Best, WhatNothingElseSolvesSpendsTheReserve) {
   AnalyticProgram program(One(-1), One(1));
   program.AddWithReserve([](const VectorXd& x) { return One(x[0] - 0.51); }, 0.015);
@@ -220,7 +220,7 @@ TEST(Best, WhatNothingElseSolvesSpendsTheReserve) {
   const SolverResult result = Solve(options, program, x);
   EXPECT_TRUE(result.feasible);
   EXPECT_NEAR(x[0], 0.5, 0.01 + options.sqp.constraint_tolerance);
-  // It is kept again afterwards, and never touched where something else helps.
+  // The margin is restored afterwards, and is unchanged if another restart succeeds.
   std::vector<double> rows;
   program.SetPoint(One(0.51));
   program.terms()[0]->Evaluate(rows);
@@ -232,7 +232,7 @@ TEST(Best, WhatNothingElseSolvesSpendsTheReserve) {
   EXPECT_GT(x[0], 0.505 - options.sqp.constraint_tolerance);
 }
 
-// The cost draws towards one of two walls, 0.015 apart; of both distances half is kept, which is enough.
+// The cost attracts towards one of two walls, 0.015 apart. Both margins are halved, which suffices.
 TEST(Best, HalfOfTheReserveIsSpentFirst) {
   AnalyticProgram program(One(-1), One(1));
   program.AddWithReserve([](const VectorXd& x) { return One(0.49 - x[0]); }, 0.01);
@@ -244,7 +244,7 @@ TEST(Best, HalfOfTheReserveIsSpentFirst) {
   EXPECT_NEAR(x[0], 0.495, 1.1 * options.sqp.constraint_tolerance);
 }
 
-// Near the start there is nothing; what the costs draw away from is found without them.
+// There is no solution near the initial guess. The costs attract away from the solution, which is found without them.
 TEST(Best, ASingleWaypointIsSearchedWithoutItsCosts) {
   AnalyticProgram program(One(-1), One(3));
   AddPit(program);
@@ -267,7 +267,7 @@ TEST(Best, AStopEndsTheWaypointsAlone) {
   program.AddInTheWay({"aside", TermKind::kInequality, 0, 1, -1}, [](const VectorXd& x) { return One(x[0] - 1.4); });
   program.AddShaped({"never", TermKind::kEquality, 1, 1, -1}, [](const VectorXd& x) { return One(x[0] * x[0] + 1); });
   BestOptions options = QuietRescues();
-  options.waypoint_starts = 4;  // the time is the square of the starts
+  options.waypoint_starts = 4;  // the time is quadratic in the starts
   VectorXd x = Eigen::Vector3d(1.5, -0.9, 1.5);
   std::mt19937_64 generator(3);
   SolverContext context;

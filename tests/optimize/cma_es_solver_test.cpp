@@ -1,4 +1,4 @@
-// CMA-ES in the penalty loop: bounds and fixed variables in more dimensions than the conformance catalogue has.
+// CMA-ES in the penalty loop: bounds and fixed variables in more dimensions than in the conformance catalogue.
 #include "legopt/optimize/cma_es_solver.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,8 @@ namespace {
 
 constexpr int kVariables = 10;
 
-/// Pulls coordinate i to (i + 1) / 5; the bounds are 1 on both sides, so that the last five are at one.
+/// Returns a program that attracts coordinate i to (i + 1) / 5. The bounds are -1 and 1, so the last five are at a
+/// bound.
 std::unique_ptr<AnalyticProgram> PulledBeyondItsBounds() {
   auto program = std::make_unique<AnalyticProgram>(Eigen::VectorXd::Constant(kVariables, -1.0),
                                                    Eigen::VectorXd::Constant(kVariables, 1.0));

@@ -1,7 +1,7 @@
-// CMA-ES's distribution on the standard functions in ten variables, to 1e-10 from sigma = 0.5. On Rosenbrock's function
-// the documented run of pycma, by the method's author, takes 6,000 evaluations (cma.fmin from 0.1, without active
-// update): here the median of nine seeds takes at most as many. For the others, no such run is documented; they are
-// held to 1.2 times what was measured (1,620; 4,350; in other axes 4,310).
+// CMA-ES's distribution on the standard functions in ten variables, to 1e-10 from sigma = 0.5. For Rosenbrock's
+// function, the documented run of pycma, by the method's author, takes 6,000 evaluations (cma.fmin from 0.1, without
+// active update); here the median of nine seeds must not exceed this. No such run is documented for the others: their
+// limits are 1.2 times the measured numbers (1,620; 4,350; rotated 4,310).
 #include "legopt/optimize/covariance_adaptation.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ struct BlackBoxDescent {
   int evaluations = 0;
 };
 
-/// Until f < target or the evaluations are used up.
+/// Minimizes until f < target or the evaluations are used up.
 BlackBoxDescent MinimizeBlackBox(const BlackBox& f, const Eigen::VectorXd& start, int most_evaluations,
                                  unsigned seed = 1) {
   constexpr double kTarget = 1e-10;
@@ -56,7 +56,7 @@ double Ellipsoid(const Eigen::VectorXd& x) {
   return sum;
 }
 
-/// The ellipsoid in other axes: what only a full covariance sees.
+/// Returns the ellipsoid in rotated axes, which only a full covariance can represent.
 double RotatedEllipsoid(const Eigen::VectorXd& x) {
   Eigen::VectorXd mirror = Eigen::VectorXd::LinSpaced(x.size(), 1.0, 2.0).array().sin();
   mirror.normalize();
@@ -75,7 +75,7 @@ struct EvaluationBound {
   const char* name;
   double (*function)(const Eigen::VectorXd&);
   double start;
-  int evaluations;  ///< at most, in the median
+  int evaluations;  ///< limit of the median
 };
 
 class StandardFunctions : public ::testing::TestWithParam<EvaluationBound> {};

@@ -18,7 +18,7 @@ namespace legopt::test {
 long HeapCount() { return count; }
 }  // namespace legopt::test
 
-// glibc lets a program replace malloc and keeps its own under these names.
+// glibc lets a program replace malloc and exports its own under these names.
 extern "C" {
 void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t number, std::size_t size);

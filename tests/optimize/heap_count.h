@@ -2,8 +2,8 @@
 
 namespace legopt::test {
 
-/// Blocks that this thread has asked the heap for since it started: malloc and everything on top of it (operator new,
-/// Eigen, ODE). -1 under a sanitizer, which has a heap of its own.
+/// Returns the number of heap blocks that this thread has allocated since it started: malloc and everything based on
+/// it (operator new, Eigen, ODE). -1 under a sanitizer, which has a heap of its own.
 long HeapCount();
 
 }  // namespace legopt::test

@@ -1,4 +1,4 @@
-// The smooth penalties and the step lengths of gradient methods, on functions whose answers are known.
+// The smooth penalties and the step lengths of gradient methods, on functions with known answers.
 
 #include "legopt/optimize/line_search.h"
 
@@ -88,7 +88,7 @@ TEST(LineSearch, WolfePointsOfKnownFunctions) {
       {[](double a) { return std::cosh(a - 1); }, [](double a) { return std::sinh(a - 1); }},
       {[](double a) { return -a / (a * a + 2); }, [](double a) { return (a * a - 2) / ((a * a + 2) * (a * a + 2)); }},
       {[](double a) { return std::cos(a + 0.1) - 0.1 * a; }, [](double a) { return -std::sin(a + 0.1) - 0.1; }},
-      // A penalty of slope 1e6 with a kink as narrow as the smooth penalties' at w = 1e4.
+      // A penalty of slope 1e6 with a kink as narrow as that of the smooth penalties at w = 1e4.
       {[](double a) { return 1e6 * SmoothAbs(a - 0.37, 1e4).value; },
        [](double a) { return 1e6 * SmoothAbs(a - 0.37, 1e4).slope; }},
   };
@@ -115,7 +115,7 @@ TEST(LineSearch, StaysWhereTheFunctionIsDefined) {
 }
 
 TEST(LineSearch, GivesUpWhereNothingFalls) {
-  // The slope lies: the function rises.
+  // The given slope is wrong: the function increases.
   Function phi([](double a) { return a; }, [](double) { return -1.0; });
   const LineSearchResult found = SearchWolfe(phi, phi.Start(1.0), {});
   EXPECT_EQ(found.alpha, 0.0);

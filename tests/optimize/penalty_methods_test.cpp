@@ -1,4 +1,5 @@
-// SGD, Adam, Nadam, CHOMP and STOMP on small problems with known optima, and their honesty on those that have none.
+// SGD, Adam, Nadam, CHOMP and STOMP on small problems with known optima, and the correctness of their reports on
+// problems without a solution.
 
 #include <gtest/gtest.h>
 
@@ -22,7 +23,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::VectorXd;
 
-constexpr double kCloseEnough = 0.02;  // first-order methods stop when a step no longer pays
+constexpr double kCloseEnough = 0.02;  // first-order methods stop when steps no longer improve
 
 struct Variant {
   std::string solver;
@@ -37,8 +38,8 @@ class PenaltyMethods : public ::testing::TestWithParam<Variant> {
   SolverResult Solve(AnalyticProgram& program, VectorXd& x, const StopCheck& stop = {}) {
     std::mt19937_64 generator(7);
     history_.clear();
-    // A first penalty just above the multipliers (at most 4): the larger it is, the slower these methods are along a
-    // constraint, and they stop at once when feasible.
+    // A first penalty just above the multipliers (at most 4). With larger penalties these methods move more slowly
+    // along a constraint, and they stop as soon as they are feasible.
     const nlohmann::json options = {{"initial_penalty", 5.0}, {"min_improve_frac", 1e-7}, {"max_epochs", 5000}};
     const auto solver = MakeSolver(Method::FromJson({{"solver", GetParam().solver},
                                                      {"sample_size", GetParam().sample_size},
@@ -106,7 +107,7 @@ TEST_P(PenaltyMethods, NotANumberAtTheStart) {
 
 TEST_P(PenaltyMethods, PointsThatAreNotANumberAreNeverReturned) {
   AnalyticProgram program = Plane();
-  // Undefined left of 0.2; both costs pull to the left, and a sample may see the one that is defined only.
+  // Undefined for x < 0.2. Both costs attract to the left, and a sample may contain only the defined one.
   program.Add(TermKind::kCost, [](const VectorXd& x) { return One(x[0] < 0.2 ? std::nan("") : x[0]); });
   program.Add(TermKind::kCost, [](const VectorXd& x) { return One(x[0] + 1.0); });
   VectorXd x = Vector2d(0.37, 0);
@@ -160,7 +161,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, PenaltyMethods,
                                            Variant{"nadam", 50}, Variant{"sgd", 50, true}, Variant{"adam", 50, true},
                                            Variant{"nadam", 50, true}));
 
-/// Ten terms, and how many of them are looked at from one point to the next.
+/// Ten terms, and a count of those evaluated at each point.
 class CountingProgram : public AnalyticProgram {
  public:
   CountingProgram() : AnalyticProgram(Vector2d(-3, -3), Vector2d(3, 3)) {
@@ -177,7 +178,7 @@ class CountingProgram : public AnalyticProgram {
     AnalyticProgram::SetPoint(x);
   }
 
-  /// Entry n: points at which n terms were looked at.
+  /// Returns a list whose entry n is the number of points at which n terms were evaluated.
   const std::vector<int>& points() {
     Count();
     return points_;
@@ -216,7 +217,8 @@ TEST_P(Batches, AreAllThatAnIterationLooksAt) {
   const int epochs = iterations / ((10 + batch - 1) / batch);
   const std::vector<int>& points = program.points();
   ASSERT_GT(epochs, 3);
-  // Besides batches: the start, each end of an epoch, and with a memory the first look at each penalty.
+  // In addition to batches, all terms are evaluated at the start, at each end of an epoch, and with incremental
+  // sampling once at each penalty.
   EXPECT_LE(points[10], 1 + epochs + (GetParam().incremental ? kPenalties : 0));
   EXPECT_GE(points[10], 1 + epochs);
   EXPECT_GE(points[static_cast<size_t>(batch)], iterations) << "a look and a search each";
@@ -273,7 +275,7 @@ TEST(GradientSolver, DirectionsAreOfRememberedModelsWhenToldSo) {
 
 TEST(GradientSolver, TakesNoShortStepUphill) {
   AnalyticProgram program = Plane();
-  // |x| + |y|: no point beside a kink has a slope that is flat enough.
+  // |x| + |y|: no point near a kink has a sufficiently small slope.
   program.Add(TermKind::kCost, [](const VectorXd& x) { return VectorXd(x.cwiseAbs().cwiseSqrt()); });
   std::vector<IterationRecord> history;
   VectorXd x = Vector2d(0.3, 0.7);
@@ -369,14 +371,14 @@ TEST(WaypointMetric, IsTheInverseOfTheSmoothedIdentityAndKeepsCommonChanges) {
   EXPECT_EQ(alone, before);
 }
 
-// Of accelerations on the chain, by the definition.
+// Metric of accelerations on the chain, by the definition.
 MatrixXd AccelerationMetric(int waypoints, double smoothness) {
   MatrixXd k = MatrixXd::Zero(waypoints - 2, waypoints);
   for (int t = 0; t + 2 < waypoints; ++t) k.row(t).segment(t, 3) << 1.0, -2.0, 1.0;
   return MatrixXd::Identity(waypoints, waypoints) + smoothness * k.transpose() * k;
 }
 
-// What Correlate and Smooth do to unit vectors, one column each.
+// Applies Correlate and Smooth to unit vectors, one column each.
 MatrixXd ColumnsOf(WaypointMetric& metric, int waypoints, void (WaypointMetric::*map)(VectorXd&)) {
   MatrixXd columns(waypoints, waypoints);
   for (int t = 0; t < waypoints; ++t) {
@@ -469,7 +471,7 @@ TEST_F(Projection, TangentsLeaveTheConstraintsInSecondOrderOnly) {
   ASSERT_GT(v.norm(), 0.1);
   constexpr double kSmall = 1e-4;
   EXPECT_LT(LargestResidual(x_ + kSmall * v), 1e-7);
-  // It is a projection: what is tangent stays as it is.
+  // It is a projection: tangent vectors are unchanged.
   VectorXd again = v;
   projection_.MakeTangent(again);
   EXPECT_LT((again - v).norm(), 1e-7);

@@ -1,8 +1,8 @@
-// One catalogue of small programs for every solver of the registry. What is asked of each variant:
+// One catalogue of small programs for every solver of the registry. Requirements on each variant:
 //   * all terms per iteration: the known optimum, within the accuracy stated in kAccuracies;
-//   * sampled variants (they stop early or leave terms out by design): honesty only.
-// Honesty: the point is finite and within bounds, the value is the value there, the feasible flag follows from it, the
-// status agrees with both, a feasible start is never left for a worse feasible point.
+//   * sampled variants, which stop early or omit terms by design: only correct reports.
+// Correct report: the point is finite and within bounds, the value is the value there, the feasible flag follows from
+// it, the status agrees with both, and a feasible initial guess is never replaced by a worse feasible point.
 
 #include <gtest/gtest.h>
 
@@ -23,22 +23,23 @@ using Eigen::Vector2d;
 using Eigen::VectorXd;
 using nlohmann::json;
 
-/// How close a solver with all terms must come to a known optimum. A solver without a row of its own gets the last one.
+/// Required accuracy at a known optimum of a solver with all terms. The last row applies to solvers without their own.
 struct Accuracy {
   const char* word;
-  const char* options;  ///< that make it as accurate as that; the catalogue's scale is 1
-  double distance;      ///< of the point from the optimum, largest component
-  double violation;     ///< largest
+  const char* options;  ///< options that achieve this accuracy; the catalogue's scale is 1
+  double distance;      ///< largest component of the distance to the optimum
+  double violation;     ///< largest violation
 };
 
-// A penalty just above the multipliers, as steep ones make first-order steps along a constraint short, and patience.
+// A penalty just above the multipliers, since higher ones shorten first-order steps along a constraint, and many
+// steps.
 constexpr const char* kPatientDescent = R"({"initial_penalty": 5, "min_improve_frac": 1e-9, "max_epochs": 20000,
                                             "max_epochs_when_satisfied": 1000,
                                             "max_epochs_without_improvement": 1000})";
-constexpr double kOwnTolerance = 5e-4;  // what methods are held to on robots
+constexpr double kOwnTolerance = 5e-4;  // tolerance of methods on robots
 
 constexpr Accuracy kAccuracies[] = {
-    // Models without the curvature of constraints make steps along them short, hence many.
+    // Models without the curvature of constraints allow only short steps along them, hence many.
     {"sqp", R"({"min_approx_improve_frac": 1e-6, "min_approx_improve": 1e-9, "min_trust_box_size": 1e-6,
                 "max_iterations": 2000})",
      2e-2, 1e-4},
@@ -52,7 +53,7 @@ constexpr Accuracy kAccuracies[] = {
     {"adam", kPatientDescent, 0.06, kOwnTolerance},
     {"nadam", kPatientDescent, 0.06, kOwnTolerance},
     {"chomp", kPatientDescent, 0.1, kOwnTolerance},
-    // Its updates weigh each waypoint by itself, and so do not end where the sum is least.
+    // Its updates weight each waypoint separately, so they do not end at the minimum of the sum.
     {"stomp", kPatientDescent, 0.2, kOwnTolerance},
     {"cma_es", R"({"initial_penalty": 5, "min_improve_frac": 1e-7})", 1e-2, kOwnTolerance},
     {"", "{}", 0.15, kOwnTolerance},
@@ -93,7 +94,7 @@ std::vector<SolverVariant> Variants() {
   return variants;
 }
 
-/// A program of two or more terms with a start and, where there is one, the optimum.
+/// A program of two or more terms with an initial guess and, if it exists, the optimum.
 struct Example {
   const char* name;
   std::unique_ptr<AnalyticProgram> program;
@@ -105,7 +106,7 @@ std::unique_ptr<AnalyticProgram> BoxedPlane(double limit) {
   return std::make_unique<AnalyticProgram>(VectorXd::Constant(2, -limit), VectorXd::Constant(2, limit));
 }
 
-/// Pulls both coordinates to a point, each by a term of its own.
+/// Attracts both coordinates to a point, each by a separate term.
 void AddPull(AnalyticProgram& program, const Vector2d& to) {
   for (int i = 0; i < 2; ++i) {
     program.Add(TermKind::kCost, [to, i](const VectorXd& x) { return One(x[i] - to[i]); });
@@ -138,7 +139,7 @@ Example ActiveInequality() {
   return {"active inequality", std::move(program), Vector2d(1.5, 2), Vector2d(1, 1)};
 }
 
-/// The preference holds at a price, as its weight exceeds the multiplier.
+/// The preference holds at the cost of other terms, since its weight exceeds the multiplier.
 Example MetPreference() {
   auto program = BoxedPlane(5);
   AddPull(*program, {1, 0});
@@ -148,7 +149,7 @@ Example MetPreference() {
   return {"met preference", std::move(program), Vector2d(2, 2), Vector2d(0.2, 0.8)};
 }
 
-/// An equality forbids what is preferred: the program is feasible all the same.
+/// An equality contradicts the preference: the program is feasible nevertheless.
 Example ForbiddenPreference() {
   auto program = BoxedPlane(5);
   AddPull(*program, {0, 0.5});
@@ -164,7 +165,7 @@ Example InactiveInequality() {
   return {"inactive inequality", std::move(program), Vector2d(0, 0), Vector2d(1, 1)};
 }
 
-/// A disc that is felt only from nearby, as contacts are.
+/// A disc with a limited range, like a contact.
 Example RowThatComesAndGoes() {
   constexpr double kRange = 0.1;
   auto program = BoxedPlane(5);
@@ -175,7 +176,7 @@ Example RowThatComesAndGoes() {
   return {"row that comes and goes", std::move(program), Vector2d(2, 1), Vector2d(1, 0)};
 }
 
-/// Four waypoints on a line: the first fixed at 0, the last to be at 1.5, squared steps as costs.
+/// Four waypoints on a line: the first fixed at 0, the last required at 1.5, squared steps as costs.
 Example Chain() {
   constexpr int kWaypoints = 4;
   VectorXd lower = VectorXd::Constant(2 * kWaypoints, -3), upper = VectorXd::Constant(2 * kWaypoints, 3);
@@ -226,7 +227,7 @@ Example SaddleAtTheStart() {
   return {"saddle", std::move(program), Vector2d(0, 0), {}};
 }
 
-/// Undefined left of 0.2; the cost pulls to the left.
+/// Undefined for x < 0.2; the cost attracts to the left.
 Example PartlyUndefined() {
   auto program = BoxedPlane(2);
   AddPull(*program, {-1, 0});
@@ -284,7 +285,7 @@ class SolverConformance : public ::testing::TestWithParam<SolverVariant> {
     EXPECT_LE(value.Objective(), before.Objective() * (1 + 1e-12));
   }
 
-  /// What the fields of one record may be, by the kind of solver.
+  /// Checks that the fields of a record are plausible for the kind of solver.
   void ExpectPlausible(const IterationRecord& record) const {
     const std::string& word = GetParam().word;
     const bool sqp = word == "sqp" || word == "best";
@@ -368,7 +369,7 @@ TEST_P(SolverConformance, StopsAtOnce) {
 }
 
 TEST_P(SolverConformance, StopsOnTheWay) {
-  constexpr int kPatience = 3;  // further questions before the solver is out of its loops
+  constexpr int kPatience = 3;  // further calls until the solver leaves its loops
   for (const int allowed : {1, 2, 5, 20}) {
     for (Example& example : Solvable()) {
       int polls = 0;
@@ -387,7 +388,7 @@ TEST_P(SolverConformance, RepeatsBitByBit) {
     SCOPED_TRACE(example.name);
     VectorXd first, second, third;
     const SolverResult a = Run(*solver_, example, first);
-    const SolverResult b = Run(*solver_, example, second);  // the same workspace
+    const SolverResult b = Run(*solver_, example, second);  // reuses the workspace
     Example again = make();
     const SolverResult c = Run(*MakeSolver(method_), again, third);
     EXPECT_EQ(first, second);
@@ -424,7 +425,7 @@ TEST_P(SolverConformance, HistoryEndsAtTheReturnedPoint) {
     VectorXd x = example.start;
     example.program->ProjectOnBounds(x);
     const ObjectiveValue start = EvaluateObjective(*example.program, x, scratch);
-    std::vector<IterationRecord> history = {{.cost = -1.0, .accepted = true}};  // of an earlier attempt
+    std::vector<IterationRecord> history = {{.cost = -1.0, .accepted = true}};  // an earlier attempt
     std::mt19937_64 generator(7);
     const SolverResult result = solver_->Solve(*example.program, x, {{}, &generator, &history});
     EXPECT_EQ(history[0].cost, -1.0);
@@ -436,7 +437,7 @@ TEST_P(SolverConformance, HistoryEndsAtTheReturnedPoint) {
   }
 }
 
-/// One attempt at one window: no record has an index of its own.
+/// One attempt at one window, so the records need no index.
 TEST_P(SolverConformance, PenaltiesOfTheHistoryNeverFall) {
   for (Example& example : Solvable()) {
     SCOPED_TRACE(example.name);

@@ -1,4 +1,4 @@
-// The solver on small problems with known optima, and its honesty on those that have none.
+// SQP on small problems with known optima, and the correctness of its reports on problems without a solution.
 
 #include "legopt/optimize/sqp_solver.h"
 
@@ -23,7 +23,7 @@ class SqpOnSmallProblems : public ::testing::TestWithParam<SubproblemMethod> {
     options.min_approx_improve_frac = 1e-6;
     options.min_approx_improve = 1e-9;
     options.min_trust_box_size = 1e-6;
-    options.max_iterations = 2000;  // curved constraints make steps short: the models have no curvature
+    options.max_iterations = 2000;  // curved constraints shorten the steps: the models have no curvature
     return SqpSolver(options).Solve(program, x, {stop, nullptr, &history_});
   }
   std::vector<IterationRecord> history_;
@@ -92,7 +92,7 @@ TEST_P(SqpOnSmallProblems, NotANumberAtTheStart) {
 
 TEST_P(SqpOnSmallProblems, StepsIntoNotANumberAreRejected) {
   AnalyticProgram program = Plane();
-  // Undefined left of 0.2; the cost pulls to the left.
+  // Undefined for x < 0.2; the cost attracts to the left.
   program.Add(TermKind::kCost, [](const VectorXd& x) { return One(x[0] < 0.2 ? std::nan("") : x[0]); });
   VectorXd x = Vector2d(0.37, 0);
   const auto result = Solve(program, x);
@@ -103,7 +103,7 @@ TEST_P(SqpOnSmallProblems, StepsIntoNotANumberAreRejected) {
 
 TEST_P(SqpOnSmallProblems, StartOnASaddleStaysHonest) {
   AnalyticProgram program = Plane(2.0);
-  // |x y + 1| has a saddle of the penalty at the origin; the constraint is met on the hyperbola.
+  // The penalty of |x y + 1| has a saddle at the origin; the constraint is satisfied on the hyperbola.
   program.Add(TermKind::kEquality, [](const VectorXd& x) { return One(x[0] * x[1] + 1.0); });
   VectorXd x = Vector2d(0, 0);
   const auto result = Solve(program, x);
@@ -124,7 +124,7 @@ TEST_P(SqpOnSmallProblems, StopsWhenAsked) {
   }
 }
 
-// Of one equality with one row the largest violation is all of it, so that a record tells the merit F + mu V.
+// For one equality with one row, the largest violation is the total, so a record determines the merit F + mu V.
 TEST_P(SqpOnSmallProblems, AcceptedStepsNeverRaiseTheMerit) {
   AnalyticProgram program = Plane();
   program.Add(TermKind::kCost, [](const VectorXd& x) { return VectorXd(x - Vector2d(3, 4)); });
@@ -155,7 +155,7 @@ INSTANTIATE_TEST_SUITE_P(Subproblems, SqpOnSmallProblems,
 
 class FeasibleStops : public ::testing::Test {
  protected:
-  /// From a feasible point far from the optimum.
+  /// Solves from a feasible point far from the optimum.
   SolverResult Solve(FeasibleStop stop, const Sampling& sampling) {
     AnalyticProgram program = Plane();
     program.Add(TermKind::kCost, [](const VectorXd& x) { return VectorXd(x - Vector2d(3, 4)); });

@@ -1,4 +1,4 @@
-// Subsets of terms: sizes, units, passes, and equality of draws.
+// Subsets of terms: sizes, units, passes, and uniform sampling.
 
 #include "legopt/optimize/term_sampler.h"
 

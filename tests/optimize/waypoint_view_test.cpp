@@ -1,4 +1,4 @@
-// One waypoint of a program by itself: what it holds, what it moves, what it leaves alone.
+// One waypoint of a program as a program of its own: its terms, its variables, and the unchanged rest.
 
 #include "legopt/program/waypoint_view.h"
 
@@ -13,7 +13,8 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-/// Three waypoints on a line, the last one fixed at 2: a cost and a constraint of each, and a constraint of neighbours.
+/// Three waypoints on a line, the last one fixed at 2: a cost and a constraint of each, and a constraint of
+/// neighbours.
 class WaypointViewTest : public ::testing::Test {
  protected:
   WaypointViewTest() : program_(Vector3d(-1, -1, 2), Vector3d(3, 3, 2), 3) {

@@ -1,5 +1,5 @@
-// Pages that no small experiment gives: make_pages.mjs REPORT PROGRAM BLOCKS OLD LARGE. OLD: today's program with the
-// blocks of an older release; LARGE: the report with 100,000 jobs.
+// Makes pages that no small experiment yields: make_pages.mjs REPORT PROGRAM BLOCKS OLD LARGE. OLD: today's program
+// with the blocks of an older release; LARGE: the report with 100,000 jobs.
 import { readFileSync, writeFileSync } from 'node:fs';
 import { gunzipSync, gzipSync } from 'node:zlib';
 

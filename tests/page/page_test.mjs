@@ -5,7 +5,7 @@ import { readFileSync } from 'node:fs';
 import { after, before, test } from 'node:test';
 import { chromium } from 'playwright-core';
 
-const PATIENCE_MS = 180000; // pictures are drawn by the processor, which other tests may keep busy
+const PATIENCE_MS = 180000; // the processor renders pictures, and other tests may keep it busy
 
 const { PAGE, TABLE, VIEW, OLD_PAGE, LARGE_PAGE, BROWSER } = process.env;
 const FLAGS = ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
@@ -13,7 +13,7 @@ let browser;
 before(async () => { browser = await chromium.launch({ executablePath: BROWSER, args: FLAGS }); });
 after(() => browser?.close());
 
-/** A page with all that must not happen collected. */
+/** Opens a page and collects all errors on it. */
 async function open(file, address = '', options = {}) {
   const page = await (options.browser ?? browser).newPage({ viewport: { width: 1280, height: 900 }, ...options.page });
   page.setDefaultTimeout(PATIENCE_MS);

@@ -1,8 +1,8 @@
-// The README's pictures: node pictures.mjs FOLDER, with PAGE, VIEW (of a motion), PATH_VIEW (of a continuous one) and
-// BROWSER; see scripts/check-page.
+// Makes the README's pictures: node pictures.mjs FOLDER, with PAGE, VIEW (of a motion), PATH_VIEW (of a continuous
+// one) and BROWSER; see scripts/check-page.
 import { chromium } from 'playwright-core';
 
-const PATIENCE_MS = 180000; // pictures are drawn by the processor, which other tests may keep busy
+const PATIENCE_MS = 180000; // the processor renders pictures, and other tests may keep it busy
 
 const { PAGE, VIEW, PATH_VIEW, BROWSER } = process.env, folder = process.argv[2];
 const browser = await chromium.launch({ executablePath: BROWSER, args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'] });
@@ -26,7 +26,7 @@ await picture(VIEW, '#rule=solid', 'motion', 700, async (page) => {
   await page.evaluate(() => scrollTo(0, 0));
 });
 
-// Sixteen places on the way from a waypoint to the sixth after it, two steps, in rows of four.
+// Sixteen places on the path from a waypoint to the sixth after it, two steps, in rows of four.
 const FIRST = 8, FRAMES = 16, WAYS = 6;
 const frames = [];
 await picture(PATH_VIEW, '', 'path', 700, async (page) => {

@@ -1,6 +1,6 @@
 // Each view on paper: node --test print_test.mjs, with PAGE (a report), VIEW (of a motion), LARGE_PAGE (of
-// make_pages.mjs) and BROWSER. What the screen shows must be in the text of the PDF, or the number of rows that are not.
-// Needs pdftotext.
+// make_pages.mjs) and BROWSER. The text of the PDF must contain everything on the screen, or the number of omitted
+// rows. Needs pdftotext.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdtempSync, rmSync } from 'node:fs';
@@ -9,7 +9,7 @@ import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { chromium } from 'playwright-core';
 
-const PATIENCE_MS = 180000; // pictures are drawn by the processor, which other tests may keep busy
+const PATIENCE_MS = 180000; // the processor renders pictures, and other tests may keep it busy
 
 const { PAGE, VIEW, LARGE_PAGE, BROWSER } = process.env;
 const FLAGS = ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
@@ -28,14 +28,14 @@ async function open(file, address) {
   return page;
 }
 
-/** The text of the printed page, without white space: lines are broken elsewhere on paper. */
+/** Returns the text of the printed page without white space, since lines are broken differently on paper. */
 async function printed(page) {
   const path = join(folder, 'page.pdf');
   await page.pdf({ path, format: 'A4', landscape: true });
   return bare(execFileSync('pdftotext', ['-raw', path, '-'], { encoding: 'utf8', maxBuffer: 1 << 28 }));
 }
 
-/** Every text that the screen shows but for what only a click is for; of a choice what is chosen. */
+/** Returns every text on the screen except clickable controls; of a choice, the selected option. */
 const shown = (page) => page.evaluate(() => {
   const controls = 'nav, .bar > button, .tools, .caption > button, .says > button, option, .jobs tbody, script, style, .live';
   const texts = [], walker = document.createTreeWalker(document.getElementById('app'), NodeFilter.SHOW_TEXT);

@@ -1,14 +1,14 @@
-// The page as `legopt serve` sends it, in a real browser: node --test serve_test.mjs, with SERVED and BY_SERVER (address
-// of a finished experiment, read from its file and from a running server), TABLE (of legopt table --format json), GROWING
-// (address of one that is paused) with GROWING_TABLE and GROWING_STATISTICS (JSON of both tables), RESUME (command that
-// lets it go on) and BROWSER.
+// The page as sent by `legopt serve`, in a real browser: node --test serve_test.mjs, with SERVED and BY_SERVER
+// (address of a finished experiment, read from its file and from a running server), TABLE (of legopt table --format
+// json), GROWING (address of a paused one) with GROWING_TABLE and GROWING_STATISTICS (JSON of both tables), RESUME
+// (command that resumes it) and BROWSER.
 import assert from 'node:assert/strict';
 import { execSync } from 'node:child_process';
 import { readFileSync } from 'node:fs';
 import { after, before, test } from 'node:test';
 import { chromium } from 'playwright-core';
 
-const PATIENCE_MS = 180000; // pictures are drawn by the processor, which other tests may keep busy
+const PATIENCE_MS = 180000; // the processor renders pictures, and other tests may keep it busy
 
 const { SERVED, BY_SERVER, GROWING, GROWING_TABLE, GROWING_STATISTICS, RESUME, TABLE, BROWSER } = process.env;
 const SOURCES = [['quick.sqlite', SERVED], ['the server', BY_SERVER]];
@@ -127,7 +127,7 @@ test('when the server is gone, it says so', async () => {
   const page = await open(SERVED, '#v=live');
   await page.getByRole('heading', { name: /Experiments of/ }).waitFor();
   await page.route('**/*', (route) => route.abort());
-  await page.evaluate(() => document.dispatchEvent(new Event('visibilitychange')));  // asks anew
+  await page.evaluate(() => document.dispatchEvent(new Event('visibilitychange')));  // triggers a new request
   await page.getByRole('alert').waitFor();
   assert.match(await page.getByRole('alert').textContent(), /Nothing comes from the server/);
   await page.close();

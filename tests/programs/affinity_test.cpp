@@ -1,5 +1,5 @@
-// Policy: slots that fill the granted cores have one each, whatever else they start stays there, and two threads of a
-// core are one core.
+// Policy: if slots fill the granted cores, each gets one core, child processes stay on it, and two hardware threads
+// count as one core.
 #include "programs/affinity.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// Policy: a command line that cannot be read ends with status 2 and one line that names what was typed, the nearest
-// thing that exists, and where the help of just that command is. Asking for help is no error.
+// Policy: an invalid command line ends with status 2 and one line that names the input, the nearest valid word, and
+// the help of that command. Requesting help is no error.
 #include "programs/arguments.h"
 
 #include <gmock/gmock.h>
@@ -66,7 +66,7 @@ class Arguments : public testing::Test {
     return said;
   }
 
-  // Status 2, exactly this line.
+  // Expects status 2 and exactly this line.
   void Expect(const std::vector<const char*>& words, const std::string& cause, const std::string& help) {
     const Said said = Parse(words);
     EXPECT_EQ(said.status, 2);
@@ -86,7 +86,7 @@ class Arguments : public testing::Test {
   int runs_ = 0;
 };
 
-// CLI11 alone reads 010 as 8, 0x10 as 16 and, for numbers without a sign, -1 as the largest.
+// CLI11 alone reads 010 as 8, 0x10 as 16 and, for unsigned numbers, -1 as the largest.
 TEST_F(Arguments, NumbersAreDecimal) {
   EXPECT_FALSE(Parse({"run", "quick", "--workers", "010", "--ratio", "1e-1"}).status);
   EXPECT_EQ(workers_, 10);
@@ -204,7 +204,7 @@ TEST_F(Arguments, UnknownCommandsGetTheirNearest) {
 TEST_F(Arguments, OtherProgramsWordsGetOurs) {
   EXPECT_THAT(Parse({"kill", "1"}).err, HasSubstr("did you mean 'cancel'?"));
   EXPECT_THAT(Parse({"ls"}).err, HasSubstr("did you mean 'list'?"));
-  EXPECT_THAT(Parse({"rm", "1"}).err, Not(HasSubstr("missing")));  // what does not exist is not suggested
+  EXPECT_THAT(Parse({"rm", "1"}).err, Not(HasSubstr("missing")));  // missing commands are not suggested
 }
 
 TEST_F(Arguments, MisspeltOptionsGetTheNearestOfTheirCommand) {

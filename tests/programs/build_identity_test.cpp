@@ -1,4 +1,4 @@
-// The name of a build: what changes its id and what does not, and how it is told.
+// The name of a build: changes that affect its id, changes that do not, and its output format.
 
 #include "programs/build_identity.h"
 

@@ -1,5 +1,5 @@
-// How many processors were granted: the rule over facts that the test makes up, control groups read from trees of files
-// as systems have them, and this process under a real affinity mask.
+// The number of granted processors: the rule applied to made-up facts, control groups read from file trees as on real
+// systems, and this process with a real affinity mask.
 
 #include "programs/granted_processors.h"
 
@@ -109,7 +109,7 @@ TEST_F(CgroupProcessorQuotaTest, Version1AmongOtherControllers) {
   EXPECT_EQ(Quota(), 3.0);
 }
 
-// docker with version 1 mounts the container's own group, under the path that the host knows.
+// docker with version 1 mounts the container's own group, under its path on the host.
 TEST_F(CgroupProcessorQuotaTest, AContainerThatSeesItsOwnGroupOnly) {
   Write("proc/self/cgroup", "4:cpu:/docker/0123\n");
   Write("proc/self/mountinfo", "34 30 0:30 /docker/0123 /sys/fs/cgroup/cpu ro - cgroup cgroup rw,cpu\n");
@@ -135,7 +135,7 @@ TEST(ReadProcessorFacts, TheAffinityMaskOfThisProcessCounts) {
   ASSERT_EQ(sched_getaffinity(0, sizeof mask, &mask), 0);
   int first = 0;
   while (!CPU_ISSET(first, &mask)) ++first;
-  // In another process: a mask stays.
+  // In another process, since an affinity mask stays.
   const std::string answer = CallIsolated(
       [first]() -> std::string {
         cpu_set_t one;

@@ -1,4 +1,4 @@
-// What is known of a host, read from trees of files as systems have them, and from this one.
+// Facts of a host, read from file trees as on real systems, and from this host.
 
 #include "programs/host_facts.h"
 

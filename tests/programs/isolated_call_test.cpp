@@ -17,7 +17,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-/// The reason that a call failed with; empty if it answered.
+/// Returns the reason for which a call failed; empty if it returned.
 std::string FaultOf(const std::function<std::string()>& body, const ReadLimits& limits = {}) {
   try {
     CallIsolated(body, limits);

@@ -1,5 +1,5 @@
-// Policy: a record of a log is one line that no terminal acts on, whatever the message quotes; the rest of the line is
-// as the pattern says.
+// Policy: a log record is one line without control characters for any message; the rest of the line follows the
+// pattern.
 #include "programs/log_format.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// Policy: a Notifier never waits, starts one process at a time without a shell, and drops rather than grows.
+// Policy: a Notifier never waits, starts one process at a time without a shell, and drops messages rather than
+// growing.
 
 #include "programs/notifier.h"
 

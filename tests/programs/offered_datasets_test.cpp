@@ -1,5 +1,4 @@
-// Policy: a server hands out the files of one folder that are called by a hash, and nothing else that lies there or
-// elsewhere.
+// Policy: a server serves the files of one folder whose name is a hash, and no other files.
 #include "programs/offered_datasets.h"
 
 #include <gtest/gtest.h>

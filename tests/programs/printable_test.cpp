@@ -1,5 +1,5 @@
-// Policy: letters of every script stay; nothing that a terminal acts on, and nothing that hides or reorders other text,
-// gets through, wherever in a text it stands.
+// Policy: letters of every script are preserved. Characters that control a terminal, hide text or reorder it are
+// escaped anywhere in a text.
 #include "programs/printable.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// Policy: whatever a parent hands over, a program begins with the same descriptors, signals and limits. Each case in a
-// process of its own.
+// Policy: a program starts with the same descriptors, signals and limits under every parent. Each case runs in a
+// separate process.
 
 #include "programs/process_start.h"
 

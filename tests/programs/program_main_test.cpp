@@ -1,5 +1,5 @@
-// Policy: each exception that may leave a program's body becomes its exit code and one line; a removed working
-// directory is the cause of what looks like another fault of files.
+// Policy: each exception that may leave a program's body is mapped to its exit code and one line. A removed working
+// directory is reported as the cause of file errors that result from it.
 
 #include "programs/program_main.h"
 
@@ -26,7 +26,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-// "CODE LINE" of a program whose body throws.
+// Returns "CODE LINE" of a program whose body throws.
 std::string EndOf(const std::function<void()>& body) {
   return CallIsolated(
       [&body] {

@@ -1,4 +1,4 @@
-// Which signals are an order to stop: each case in a process of its own, which sends them to itself.
+// Signals that request a stop. Each case runs in a separate process, which sends them to itself.
 
 #include "programs/stop_signals.h"
 
@@ -14,12 +14,13 @@
 namespace legopt::test {
 namespace {
 
-// "1" for each signal that was taken as an order, "0" for the others. `hangup` is what SIGHUP does before.
+// Returns "1" for each signal that was interpreted as a stop request, "0" for the others. `hangup` is the initial
+// action of SIGHUP.
 std::string Taken(std::initializer_list<int> signals, bool owned_by_another = false, void (*hangup)(int) = SIG_DFL) {
   return CallIsolated(
       [&] {
         std::signal(SIGHUP, hangup);
-        std::signal(SIGINT, SIG_DFL);  // ignored where the tests run in the background of a script
+        std::signal(SIGINT, SIG_DFL);  // ignored if a script runs the tests in the background
         programs::StopSignals stop(owned_by_another ? ::getppid() : 0);
         std::string taken;
         for (const int signal : signals) {

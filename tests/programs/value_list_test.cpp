@@ -1,4 +1,4 @@
-// Policy: commas separate values, and a value that is known or exists may hold them itself.
+// Policy: commas separate values, and a value that is known or exists may contain commas itself.
 #include "programs/value_list.h"
 
 #include <gtest/gtest.h>

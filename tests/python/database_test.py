@@ -1,4 +1,4 @@
-"""What a database says in Python is what the program says of it, cell by cell."""
+"""A database has the same content in Python as in the program, cell by cell."""
 
 import csv
 import io
@@ -91,7 +91,7 @@ class EqualToTheProgram(unittest.TestCase):
                              for solution in problem["solution"]]
         jobs = self.db.jobs(1)
         ours = [(job["task"], job["problem_id"], self.db.waypoints(job["job_id"]).x) for job in jobs]
-        self.assertTrue(any(x == [] for _, _, x in ours))  # a motion that lost its first window
+        self.assertTrue(any(x == [] for _, _, x in ours))  # a motion whose first window failed
         self.assertEqual(sorted(ours), sorted(exported))
 
     def test_waypoints_have_names_and_parts(self):
@@ -114,7 +114,8 @@ class EqualToTheProgram(unittest.TestCase):
 
 
 class OlderAndOtherResults(unittest.TestCase):
-    """What no program of today writes: the database is changed behind its triggers, which are put back."""
+    """Rows that current programs never write: the database is changed with its triggers removed, which are then
+    restored."""
 
     def changed(self, *statements):
         path = results.experiments().copy()
@@ -165,7 +166,7 @@ class OlderAndOtherResults(unittest.TestCase):
             for job in (1, 2, 3):
                 with self.assertRaisesRegex(legopt.DatabaseError, f"job {job}: the trace .* is damaged"):
                     db.trace(job)
-            try:  # a bit in a compressed part: another content or none, but no crash
+            try:  # one bit in a compressed part changes the content or makes it unreadable, without a crash
                 db.trace(4)
             except legopt.DatabaseError:
                 pass

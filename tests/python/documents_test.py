@@ -15,12 +15,12 @@ import results
 DOCUMENT = results.SOURCE / "docs" / "python.md"
 EXAMPLE = results.SOURCE / "examples" / "python" / "two_figures.py"
 FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-# Digits of times, and with them whether others had the processor.
+# Digits of times, and the flag of contention, which depends on other load.
 TIMES = re.compile(r"((?:_us|_ms)(?:_[ab])?': )[\d.]+|('contended': )(?:True|False)")
 
 
 def masked(text):
-    """Also without spaces at the ends of lines, which pandas prints and documents do not keep."""
+    """Masks times, and removes spaces at line ends, which pandas prints and documents do not keep."""
     return re.sub(r" +$", "", TIMES.sub(lambda found: (found[1] or found[2]) + "#", text), flags=re.MULTILINE)
 
 

@@ -1,4 +1,4 @@
-"""What needs NumPy and pandas."""
+"""Tests that need NumPy and pandas."""
 
 import importlib
 import unittest

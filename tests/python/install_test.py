@@ -1,4 +1,4 @@
-"""The package as others get it: by pip without a network, by the build's install, at the version of legopt."""
+"""The package as users get it: by pip without a network, by the build's install, at the version of legopt."""
 
 import importlib.util
 import os
@@ -29,7 +29,7 @@ class Scratch(unittest.TestCase):
         return done.stdout
 
     def check_installed(self, folder):
-        """What is there is the package, whole, and reads a database."""
+        """Checks that the installed package is complete and reads a database."""
         ours = {path.name for path in (results.PACKAGE / "legopt").iterdir() if path.suffix in (".py", ".typed")}
         self.assertEqual({path.name for path in (folder / "legopt").iterdir() if path.name != "__pycache__"}, ours)
         said = self.run_command(sys.executable, "-B", "-c", "import legopt, sys; print(legopt.__file__); "
@@ -43,7 +43,7 @@ class Pip(Scratch):
         for package in ("pip", "setuptools", "wheel"):
             if importlib.util.find_spec(package) is None:
                 raise unittest.SkipTest(f"NO {package.upper()} HERE: apt install python3-pip")
-        source = self.folder / "source"  # setuptools leaves build/ and *.egg-info in the tree that it installs
+        source = self.folder / "source"  # setuptools leaves build/ and *.egg-info in the source tree
         shutil.copytree(results.PACKAGE, source, ignore=shutil.ignore_patterns("__pycache__"))
         self.run_command(sys.executable, "-m", "pip", "install", "--no-index", "--no-build-isolation", "--no-deps", "--target",
                          self.folder / "target", source, PIP_NO_INDEX="1", PIP_CONFIG_FILE=os.devnull,
@@ -60,7 +60,7 @@ class Build(Scratch):
         self.check_installed(self.folder / "image" / "usr" / "lib" / "python3" / "dist-packages")
         image = self.folder / "image" / "usr"
         self.assertEqual(list(image.rglob("*.pyc")), [])
-        # The program that it finds is the one beside it.
+        # It finds the program installed with it.
         said = self.run_command(sys.executable, "-B", "-c", "import legopt, sys; "
                                 "print(legopt.open(sys.argv[1]).run('table', 1, '--format', 'csv'))",
                                 results.experiments().backup, PATH=f"{image}/bin:{os.environ['PATH']}", LEGOPT="",

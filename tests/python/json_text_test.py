@@ -1,8 +1,8 @@
-"""Policy: the package reads JSON as strictly as the programs; what it refuses is a ValueError that says why."""
+"""Policy: the package parses JSON as strictly as the programs; a refusal is a ValueError with the reason."""
 
 import unittest
 
-import results  # puts the package on the path
+import results  # adds the package to the path
 from legopt.json_text import read_json
 
 

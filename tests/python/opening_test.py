@@ -1,4 +1,4 @@
-"""Opening: nothing is written, and what cannot be opened says why and what to do."""
+"""Opening: nothing is written, and a file that cannot be opened is reported with a remedy."""
 
 import os
 import sqlite3
@@ -106,7 +106,7 @@ class WhileAServerWorks(unittest.TestCase):
 
             def fetch(file, sql, parameters):
                 rows = read(file, sql, parameters)
-                if not runs:  # meanwhile somebody writes, and is done
+                if not runs:  # another process writes and finishes in the meantime
                     writer = sqlite3.connect(path)
                     writer.execute("UPDATE experiments SET name = 'new' WHERE experiment_id = 1")
                     writer.commit()

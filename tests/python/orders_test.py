@@ -1,4 +1,4 @@
-"""Orders of other libraries: known vectors by hand, and there and back."""
+"""Coordinate orders of other libraries: known vectors computed by hand, and round trips."""
 
 import math
 import random
@@ -14,7 +14,7 @@ X = [0.1, 0.2, 0.3, 0.4, 1.0, 2.0, 3.0, 0.5, 0.1, -0.7, 0.5]  # joints, x y z, w
 
 
 def pinocchio_model(widths=None, names=None):
-    """As pinocchio.Model shows itself: joint 0 is the universe, joints by the alphabet."""
+    """Returns an imitation of pinocchio.Model: joint 0 is the universe, joints in alphabetical order."""
     names = names or ["universe", "root_joint", *sorted(NAMES, reverse=True)]
     widths = widths or [0, 7] + [1] * (len(names) - 2)
     starts = [sum(widths[:i]) for i in range(len(widths))]
@@ -22,7 +22,7 @@ def pinocchio_model(widths=None, names=None):
 
 
 def drake_plant(found):
-    """As a MultibodyPlant shows itself; `found`: name, start, number of positions, model instance."""
+    """Returns an imitation of a MultibodyPlant; `found`: name, start, number of positions, model instance."""
     joints = [SimpleNamespace(name=lambda n=name: n, position_start=lambda s=start: s, num_positions=lambda w=width: w)
               for name, start, width, _ in found]
     return SimpleNamespace(

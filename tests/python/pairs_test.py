@@ -1,4 +1,4 @@
-"""Pairs and comparisons: the numbers of the program."""
+"""Pairs and comparisons have the numbers of the program."""
 
 import json
 import os
@@ -19,10 +19,10 @@ class PairsAreThoseOfTheProgram(unittest.TestCase):
         cls.addClassCleanup(cls.db.close)
 
     def check(self, a, b, *flags, **chosen):
-        """Counts, and the ratios of those problems that stand out, as `legopt compare` has them."""
+        """Checks the counts, and the ratios of the listed problems, against `legopt compare`."""
         said = self.made.listing("compare", a, b, *flags)
         pairs = self.db.paired(a, b, **chosen)
-        self.assertIn(len(said["comparisons"]), range(1, 5))  # of one pair of methods
+        self.assertIn(len(said["comparisons"]), range(1, 5))  # for one pair of methods
         for cell in said["comparisons"]:
             of_cell = pairs.where(task=cell["task"], initialization=cell["initialization"])
             counted = {outcome: sum(pair["outcome"] == outcome for pair in of_cell)

@@ -1,5 +1,5 @@
-"""Policy: paths, the solutions of continuous motions, keep their time stamps apart from their configurations, and cross
-files and commands as other solutions do."""
+"""Policy: paths, the solutions of continuous motions, keep their time stamps apart from their configurations, and pass
+through files and commands like other solutions."""
 
 import json
 import unittest

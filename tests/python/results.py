@@ -1,5 +1,5 @@
-"""What the tests of the Python package stand on: the programs of a build, and a database of a few small experiments
-that they made."""
+"""Common parts of the tests of the Python package: the programs of a build, and a database of a few small experiments
+made by them."""
 
 import contextlib
 import hashlib
@@ -19,7 +19,7 @@ KNEES_BENT = ("l_hip_pitch=-0.45,l_knee=0.9,l_ankle_pitch=-0.45,r_hip_pitch=-0.4
 sys.path[:0] = [str(PACKAGE), str(SOURCE / "tests" / "interop")]
 
 # Two experiments of the small biped: postures and motions, solved and unsolved, repetitions, methods of one name. The
-# second takes results of the first over, has a method less and fewer problems.
+# second reuses results of the first and has fewer methods and problems.
 FIRST = {"name": "first", "tasks": ["posture", "motion"], "repetitions": 2, "initializations": ["good", "in_collision"],
          "methods": [{"name": "SQP", "solver": "sqp", "multi_starts": [0, 10]},
                      {"name": "LegOpt-best", "solver": "best"}]}
@@ -32,7 +32,7 @@ _shared = None
 
 
 def use_build(folder):
-    """Before anything else here: the folder of the programs."""
+    """Sets the folder of the programs; must be called first."""
     global _build
     _build = Path(folder).resolve()
     os.environ["LEGOPT"] = str(_build / "legopt")
@@ -43,7 +43,7 @@ def build():
 
 
 def legopt(*arguments, folder=None):
-    """What the program prints. RuntimeError: it refused."""
+    """Returns the output of the program. RuntimeError if it refused."""
     done = subprocess.run([str(_build / "legopt"), *map(str, arguments)], text=True, stdin=subprocess.DEVNULL,
                           capture_output=True, check=False, cwd=folder, env=environment())
     if done.returncode != 0:
@@ -52,7 +52,7 @@ def legopt(*arguments, folder=None):
 
 
 def environment():
-    """Without what a developer's shell says of deployments and plotting."""
+    """Returns the environment without the shell's settings of deployments and plotting."""
     foreign = ("LEGOPT_KEY_FILE", "LEGOPT_DEPLOYMENT", "LEGOPT_PORT", "LEGOPT_GROUP", "COLUMNS")
     return {name: value for name, value in os.environ.items() if name not in foreign}
 
@@ -67,24 +67,24 @@ class Experiments:
         legopt("import", SOURCE / "data" / "biped", "--out", self.dataset, "--nominal", KNEES_BENT)
         for suite in (FIRST, SECOND):
             legopt("run", self.suite(suite), "--dataset", self.dataset, "--db", self.db)
-        # As a backup, without side files.
+        # A backup has no side files.
         self.backup = self.folder / "backup.sqlite"
         legopt("backup", "--db", self.db, self.backup)
 
     def suite(self, suite):
-        """The file of a suite."""
+        """Returns the file of a suite."""
         path = self.folder / f"{suite['name']}.yaml"
         path.write_text(json.dumps(suite))
         return path
 
     def copy(self, name="copy.sqlite"):
-        """A database of one's own, without side files."""
+        """Returns a private copy of the database without side files."""
         path = Path(tempfile.mkdtemp(dir=self.folder)) / name
         shutil.copyfile(self.backup, path)
         return path
 
     def listing(self, *arguments, db=None):
-        """Rows of a listing of the program, as JSON has them."""
+        """Returns rows of a listing of the program, as in JSON."""
         return json.loads(legopt(*arguments, "--db", db or self.backup, "--format", "json"))
 
     def query(self, sql, db=None):
@@ -92,7 +92,7 @@ class Experiments:
 
 
 def experiments():
-    """One for all tests of a process."""
+    """Returns the experiments shared by all tests of a process."""
     global _shared
     if _shared is None:
         _shared = Experiments()
@@ -108,7 +108,7 @@ def forget():
 
 
 def require(*packages):
-    """Skips, and says so, where a Python package is not there."""
+    """Skips the test with a message if a Python package is missing."""
     missing = [package for package in packages if importlib.util.find_spec(package) is None]
     if missing:
         raise unittest.SkipTest("NO " + ", ".join(missing).upper() + " HERE: apt install "
@@ -116,14 +116,14 @@ def require(*packages):
 
 
 def content(folder):
-    """Names and hashes of all files below a folder."""
+    """Returns names and hashes of all files below a folder."""
     return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
             for path in Path(folder).rglob("*") if path.is_file()}
 
 
 @contextlib.contextmanager
 def serving(db):
-    """A server on the database; yields a function that runs `legopt` against it."""
+    """Runs a server on the database; yields a function that runs `legopt` against it."""
     import frames
     from deployment import GROUP, free_ports
     try:

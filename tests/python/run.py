@@ -1,5 +1,5 @@
-"""run.py BUILD MODULE: the tests of one module here, with the programs of a build folder. Exits with 77 where all of
-them were skipped."""
+"""run.py BUILD MODULE: runs the tests of one module of this folder with the programs of a build folder. Exits with 77
+if all of them were skipped."""
 
 import sys
 import unittest

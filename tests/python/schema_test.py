@@ -1,4 +1,4 @@
-"""What the schema says decides what a database's numbers are worth: its text has to be that of the release.
+"""The package trusts a database only if its schema's text is that of a release.
 
 schema_test.py DATABASE: prints python/legopt/schema_digests.py, from a new database of this release."""
 
@@ -64,7 +64,7 @@ class TheSchema(unittest.TestCase):
 
 
 class ALog(unittest.TestCase):
-    """Beside a file that it was not written for."""
+    """A log with a file it was not written for."""
 
     def test_is_refused(self):
         path = results.experiments().copy()

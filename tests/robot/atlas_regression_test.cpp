@@ -1,4 +1,4 @@
-// Holds the Atlas kinematics to figures that were computed independently, and to its joint table.
+// Compares the Atlas kinematics with figures that were computed independently, and with its joint table.
 
 #include <gtest/gtest.h>
 
@@ -67,7 +67,7 @@ class AtlasRegression : public ::testing::Test {
   Eigen::VectorXd x_;
 };
 
-constexpr double kLength = 1e-6;  // digits of the figures
+constexpr double kLength = 1e-6;  // precision of the figures
 constexpr double kTorque = 1e-3;
 
 TEST_F(AtlasRegression, ZeroConfiguration) {

@@ -1,4 +1,4 @@
-// A robot with every element and attribute that is looked at in a URDF, and ways to spoil one of them.
+// A robot with every URDF element and attribute that is checked, and functions that corrupt one of them.
 #pragma once
 
 #include <tinyxml2.h>
@@ -10,7 +10,7 @@
 
 namespace legopt::test {
 
-// Meshes are only looked for, not read: any file is one. Relative names refer to tests/robot.
+// Meshes are only located, not read: any file is sufficient. Relative names refer to tests/robot.
 inline constexpr const char* kCompleteUrdf = R"(<?xml version="1.0"?>
 <robot name="complete" version="1.0">
   <material name="grey"><color rgba="0.5 0.5 0.5 1"/><texture filename="grey.png"/></material>
@@ -55,20 +55,20 @@ inline constexpr const char* kCompleteUrdf = R"(<?xml version="1.0"?>
 
 using Spoil = std::function<void(tinyxml2::XMLElement&)>;
 
-/// The path of an element: names from <robot> on, "robot/link/collision".
+/// Returns the path of an element: names from <robot> on, "robot/link/collision".
 inline std::string PathOf(const tinyxml2::XMLElement& element) {
   const tinyxml2::XMLElement* parent =
       element.Parent() == nullptr ? nullptr : const_cast<tinyxml2::XMLNode*>(element.Parent())->ToElement();
   return parent == nullptr ? element.Name() : PathOf(*parent) + "/" + element.Name();
 }
 
-/// All elements below and including `root`, in the order of the document.
+/// Collects all elements below and including `root`, in document order.
 inline void CollectElements(tinyxml2::XMLElement* root, std::vector<tinyxml2::XMLElement*>* found) {
   found->push_back(root);
   for (auto* e = root->FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) CollectElements(e, found);
 }
 
-/// The complete robot with its `index`-th element spoilt.
+/// Returns the complete robot with its `index`-th element corrupted.
 inline std::string Spoilt(std::size_t index, const Spoil& spoil) {
   tinyxml2::XMLDocument document;
   document.Parse(kCompleteUrdf);

@@ -36,7 +36,7 @@ constexpr const char* kMixedTree = R"(
 </robot>)";
 
 constexpr double kStep = 1e-6;       // balances truncation (h^2) and rounding (1e-16 / h)
-constexpr double kTolerance = 2e-8;  // for values of order 1 to 100
+constexpr double kTolerance = 2e-8;  // values are of order 1 to 100
 constexpr double kGravity = 9.8;
 
 class Derivatives : public ::testing::Test {

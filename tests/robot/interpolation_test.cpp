@@ -1,4 +1,5 @@
-// The path between two configurations: geodesic base, straight joints, and the derivative of the turn by differences.
+// The path between two configurations: geodesic base, straight joints, and the derivative of the rotation by
+// differences.
 
 #include "legopt/robot/interpolation.h"
 
@@ -11,7 +12,7 @@
 namespace legopt {
 namespace {
 
-/// A base with one joint.
+/// Returns a robot with one joint.
 RobotModel OneJoint() {
   Link base;
   base.name = "base";

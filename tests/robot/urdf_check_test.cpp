@@ -1,6 +1,6 @@
-// Policy: every attribute and every element that is looked at in a URDF is spoilt in every way that we could think of,
-// one at a time, in a robot that has them all. Each time the file is refused, and the error names the link or joint,
-// the element, the attribute and a fix. What is sound is read as urdfdom reads the file itself, bit by bit.
+// Policy: every checked attribute and element of a URDF is corrupted in many ways, one at a time, in a robot that has
+// them all. Each time the file is refused, and the error names the link or joint, the element, the attribute and a
+// fix. A valid file is read bit by bit as urdfdom reads it.
 #include "legopt/robot/urdf_check.h"
 
 #include <gmock/gmock.h>
@@ -50,9 +50,9 @@ void ExpectRefused(const std::string& xml, const std::vector<std::string>& in_fi
 // One element of the complete robot.
 struct Place {
   std::size_t index = 0;
-  std::string path;                     // from <robot> on
+  std::string path;                     // begins at <robot>
   std::string owner;                    // "link 'trunk'"
-  std::vector<std::string> attributes;  // that it has
+  std::vector<std::string> attributes;  // attributes that it has
 };
 
 std::vector<Place> Places() {
@@ -84,7 +84,7 @@ class EveryElement : public testing::TestWithParam<Place> {
  protected:
   std::string element() const { return GetParam().path.substr(GetParam().path.find_last_of('/') + 1); }
   std::string With(const test::Spoil& spoil) const { return test::Spoilt(GetParam().index, spoil); }
-  // What an error about this element's attribute must say.
+  // Returns the words that an error about this element's attribute must contain.
   std::vector<std::string> About(const std::string& attribute) const {
     if (attribute == "name" && (element() == "link" || element() == "joint")) return {element(), attribute};
     return {GetParam().owner, element(), attribute};
@@ -93,7 +93,7 @@ class EveryElement : public testing::TestWithParam<Place> {
 
 INSTANTIATE_TEST_SUITE_P(Urdf, EveryElement, testing::ValuesIn(Places()), NameOf);
 
-// How many numbers an attribute holds; 0 for a text.
+// Number of values in an attribute; 0 for a text.
 const std::map<std::string, int> kNumbers = {{"xyz", 3},
                                              {"rpy", 3},
                                              {"value", 1},
@@ -152,7 +152,7 @@ TEST_P(EveryElement, NumbersAreDecimalFiniteAndAsManyAsNeeded) {
 }
 
 TEST_P(EveryElement, NamesArePlainText) {
-  const std::set<std::string> unread = {"robot/link/visual", "robot/link/collision"};  // names that nothing refers to
+  const std::set<std::string> unread = {"robot/link/visual", "robot/link/collision"};  // names without references
   if (unread.contains(GetParam().path)) return;
   for (const std::string& attribute : GetParam().attributes) {
     if (kNumbers.contains(attribute)) continue;
@@ -166,7 +166,7 @@ TEST_P(EveryElement, NamesArePlainText) {
   }
 }
 
-// Attributes that the format lets one leave out.
+// Attributes that are optional in the format.
 const std::set<std::string> kOptional = {"xyz",
                                          "rpy",
                                          "scale",
@@ -242,7 +242,7 @@ TEST(UrdfCheck, TheCompleteRobotIsCompleteAndSound) {
   look(UrdfRobotRule(), "robot");
 }
 
-// Elements that must be there, by their paths.
+// Required elements, by their paths.
 TEST(UrdfCheck, RequiredElements) {
   const std::set<std::string> required = {"robot/link/inertial/mass",   "robot/link/inertial/inertia",
                                           "robot/link/visual/geometry", "robot/link/collision/geometry",
@@ -341,7 +341,7 @@ TEST(UrdfCheck, FixedJointsMayHaveNoDirection) {
   EXPECT_THAT(FaultOf(head + "revolute" + joint + "</robot>").message, HasSubstr("direction"));
 }
 
-// The guard runs urdfdom, is remembered for the meshes, and its failure is the file's.
+// The guard runs urdfdom, is stored for the meshes, and its failure is reported as the file's error.
 TEST(UrdfCheck, IsReadUnderTheGuardThatItIsGiven) {
   const std::string xml =
       "<robot name='r'><link name='a'><collision><geometry><sphere radius='1'/></geometry></collision></link>"
@@ -371,7 +371,7 @@ TEST(UrdfCheck, IsReadUnderTheGuardThatItIsGiven) {
   }
 }
 
-// What urdfdom makes of the file itself, against the model.
+// Compares the model with urdfdom's result for the file itself.
 void ExpectReadAsByUrdfdom(const std::string& path) {
   const urdf::ModelInterfaceSharedPtr expected = urdf::parseURDF(ReadUrdfFile(path));
   const RobotModel robot = RobotModel::FromUrdfFile(path, CallIsolated);
@@ -381,7 +381,7 @@ void ExpectReadAsByUrdfdom(const std::string& path) {
   const auto translation = [](const urdf::Pose& pose) {
     return Eigen::Vector3d(pose.position.x, pose.position.y, pose.position.z);
   };
-  // The same formula, but compiled here: the last bit depends on how the compiler vectorises it.
+  // The same formula, compiled here: the last bit depends on how the compiler vectorizes it.
   constexpr double kLastBit = std::numeric_limits<double>::epsilon();
   const auto turned = [](const Eigen::Isometry3d& actual, const urdf::Pose& pose) -> double {
     const Eigen::Quaterniond rotation(pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z);
@@ -425,7 +425,7 @@ INSTANTIATE_TEST_SUITE_P(Urdf, SoundRobot,
                                          SourceFolder() + "/data/biped/robot.urdf",
                                          TestDataFolder() + "/atlas/atlas.urdf"));
 
-// Each of these took mass or collision geometry from the robot of garage-small, or ended the program.
+// Each of these removed mass or collision geometry from the robot of garage-small, or crashed the program.
 struct Edit {
   const char* from;
   const char* to;

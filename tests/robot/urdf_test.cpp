@@ -1,4 +1,4 @@
-// Bad robot descriptions are refused with the element, the value and the fix named.
+// Invalid robot descriptions are refused with the element, the value and the fix named.
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// Policy: a condition that no message reports is recorded as one event when it begins, and again only if it ended in
-// between.
+// Policy: a condition that no message reports is recorded as one event when it begins, and again only after it has
+// ended.
 
 #include "server/condition_watch.h"
 
@@ -19,7 +19,7 @@ constexpr std::int64_t kGigabyte = 1'000'000'000;
 
 class ConditionWatchTest : public SchedulerTest {
  protected:
-  // Kinds of the events that a look at this moment makes.
+  // Returns the kinds of events generated at this time.
   std::vector<std::string> Look(microseconds after) {
     Advance(after);
     Scheduler::Ops ops;

@@ -1,5 +1,6 @@
-// Policy: the estimate is a pure function of the work that is left. Single cases have one right answer; recorded
-// histories of real runs are replayed on virtual slots, and every estimate on the way is held against what came.
+// Policy: the estimate is a pure function of the remaining work. Single cases have one correct answer. Recorded
+// histories of real runs are replayed on virtual slots, and every estimate in between is compared with the actual
+// time.
 
 #include "server/estimate.h"
 
@@ -16,7 +17,7 @@ namespace {
 
 constexpr double kLimit_s = 300;
 
-// Two methods, each with postures (kinds 0 and 2) and motions (kinds 1 and 3).
+// Returns two methods, each with postures (kinds 0 and 2) and motions (kinds 1 and 3).
 WorkLeft TwoMethods() {
   WorkLeft left;
   left.kinds = {
@@ -118,12 +119,12 @@ TEST(EstimateRemaining, AnOverdueJobIsNotTakenForDone) {
 // --- Recorded histories ----------------------------------------------------------------------------------------------
 
 struct Judgement {
-  double answered_share = 0;  // of the times it was asked
-  double mean_error = 0;      // of |estimate - truth| / (truth + allowance)
+  double answered_share = 0;  // fraction of the requests
+  double mean_error = 0;      // mean of |estimate - truth| / (truth + allowance)
   double worst_error = 0;
 };
 
-// Whether a job of each method and task that has jobs left has ended.
+// Returns whether a job of each method and task with remaining jobs has ended.
 bool EveryKindHasEnded(const WorkLeft& left) {
   std::set<std::size_t> open;
   for (const RunningWork& job : left.running) open.insert(job.kind);
@@ -135,7 +136,7 @@ bool EveryKindHasEnded(const WorkLeft& left) {
   });
 }
 
-// Deals the recorded jobs to slots in their order and asks twice per second of virtual time.
+// Assigns the recorded jobs to slots in their order and requests an estimate twice per second of virtual time.
 Judgement Replay(const RecordedHistory& history, int slots) {
   constexpr double kStep_s = 0.5, kAllowance_s = 2;
   const std::vector<ReplayedJob> jobs = DealToSlots(history.jobs, slots);
@@ -169,15 +170,15 @@ void ExpectForeseen(const char* file, const Judgement& bound) {
   }
 }
 
-// 500 postures and 40 motions by five methods one after the other: there is no estimate before the last method has
-// ended a motion, and then little is left.
+// 500 postures and 40 motions by five methods in sequence: there is no estimate until the last method has finished a
+// motion, and then little work is left.
 TEST(RecordedHistories, ManyPosturesAndMotionsByMethods) { ExpectForeseen("quick.csv", {0.08, 0.4, 1.3}); }
 
 TEST(RecordedHistories, OneMotionHasNoEstimateAsNoMotionHasEnded) {
   for (const int slots : {1, 2, 4}) EXPECT_EQ(Replay(ReadHistory("one_motion.csv"), slots).answered_share, 0);
 }
 
-// From the end of the first motion on.
+// Estimates exist from the end of the first motion.
 TEST(RecordedHistories, FivePosturesThenThreeMotions) { ExpectForeseen("mixed.csv", {0.43, 0.15, 0.5}); }
 
 }  // namespace

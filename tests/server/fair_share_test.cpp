@@ -1,6 +1,5 @@
-// Who is served next: equal parts of CPU time for submitters, and for the experiments of each, whatever the length of
-// their jobs. First the accounts alone, then the scheduler with a pool of slots, in virtual time. Bounds are derived,
-// not measured.
+// Fair sharing: submitters, and the experiments of each, get equal shares of CPU time for any job lengths. First the
+// accounts alone, then the scheduler with a pool of slots, in virtual time. Bounds are derived, not measured.
 
 #include "server/fair_share.h"
 
@@ -18,7 +17,7 @@ using namespace std::chrono_literals;
 
 bool Any(std::int64_t) { return true; }
 
-// One slot that works off what is served: each job uses what its experiment's jobs use, and was expected to.
+// One slot that executes the served jobs: each uses the expected time of its experiment.
 class Accounts : public testing::Test {
  protected:
   void Add(std::int64_t id, const std::string& submitter, std::int64_t job_us, int priority = 0,
@@ -70,7 +69,7 @@ TEST_F(Accounts, ASubmitterOfManyExperimentsGetsNoMoreThanOneOfOne) {
 TEST_F(Accounts, ANewcomerIsServedAtOnceAndNotPaidForThePast) {
   Add(1, "a", 1000);
   ServeUntil(1'000'000);
-  for (int i = 0; i < 5; ++i) shares_.Begin(1, 700'000);  // all slots, and expected to last long
+  for (int i = 0; i < 5; ++i) shares_.Begin(1, 700'000);  // on all slots, expected to be long
   Add(2, "b", 1000);
   EXPECT_EQ(Serve(), 2);
   for (int i = 0; i < 5; ++i) shares_.End(1, 700'000, 1000);
@@ -123,7 +122,7 @@ TEST_F(Accounts, WhoWasAloneOwesNothingForIt) {
 TEST_F(Accounts, WaitingForWhatNobodyHasChangesNothingForOthers) {
   Add(1, "a", 10, 0, "rare");
   Add(2, "b", 10, 0, "rare");
-  const auto common = [](std::int64_t id) { return id > 2; };  // what has the other dataset is not accepted
+  const auto common = [](std::int64_t id) { return id > 2; };  // experiments with the other dataset are not accepted
   const auto serve = [&](int count) {
     std::map<std::int64_t, int> served;
     for (int i = 0; i < count; ++i) {
@@ -136,10 +135,10 @@ TEST_F(Accounts, WaitingForWhatNobodyHasChangesNothingForOthers) {
   };
   Add(3, "c", 10);
   serve(1000);
-  Add(4, "a", 10);  // has waited for something else all the time
+  Add(4, "a", 10);  // has waited for the other dataset all the time
   EXPECT_EQ(serve(100), (std::map<std::int64_t, int>{{3, 50}, {4, 50}}));
   for (const int id : {3, 4}) shares_.SetWaiting(id, false);
-  Add(5, "e", 10);  // nobody waits for this dataset at the moment
+  Add(5, "e", 10);  // no experiment waits for this dataset at the moment
   for (const int id : {3, 4}) shares_.SetWaiting(id, true);
   EXPECT_EQ(serve(99), (std::map<std::int64_t, int>{{3, 33}, {4, 33}, {5, 33}}));
 }
@@ -154,7 +153,7 @@ TEST_F(Accounts, PassedOverForItsDatasetItKeepsItsPlace) {
     shares_.End(2, 10, 10);
   }
   EXPECT_EQ(shares_.First([](std::int64_t) { return false; }), std::nullopt);
-  Add(3, "c", 10);  // begins beside 2, with which it competes, not beside 1
+  Add(3, "c", 10);  // competes with 2, so begins with its virtual time rather than that of 1
   for (int i = 0; i < 100; ++i) EXPECT_EQ(Serve(), 1);
   ServeUntil(300);
   EXPECT_EQ(used_us_[2], 100);
@@ -167,7 +166,7 @@ TEST_F(Accounts, PrioritiesComeBeforeShares) {
   Add(3, "c", 10, -5);
   for (int i = 0; i < 10; ++i) EXPECT_EQ(Serve(), 2);
   shares_.Begin(2, 1000);
-  shares_.SetPriority(2, 0);  // what runs goes along
+  shares_.SetPriority(2, 0);  // running jobs are transferred as well
   for (int i = 0; i < 100; ++i) EXPECT_EQ(Serve(), 1);
   shares_.End(2, 1000, 1000);
   for (int i = 0; i < 2; ++i) Serve();
@@ -178,9 +177,10 @@ TEST_F(Accounts, PrioritiesComeBeforeShares) {
   EXPECT_EQ(shares_.First(Any), std::nullopt);
 }
 
-// Several slots, jobs of unforeseeable length, bad guesses, others that come and go. Whoever is served has the least
-// virtual time, gets at most one guess of it more, and at most all slots' guesses are corrected, its own upwards and
-// another's downwards. So nobody who waits lags behind his part by more than (2 slots + 1) jobs, and what still runs.
+// Several slots, jobs of unpredictable length, wrong estimates, and competing submitters that come and go. The served
+// submitter has the least virtual time and is charged at most one estimate. At most all slots' estimates are
+// corrected, its own upwards and another's downwards. So no waiting submitter is behind its share by more than (2
+// slots + 1) jobs, plus the running ones.
 TEST(FairShareProperty, WhoWaitsNeverLagsBehindHisPartByMoreThanWhatRuns) {
   constexpr int kSlots = 5, kSubmitters = 6;
   constexpr std::int64_t kLongest_us = 1000;
@@ -202,7 +202,7 @@ TEST(FairShareProperty, WhoWaitsNeverLagsBehindHisPartByMoreThanWhatRuns) {
     for (int step = 0; step < 3000; ++step) {
       while (slots.size() < kSlots) {
         const std::int64_t id = shares.First(Any).value();
-        // Lengths differ from one experiment to the next, guesses are anything.
+        // Lengths differ between experiments, and estimates are arbitrary.
         const Run run{0, id, 1 + below(kLongest_us), 1 + below(kLongest_us * id / kSubmitters)};
         shares.Begin(id, run.expected_us);
         slots.push_back({now + run.uses_us, id, run.expected_us, run.uses_us});
@@ -217,7 +217,7 @@ TEST(FairShareProperty, WhoWaitsNeverLagsBehindHisPartByMoreThanWhatRuns) {
       const auto other = static_cast<std::size_t>(2 + below(kSubmitters - 1));
       if (below(10) == 0) waits[other] = !waits[other];
       shares.SetWaiting(static_cast<std::int64_t>(other), waits[other]);
-      // The first waits all the time.
+      // The first submitter waits all the time.
       ASSERT_GE(used_us[1] + kSlots * kLongest_us, total_us / kSubmitters - (2 * kSlots + 1) * kLongest_us)
           << "seed " << seed << " step " << step;
     }
@@ -229,7 +229,7 @@ TEST(FairShareProperty, WhoWaitsNeverLagsBehindHisPartByMoreThanWhatRuns) {
 class SharedPool : public SchedulerTest {
  protected:
   SharedPool() {
-    options_.lease = 24h;  // heartbeats are not the subject
+    options_.lease = 24h;  // heartbeats are not tested here
     Restart();
   }
 
@@ -251,7 +251,7 @@ class SharedPool : public SchedulerTest {
     }
   }
 
-  // Every slot begins its jobs in the order in which it got them, and asks when it has none.
+  // Every slot executes its jobs in the order received, and requests more when it has none.
   void Work(microseconds duration) {
     const microseconds end = now_.steady + duration;
     while (true) {
@@ -328,7 +328,7 @@ TEST_F(SharedPool, SeveralJobsAtOnceDoNotChangeThat) {
   const auto shorter = SubmitAs("bob", 20'000, 100ms);
   StartSlots(4, 64);
   Work(400s);
-  // What is held ready, mostly short jobs, is charged, but not yet worked off.
+  // Prefetched jobs, mostly short ones, are charged but not executed yet.
   EXPECT_NEAR(Used_s(longer) / Used_s(shorter), 1, 0.1);
 }
 
@@ -373,8 +373,8 @@ TEST_F(SharedPool, AfterARestartItIsFairFromThenOn) {
   EXPECT_NEAR(Used_s(second), 100, 3);
 }
 
-// The wall limit is a safety net of hours: charged beforehand, it would leave a newcomer one slot until a job has
-// ended.
+// The wall-time limit of hours is only a safety net. If it were charged in advance, a newcomer would have one slot
+// until a job has ended.
 TEST_F(SharedPool, ANewcomerHasItsPartOfManySlotsAtOnce) {
   constexpr int kSlots = 8;
   nlohmann::json spec = SampleSpec(100);
@@ -392,7 +392,7 @@ TEST_F(SharedPool, ANewcomerHasItsPartOfManySlotsAtOnce) {
   EXPECT_NEAR(of_the_newcomer, 0.5 * kSlots, 1);
 }
 
-// A job that crashes tells no CPU time: it is charged for as long as it was there, or its experiment would never stop.
+// A crashed job reports no CPU time. It is charged for its duration, otherwise its experiment would never stop.
 TEST_F(SharedPool, FailedAttemptsAreChargedForTheirTime) {
   nlohmann::json spec = SampleSpec(1000);
   spec["submitter"] = "ada";

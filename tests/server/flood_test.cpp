@@ -1,6 +1,6 @@
-// Policy: requests of any number of senders leave the server's memory and its database as they are. One case for each
-// message type, with a body that the server accepts. The bounds of the bus and of the scheduler are small here, so that
-// the first half of the senders reaches them; the second half must add nothing.
+// Policy: requests of any number of senders do not grow the server's memory or its database. There is one case for
+// each message type, with a body that the server accepts. The limits of the bus and of the scheduler are small here,
+// so that the first half of the senders reaches them; the second half must add nothing.
 
 #include <gtest/gtest.h>
 #include <malloc.h>
@@ -26,13 +26,13 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Heap in use, in bytes; 0 where the allocator of a sanitizer counts by itself.
+// Returns the heap in use in bytes; 0 if a sanitizer's allocator does not count it.
 std::size_t HeapBytes() {
   const auto info = mallinfo2();
   return info.uordblks + info.hblkhd;
 }
 
-// The request of sender number `i`.
+// Returns the request of sender number `i`.
 template <class Request>
 Request RequestOf(int /*i*/) {
   return bus::Sample<Request>();
@@ -74,7 +74,7 @@ legopt_msg::status_request RequestOf(int /*i*/) {
 
 struct Kind {
   bus::MessageType type{};
-  std::function<std::string(int)> body;  // of sender number i
+  std::function<std::string(int)> body;  // body of sender number i
 };
 
 template <class... Request>
@@ -104,9 +104,10 @@ class FloodBed : public testing::Test {
     Call(-1, bus::MessageType::kSubmit, bus::Encode(RequestOf<legopt_msg::submit_request>(-1)));
   }
 
-  // The second half of the calls must not raise memory or file size above their level after the first half.
+  // Expects that the second half of the calls does not raise memory or file size above their level after the first
+  // half.
   void ExpectFlat(const std::function<void(int)>& call, int half) {
-    constexpr std::size_t kMostGrowth = 32;  // bytes a call; whatever is kept of one takes more
+    constexpr std::size_t kMostGrowth = 32;  // bytes per call; stored data of a call would take more
     for (int i = 0; i < half; ++i) call(i);
     const std::size_t file = FileBytes(), heap = HeapBytes();
     for (int i = half; i < 2 * half; ++i) call(i);
@@ -114,7 +115,7 @@ class FloodBed : public testing::Test {
     EXPECT_LE(HeapBytes(), heap + kMostGrowth * static_cast<std::size_t>(half));
   }
 
-  // One call of a sender of its own, until it is answered.
+  // Makes one call from a new sender and waits for the answer.
   void Call(int i, bus::MessageType type, std::string body) {
     bus::SimulatedTransport transport(network_);
     bus::Endpoint sender(transport, 1'000'000 + i, static_cast<std::uint64_t>(i));
@@ -138,7 +139,7 @@ class FloodBed : public testing::Test {
     poll(&ready, 1, kLongest_ms);
   }
 
-  // After everything is in the main file.
+  // Returns the file size after a complete checkpoint.
   std::size_t FileBytes() {
     network_.Advance(5s);
     server_->Work();
@@ -165,7 +166,7 @@ TEST_P(Flood, ManySendersLeaveMemoryAndFileFlat) {
   ExpectFlat([this](int i) { Call(i, GetParam().type, GetParam().body(i)); }, kHalf);
 }
 
-// Deleted experiments leave nothing behind, independent of submitter and caller.
+// Deleted experiments leave nothing behind, for any submitter and caller.
 TEST_F(FloodBed, ExperimentsThatAreDeletedLeaveMemoryAndFileFlat) {
   if (HeapBytes() == 0) GTEST_SKIP() << "the heap cannot be measured (sanitizer)";
   const auto cycle = [this](int i) {

@@ -1,5 +1,5 @@
-// Policy: what the status tells of an experiment is true at each moment of virtual time: it moves, or the reason why it
-// does not; an estimate only while it moves; times of the experiment, over restarts, too.
+// Policy: the status of an experiment is correct at each moment of virtual time. It shows progress or the reason for a
+// stall, an estimate only during progress, and the experiment's times, which survive restarts.
 
 #include "server/outlook.h"
 
@@ -25,7 +25,7 @@ class OutlookTest : public SchedulerTest {
   std::string WaitingFor(std::int64_t id = 1) { return StatusOf(id).at("waiting_for"); }
   bool HasEstimate(std::int64_t id = 1) { return !StatusOf(id).at("eta_s").is_null(); }
 
-  // As a worker that lives: a heartbeat every half second.
+  // Advances the time with a heartbeat every half second, like a live worker.
   void AdvanceBeating(microseconds duration, bus::EndpointId endpoint, const std::vector<legopt_msg::lease>& leases) {
     for (; duration > microseconds(0); duration -= milliseconds(500)) {
       Advance(milliseconds(500));
@@ -33,7 +33,7 @@ class OutlookTest : public SchedulerTest {
     }
   }
 
-  // Leases one job, works for so long, delivers.
+  // Leases one job, works for this duration, delivers the result.
   void Solve(bus::EndpointId endpoint, microseconds wall) {
     const auto lease = LeaseOne(endpoint);
     AdvanceBeating(wall, endpoint, {lease});
@@ -202,7 +202,7 @@ TEST_F(OutlookTest, CountsTheWindowsOfARunningMotion) {
   EXPECT_EQ(kind.at("task"), "motion");
   EXPECT_EQ(kind.at("initialization"), "good");
   EXPECT_EQ(kind.at("queued"), 0);
-  EXPECT_NEAR(kind.at("s_per_waypoint").get<double>(), 10.0 / (150.0 * 49.5 / 77), 1e-8);  // of whole microseconds
+  EXPECT_NEAR(kind.at("s_per_waypoint").get<double>(), 10.0 / (150.0 * 49.5 / 77), 1e-8);  // rounded to microseconds
 }
 
 TEST_F(OutlookTest, TellsTheTimesOfTheExperiment) {

@@ -1,5 +1,5 @@
-// Policy: the senders of queries take turns, a sender at its limit is passed over, and nothing is kept of a sender
-// without queries.
+// Policy: the senders of queries take turns, a sender at its limit is skipped, and no data are kept of senders without
+// queries.
 
 #include "server/query_lane.h"
 

@@ -117,18 +117,18 @@ TEST_F(Queries, TheStatementMayAskForItsTime) {
   const auto reply = Ask("/*+ MAX_EXECUTION_TIME(100) */ " + endless);
   EXPECT_EQ(StatusOf(reply), QueryStatus::kStopped) << "not the statement's fault, as a refusal would be";
   EXPECT_NE(reply.message.find("stopped after 0.1 s"), std::string::npos) << reply.message;
-  // One that may take an hour keeps nobody else waiting.
+  // A query with a limit of an hour delays no other query.
   EXPECT_EQ(service_.Start(1000, kSender, Request("/*+ MAX_EXECUTION_TIME(3600000) */ " + endless)), "");
   EXPECT_EQ(StatusOf(Ask("SELECT 1")), QueryStatus::kOk);
-  // No number is no wish.
+  // An invalid number is ignored.
   for (const char* hint :
        {"/*+ MAX_EXECUTION_TIME(x) */ ", "/*+ MAX_EXECUTION_TIME(-1) */ ", "/*+ MAX_EXECUTION_TIME(5 "}) {
     EXPECT_EQ(Ask(std::string(hint) + "*/ SELECT 1").message.find("stopped"), std::string::npos) << hint;
   }
 }
 
-// Sixteen clients that ask without end do not keep others waiting, neither for a quick answer nor for one that takes
-// longer than the first lane gives.
+// Sixteen clients with endless queries do not delay others, neither a quick query nor one that exceeds the limit of
+// the first lane.
 TEST_F(Queries, AQueryWaitsOnlyForQueriesThatTakeAsLong) {
   constexpr std::int64_t kEndless = 16, kOther = 2000;
   for (std::int64_t i = 0; i < kEndless; ++i) EXPECT_EQ(service_.Start(3000 + i, 30 + i, Request(EndlessQuery())), "");

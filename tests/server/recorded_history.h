@@ -7,15 +7,15 @@
 
 namespace legopt::server {
 
-/// A job of a run that was recorded.
+/// A job of a recorded run.
 struct RecordedJob {
   std::size_t kind = 0;
   double waypoints = 1;
   double wall_s = 0;
-  int windows = 0;  ///< of a motion; 0: none
+  int windows = 0;  ///< windows of a motion; 0: none
 };
 
-/// A run, its jobs in the order of work.
+/// A run with its jobs in the order of execution.
 struct RecordedHistory {
   std::vector<JobKind> kinds;  ///< without times
   std::vector<RecordedJob> jobs;
@@ -25,15 +25,15 @@ struct RecordedHistory {
 /// Throws std::runtime_error.
 RecordedHistory ReadHistory(const std::string& file);
 
-/// When a recorded job ran.
+/// Start and end of a recorded job.
 struct ReplayedJob {
   double begin_s = 0, end_s = 0;
 };
 
-/// Each job goes to the slot that is free first.
+/// Assigns each job to the slot that is free first.
 std::vector<ReplayedJob> DealToSlots(const std::vector<RecordedJob>& jobs, int slots);
 
-/// What a server would know at `now_s`. Windows of a motion are solved at an even pace.
+/// Returns the server's knowledge at `now_s`. Windows of a motion are solved at an even pace.
 WorkLeft LeftAt(const RecordedHistory& history, const std::vector<ReplayedJob>& jobs, double now_s, int slots);
 
 }  // namespace legopt::server

@@ -7,7 +7,7 @@
 
 namespace legopt {
 
-/// How a failed expectation shows a value.
+/// Prints an enumeration value in failed expectations.
 template <Worded Enum>
 std::ostream& operator<<(std::ostream& out, Enum value) {
   return out << ToString(value);
@@ -15,7 +15,7 @@ std::ostream& operator<<(std::ostream& out, Enum value) {
 
 }  // namespace legopt
 
-/// What the number in a reply means.
+/// Conversions of the numbers in replies.
 namespace legopt::server {
 
 inline HelloStatus StatusOf(const legopt_msg::hello_reply& reply) { return HelloStatus{reply.status}; }
@@ -33,7 +33,7 @@ inline StoreDatasetStatus StatusOf(const legopt_msg::store_dataset_reply& reply)
 inline ShutdownStatus StatusOf(const legopt_msg::shutdown_reply& reply) { return ShutdownStatus{reply.status}; }
 inline ControlStatus StatusOf(const legopt_msg::cancel_reply& reply) { return ControlStatus{reply.status}; }
 
-/// On the first of the leases that were asked about.
+/// Returns the verdict on the first lease of the request.
 inline LeaseVerdict VerdictOf(const legopt_msg::heartbeat_reply& reply) { return LeaseVerdict{reply.verdicts.at(0)}; }
 
 }  // namespace legopt::server

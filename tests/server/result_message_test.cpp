@@ -1,4 +1,5 @@
-// The result in a worker's report becomes the record that the store takes: every column from the field of its name.
+// The result in a worker's report is converted to the record of the store: every column from the field of the same
+// name.
 
 #include "server/result_message.h"
 
@@ -9,7 +10,7 @@
 namespace legopt::server {
 namespace {
 
-// Every number and text of the message has a value of its own.
+// Returns a message whose numbers and texts are all distinct.
 legopt_msg::result_request DistinctReport() {
   legopt_msg::result_request request{};
   int next = 1;
@@ -90,7 +91,7 @@ TEST(ResultMessage, OutcomesKeepTheirMeaning) {
   for (const auto& [reported, word] : kWords<ReportedOutcome>) {
     legopt_msg::result_request request{};
     request.outcome = NumberOf(reported);
-    // A refusal is the worker's word for an attempt that it gives back.
+    // A worker reports a released attempt as refused.
     EXPECT_EQ(ToString(OutcomeOf(request)), reported == ReportedOutcome::kRefused ? "returned" : word);
   }
 }

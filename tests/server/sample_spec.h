@@ -15,7 +15,8 @@ inline nlohmann::json MethodJson(const std::string& name, char digit) {
       {"multi_starts", 0}, {"sample_size", 100},    {"incremental", false}};
 }
 
-/// Posture, good initialisation, problems 0 .. num_problems - 1, one method: num_problems jobs.
+/// Returns a specification of postures, good initialization, problems 0 .. num_problems - 1, one method: num_problems
+/// jobs.
 inline nlohmann::json SampleSpec(int num_problems = 4) {
   auto problems = nlohmann::json::array(), waypoints = nlohmann::json::array();
   for (int i = 0; i < num_problems; ++i) {

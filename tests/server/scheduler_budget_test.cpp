@@ -1,4 +1,4 @@
-// Policy: what requests make last has limits, and a refusal names the limit and the numbers.
+// Policy: persistent effects of requests are limited, and a refusal names the limit and the numbers.
 
 #include <gmock/gmock.h>
 
@@ -28,7 +28,7 @@ class SchedulerBudget : public SchedulerTest {
     EXPECT_THAT(reply.message, HasSubstr(text));
   }
   std::size_t StoredWorkers() { return store_.LoadOpenState().workers.size(); }
-  // A worker that says hello, and does nothing else.
+  // Registers a worker that does nothing else.
   void HelloOf(bus::EndpointId endpoint) {
     scheduler_->Hello(now_, endpoint, HelloRequest(endpoint), ops_);
     Commit();
@@ -169,7 +169,7 @@ TEST_F(SchedulerBudget, ManyHellosForgetTheLongestSilentWorkers) {
   }
   EXPECT_LT(scheduler_->workers().size(), 150U);
   EXPECT_EQ(StoredWorkers(), 0U);
-  // One that was forgotten and has work to do comes again.
+  // A removed worker registers again if there is work.
   Submit(SampleSpec());
   Hello(100'000);
   LeaseOne(100'000);
@@ -187,7 +187,7 @@ TEST_F(SchedulerBudget, AWorkerThatLeasedIsNotForgottenForOthers) {
   EXPECT_TRUE(IsKnown(kFirst));
 }
 
-// The store has one worker for each address, so that a worker that comes back must have its number.
+// The store has one worker for each address, so a worker that returns must get its former number.
 TEST_F(SchedulerBudget, AStoredWorkerThatLeftTheMemoryComesBackAsTheSame) {
   options_.max_gone_workers = 2;
   options_.most_offline_shown = 10;

@@ -1,5 +1,5 @@
-// Policy: which builds finish an experiment. The first that takes a job does, over restarts, too; others wait and are
-// told why, unless the specification or a person says that any may.
+// Policy: builds that may finish an experiment. The build of the first leased job must finish it, even after restarts.
+// Workers of other builds wait and get the reason, unless the specification or an operator allows any build.
 
 #include <gmock/gmock.h>
 
@@ -106,7 +106,7 @@ TEST_F(SchedulerBuildTest, TheStatusSaysWhatIsWaitedFor) {
   Submit(SampleSpec());
   HelloOf(kFirst, "old");
   Finish(kFirst, LeaseOne(kFirst));
-  Advance(seconds(30));  // it has gone
+  Advance(seconds(30));  // the worker has gone
   HelloOf(kSecond, "new");
   EXPECT_THAT(WaitingFor(), AllOf(HasSubstr("no worker is of build old"), HasSubstr("of build new"),
                                   HasSubstr("legopt resume 1 --any-build")));
@@ -121,7 +121,7 @@ TEST_F(SchedulerBuildTest, WhatWaitsForABuildKeepsNothingFromOthers) {
   Advance(seconds(30));
   HelloOf(kSecond, "new");
   Submit(SampleSpec(2), "b");
-  // Near the end of what can be leased a worker gets half of it at most: the other experiment's jobs do not count.
+  // Near the end of the leasable jobs, a worker gets at most half of them: the other experiment's jobs do not count.
   EXPECT_EQ(Lease(kSecond, 8).jobs.size(), 1U);
 }
 

@@ -1,5 +1,5 @@
-// Policy: a job is leased only to a worker with the capabilities that it needs. A missing capability or a refusal costs
-// no attempt, and the status names capabilities that every worker lacks.
+// Policy: a job is leased only to a worker with the capabilities that it needs. A missing capability or a refusal
+// costs no attempt, and the status names capabilities that every worker lacks.
 
 #include <gmock/gmock.h>
 
@@ -26,7 +26,7 @@ class SchedulerCapabilityTest : public SchedulerTest {
                          {"options", {{"declaration", HashOf(hash_digit)}, {"collision", "solid"}}}};
     return method;
   }
-  // Jobs 1 and 2 of SQP, jobs 3 and 4 of the external solver.
+  // Returns jobs 1 and 2 of SQP, jobs 3 and 4 of the external solver.
   static nlohmann::json MixedSpec() {
     nlohmann::json spec = SampleSpec(2);
     spec["methods"].push_back(External());
@@ -172,7 +172,7 @@ TEST_F(SchedulerCapabilityTest, UnknownKindsAreIgnored) {
 
 class FetchedDatasetsTest : public SchedulerCapabilityTest {
  protected:
-  // Has another dataset, and fetches.
+  // Registers a worker that has another dataset and can fetch more.
   void HelloOfFetcher(bus::EndpointId endpoint, const std::vector<legopt_msg::capability>& more = {},
                       const std::string& name = "warehouse") {
     legopt_msg::hello_request request = HelloRequest(endpoint, 1, 'e', name);

@@ -1,4 +1,4 @@
-// Pause, hold, priority and retry: what people may decide about an experiment, in virtual time.
+// Pause, hold, priority and retry: operator commands on an experiment, in virtual time.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ using enum ControlAction;
 
 class SchedulerControl : public SchedulerTest {
  protected:
-  // The only job of the experiment crashes until it is dead.
+  // Lets the only job of the experiment crash until it is dead.
   void KillJob() {
     Submit(SampleSpec(1));
     Hello(kFirst);
@@ -111,7 +111,8 @@ TEST_F(SchedulerControl, ARetriedJobHasAllItsAttemptsAgain) {
   EXPECT_EQ(Summary().state, db::ExperimentState::kDone);
 }
 
-// Found by the simulation: its last jobs ended while it was paused, and nobody could resume what was tried again.
+// Regression found by the simulation: the last jobs ended while the experiment was paused, and retried jobs could not
+// be resumed.
 TEST_F(SchedulerControl, AnExperimentThatEndsWhilePausedIsNotPausedWhenRetried) {
   Submit(SampleSpec(1));
   Hello(kFirst);

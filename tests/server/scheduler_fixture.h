@@ -30,7 +30,7 @@ inline legopt_msg::result_request ResultFor(std::int64_t worker_id, const legopt
   result.verdict_literal = "success";
   result.verdict_strict = "success";
   result.verdict_solid = "success";
-  result.cost = static_cast<double>(lease.job_id) + lease.attempt / 100.0;  // tells later whose result it is
+  result.cost = static_cast<double>(lease.job_id) + lease.attempt / 100.0;  // identifies the attempt of a result
   result.num_waypoints = 1;
   result.waypoint_size = 2;
   result.waypoints = {1.0, 2.0};
@@ -45,7 +45,7 @@ class SchedulerTest : public testing::Test {
 
   SchedulerTest() { Restart(); }
 
-  /// As after kill -9 and a new start: only the store remains.
+  /// Restarts the scheduler as after kill -9: only the store remains.
   void Restart() {
     options_.server_instance = ++instance_;
     scheduler_ = std::make_unique<Scheduler>(
@@ -111,7 +111,7 @@ class SchedulerTest : public testing::Test {
     return reply;
   }
 
-  /// As a worker that still loads.
+  /// Registers a worker that is still loading its dataset.
   legopt_msg::hello_reply HelloWithoutDataset(bus::EndpointId endpoint, int slots = 1) {
     legopt_msg::hello_request request{};
     request.protocol_version = bus::kProtocolVersion;
@@ -207,8 +207,8 @@ class SchedulerTest : public testing::Test {
   std::unique_ptr<Scheduler> scheduler_;
   Scheduler::Ops ops_;
   Instant now_{microseconds(1'000'000), 1'700'000'000'000'000};
-  bool reads_fail_ = false;            // of known results
-  std::optional<db::DiskSpace> disk_;  // with the database; empty: unknown
+  bool reads_fail_ = false;            // simulates read errors of known results
+  std::optional<db::DiskSpace> disk_;  // disk of the database; empty: unknown
   std::int64_t instance_ = 500;
   std::int64_t token_ = 9000;
   std::map<bus::EndpointId, std::int64_t> worker_ids_;

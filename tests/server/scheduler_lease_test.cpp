@@ -1,4 +1,4 @@
-// Time, restarts and cancellation: the policies of the scheduler that protect running work, in virtual time.
+// Time, restarts and cancellation: policies of the scheduler that protect running work, in virtual time.
 
 #include <gtest/gtest.h>
 
@@ -139,7 +139,7 @@ TEST_F(SchedulerTest, LeasesThatEndOneAfterAnotherAreChargedInTheirOrder) {
   const auto second = LeaseOne(kFirst);
   const auto third = LeaseOne(kFirst);
   Advance(1s);
-  Heartbeat(kFirst, {first});  // sent before the worker knew of the others
+  Heartbeat(kFirst, {first});  // sent before the worker received the others
   Advance(options_.lease + options_.grace - 1s);
   EXPECT_EQ(StateOf(second.job_id), JobState::kQueued);
   EXPECT_EQ(scheduler_->counters().attempts_failed, 0U) << "the first one may still run";
@@ -232,7 +232,7 @@ TEST_F(SchedulerTest, LeaseOfAWorkerThatDiedWithTheServerExpires) {
   EXPECT_EQ(StateOf(1), JobState::kQueued);
 }
 
-// Found by killing the server every ten seconds: its restarts must not keep a dead worker's lease alive.
+// Regression found by killing the server every ten seconds: its restarts must not keep a dead worker's lease alive.
 TEST_F(SchedulerTest, LeaseOfADeadWorkerExpiresThoughTheServerDiesEveryLease) {
   Submit(SampleSpec(1));
   Hello(kFirst);
@@ -311,7 +311,7 @@ TEST_F(SchedulerTest, CancelledStaysCancelledAfterARestart) {
   EXPECT_EQ(store_.num_accepted(), 0);
 }
 
-// The store knows when a worker was last heard of: to the minute while it lives, exactly when it is gone.
+// The store records when a worker was last seen: to the minute while it is alive, exactly when it has gone.
 TEST_F(SchedulerTest, LastSightingsAreStoredNowAndThen) {
   Submit(SampleSpec(1));
   Hello(kFirst);

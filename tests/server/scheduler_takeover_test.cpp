@@ -1,6 +1,6 @@
-// Policy: a job takes the finished result of an equal job over when its first lease is due, and is done; only a result
-// of the build that finishes its experiment, of no other where any may; never where all shall be solved anew. No lease
-// is lost by looking.
+// Policy: if an identical job has finished, its result is reused when the first lease of a job is due, and the job is
+// done. Only results of the experiment's build are reused (none if any build may finish it), and none if all jobs must
+// be solved again. The search never loses a lease.
 
 #include "tests/server/scheduler_fixture.h"
 
@@ -21,7 +21,7 @@ class SchedulerTakeoverTest : public SchedulerTest {
       for (const auto& lease : reply.jobs) Finish(endpoint, lease);
     }
   }
-  // As SampleSpec under another name, by one more method.
+  // Returns SampleSpec with another name and one more method.
   static nlohmann::json Larger(int num_problems = 4) {
     nlohmann::json spec = SampleSpec(num_problems);
     spec["name"] = "larger";
@@ -116,7 +116,7 @@ TEST_F(SchedulerTakeoverTest, OtherSeedsAndLimitsAreOtherJobs) {
     other.merge_patch(nlohmann::json::parse(patch));
     const auto reply = Submit(other, "s" + std::to_string(submission++));
     Lease(kFirst);
-    const bool same = std::string(patch).find("garage2") != std::string::npos;  // the same content by another name
+    const bool same = std::string(patch).find("garage2") != std::string::npos;  // same content with another name
     EXPECT_EQ(Summary(reply.experiment_id).taken_over, same ? 4 : 0) << patch;
     Cancel(reply.experiment_id);
   }

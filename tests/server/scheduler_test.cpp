@@ -1,4 +1,4 @@
-// Submission, leasing, results and attempts: the policies of the scheduler, one regime per test, in virtual time.
+// Submission, leasing, results and attempts: the policies of the scheduler, one case per test, in virtual time.
 
 #include "server/scheduler.h"
 
@@ -57,7 +57,7 @@ TEST_F(SchedulerTest, MethodHashCannotMeanTwoThings) {
   const auto reply = Submit(forged, "s2");
   EXPECT_EQ(StatusOf(reply), SubmitStatus::kRefused);
   EXPECT_NE(reply.message.find("hash"), std::string::npos);
-  auto renamed = SampleSpec();  // a name is no option
+  auto renamed = SampleSpec();  // a name is not an option
   renamed["methods"][0]["name"] = renamed["methods"][0]["options"]["name"] = "mine";
   EXPECT_EQ(StatusOf(Submit(renamed, "s3")), SubmitStatus::kCreated);
 }
@@ -118,7 +118,7 @@ TEST_F(SchedulerTest, JobsAreLeasedInOrderAndOnce) {
   Submit(SampleSpec(2), "b");
   Hello(kFirst);
   Hello(kSecond);
-  // Experiments take turns, the older one first; the jobs of each go in order.
+  // Experiments take turns, the older one first; the jobs of each are leased in order.
   for (const std::int64_t job : {1, 3, 2, 4}) EXPECT_EQ(LeaseOne(job % 2 == 0 ? kFirst : kSecond).job_id, job);
   const auto none = Lease(kFirst);
   EXPECT_EQ(StatusOf(none), LeaseStatus::kNoneNow);
@@ -129,8 +129,8 @@ TEST_F(SchedulerTest, BatchesAreSharedNearTheEnd) {
   Submit(SampleSpec(100));
   Hello(kFirst, 1);
   Hello(kSecond, 1);
-  EXPECT_EQ(Lease(kFirst, 1000).jobs.size(), 25U);  // half of what is left, over two slots
-  EXPECT_EQ(Lease(kSecond, 10).jobs.size(), 10U);   // never more than asked for
+  EXPECT_EQ(Lease(kFirst, 1000).jobs.size(), 25U);  // half of the rest, over two slots
+  EXPECT_EQ(Lease(kSecond, 10).jobs.size(), 10U);   // never more than requested
   std::size_t leased = 35;
   while (true) {
     const auto reply = Lease(kFirst, 1000);
@@ -284,7 +284,7 @@ TEST_F(SchedulerTest, IllegalResultCostsAnAttemptWithTheReason) {
   EXPECT_EQ(StateOf(1), JobState::kFailed);
 }
 
-// As from a worker of another build.
+// A result of a worker of another build.
 TEST_F(SchedulerTest, UnknownWordsOfAResultAreRefusedByField) {
   Submit(SampleSpec(1));
   Hello(kFirst);
@@ -339,7 +339,7 @@ TEST_F(SchedulerTest, CrashingJobIsDeadAfterItsAttemptsAndNeighboursAreNot) {
   EXPECT_EQ(Summary().state, db::ExperimentState::kDone);
 }
 
-// The same fault twice is the job's: a third attempt would only repeat it.
+// The same signal twice is caused by the job, so a third attempt would repeat it.
 TEST_F(SchedulerTest, ACrashByTheSameSignalTwiceIsNotTriedAgain) {
   Submit(SampleSpec(1));
   Hello(kFirst);
@@ -353,7 +353,7 @@ TEST_F(SchedulerTest, ACrashByTheSameSignalTwiceIsNotTriedAgain) {
   EXPECT_EQ(store_.num_attempts(1), 2);
 }
 
-// A process that is killed from outside says nothing about its job.
+// The kill of a process from outside is not attributed to its job.
 TEST_F(SchedulerTest, KilledProcessesAreTriedAgain) {
   Submit(SampleSpec(1));
   Hello(kFirst);
@@ -365,7 +365,7 @@ TEST_F(SchedulerTest, KilledProcessesAreTriedAgain) {
   EXPECT_EQ(StateOf(1), JobState::kQueued);
 }
 
-// Found by the random histories: the store does not know yet that the attempt has ended.
+// Regression found by the random histories: the end of the attempt is not in the store yet.
 TEST_F(SchedulerTest, RepeatedCrashReportInTheRoundOfTheNextLeaseIsADuplicate) {
   Submit(SampleSpec(1));
   Hello(kFirst);
@@ -392,7 +392,7 @@ TEST_F(SchedulerTest, LeasesCarryTheLimits) {
   EXPECT_EQ(lease.wall_limit_us, 60'000'000);
 }
 
-// The same job would meet the same limit again: dead at once, which a retry by a person takes up.
+// The same job would reach the same limit again, so it is dead at once; an operator may retry it.
 TEST_F(SchedulerTest, WhatTheClockStopsIsNotTriedAgainByItself) {
   Submit(SampleSpec(1));
   Hello(kFirst);
@@ -496,7 +496,7 @@ TEST_F(SchedulerTest, StatusAddsUp) {
   EXPECT_EQ(StatusJson(*scheduler_, 2, now_)["experiments"].size(), 1U);
 }
 
-/// PROTOCOL.md, section 9: what others may rely on.
+/// PROTOCOL.md, section 9: keys that clients may rely on.
 TEST_F(SchedulerTest, StatusHasTheDocumentedKeys) {
   Submit(SampleSpec(2));
   Hello(kFirst);

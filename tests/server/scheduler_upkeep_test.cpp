@@ -1,5 +1,6 @@
-// Jobs that the clock stopped tried again; names, tags and deletion: what people do with experiments that are over, in
-// virtual time. A result counts once or, tried again, not at all; what is deleted is gone and its numbers never return.
+// Retries of jobs stopped by the wall-time limit, names, tags and deletion: operator commands on experiments that are
+// over, in virtual time. A result is counted once or, if retried, not at all; a deleted experiment is gone and its
+// numbers are never reused.
 
 #include <gtest/gtest.h>
 
@@ -23,7 +24,7 @@ class SchedulerUpkeep : public SchedulerTest {
     EXPECT_EQ(StatusOf(Deliver(result)), ResultStatus::kAccepted);
   }
 
-  // Two jobs: the clock stopped the first, the second is done.
+  // Runs two jobs: the first is stopped by the wall-time limit, the second is done.
   legopt_msg::lease RunTwoJobs(const std::string& verdict = "com") {
     Submit(SampleSpec(2));
     Hello(kFirst);
@@ -60,7 +61,7 @@ TEST_F(SchedulerUpkeep, TheSpecsRuleDecidesWhatIsSolved) {
     nlohmann::json spec = SampleSpec(3);
     spec["name"] = rule;
     spec["rule"] = rule;
-    spec["seed"] = ++experiment;  // else results would be reused
+    spec["seed"] = ++experiment;  // otherwise results would be reused
     Submit(spec, rule);
     for (int i = 0; i < 3; ++i) {
       auto result = ResultFor(worker_ids_[kFirst], LeaseOne(kFirst));
@@ -118,7 +119,7 @@ TEST_F(SchedulerUpkeep, FailedAndStoppedJobsAreTriedAgainTogetherAlsoByAnotherSe
   EXPECT_EQ(StateOf(1), JobState::kDead);
   FinishStopped(LeaseOne(kFirst));
   Finish(kFirst, LeaseOne(kFirst));
-  Restart();  // nothing of the experiment is in memory now
+  Restart();  // the experiment is no longer in memory
   EXPECT_EQ(Control(1, kRetryTimeLimits).num_jobs, 2);
   ExpectAccountsAgree();
   Restart();
@@ -232,7 +233,7 @@ TEST_F(SchedulerUpkeep, NumbersOfTheDeletedNeverReturn) {
   ExpectAccountsAgree();
 }
 
-// Also before the deletion is on disk, where the rows are still found.
+// Tested also before the deletion is on disk, while the rows still exist.
 TEST_F(SchedulerUpkeep, LateReportsOfTheDeletedAreRefused) {
   Submit(SampleSpec(2), "s1");
   Submit(SampleSpec(2), "s2");

@@ -1,5 +1,5 @@
-// Policy: workers that are gone stay visible for a while, those that say goodbye are not lost, and one that is drained
-// gets no more jobs.
+// Policy: workers that have gone stay visible for a while, those that said goodbye do not count as lost, and a drained
+// worker gets no more jobs.
 
 #include <gmock/gmock.h>
 
@@ -22,7 +22,7 @@ class SchedulerWorkerTest : public SchedulerTest {
     request.leaving = 1;
     scheduler_->Heartbeat(now_, endpoint, request);
   }
-  // Kinds of the events of the next seconds.
+  // Returns the kinds of events of the next seconds.
   std::vector<std::string> EventsWithin(int duration_s) {
     std::vector<std::string> kinds;
     for (int second = 0; second < duration_s; ++second) {
@@ -36,7 +36,7 @@ class SchedulerWorkerTest : public SchedulerTest {
     }
     return kinds;
   }
-  // A worker that has leased and finished a job, so that the store has it.
+  // Lets a worker lease and finish a job, so that it is in the store.
   void WorkOf(bus::EndpointId endpoint) {
     Submit(SampleSpec(1), "for " + std::to_string(endpoint));
     Hello(endpoint);

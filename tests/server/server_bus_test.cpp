@@ -20,7 +20,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// A party with its own transport; calls are decoded for it.
+// A party with its own transport that decodes replies.
 class Party {
  public:
   Party(bus::SimulatedNetwork& network, bus::EndpointId id) : transport_(network), endpoint_(transport_, id, 17) {}
@@ -49,7 +49,7 @@ class Party {
   bus::Endpoint endpoint_;
 };
 
-// Leases and finishes jobs until told otherwise.
+// Leases and finishes jobs until stopped.
 class ScriptedWorker {
  public:
   ScriptedWorker(bus::SimulatedNetwork& network, bus::EndpointId id) : party_(network, id) { Hello(); }
@@ -107,7 +107,7 @@ class ScriptedWorker {
   int left_ = 0;
 };
 
-// A store that counts its commits, and whose disk may fail in reading.
+// A store that counts its commits and can simulate read errors of the disk.
 class CountingStore : public db::MemoryStore {
  public:
   std::optional<std::string> FindMethodOptions(const std::string& hash) override {
@@ -123,7 +123,7 @@ class CountingStore : public db::MemoryStore {
     }
   }
   int commits = 0;
-  std::map<std::int64_t, std::string> health;  // by experiment
+  std::map<std::int64_t, std::string> health;  // key: experiment
   bool reading_fails = false;
 };
 
@@ -187,7 +187,7 @@ class ServerOnBus : public testing::Test {
     return status;
   }
 
-  /// On disk, not only in the scheduler.
+  /// Returns whether all jobs are done on disk, not only in the scheduler.
   bool AllDone(std::int64_t experiment = 1) {
     const std::vector<db::ExperimentSummary> all = store_.LoadOpenState().experiments;
     return std::any_of(all.begin(), all.end(), [&](const db::ExperimentSummary& one) {
@@ -196,7 +196,7 @@ class ServerOnBus : public testing::Test {
   }
 
   static constexpr std::size_t kMostDeferredBytes = 5000;
-  std::optional<db::DiskSpace> disk_;  // with the database; empty: unknown
+  std::optional<db::DiskSpace> disk_;  // disk of the database; empty: unknown
   bus::SimulatedNetwork network_;
   CountingStore store_;
   std::unique_ptr<bus::SimulatedTransport> transport_;
@@ -207,7 +207,7 @@ class ServerOnBus : public testing::Test {
   std::optional<legopt_msg::submit_reply> submitted_;
   std::uint64_t lives_ = 0;
   std::int64_t token_ = 0;
-  std::string dataset_ = "archive";  // of hash aaa...
+  std::string dataset_ = "archive";  // archive of hash aaa...
   bool store_datasets_ = true;
   std::int64_t most_dataset_bytes_ = 1000;
 };
@@ -232,7 +232,7 @@ TEST_F(ServerOnBus, ExperimentIsWorkedOff) {
 
 class GroupedCommits : public ServerOnBus {
  protected:
-  // Submissions, sent one after the other a moment apart, and the commits they took.
+  // Sends submissions shortly one after the other and returns the number of commits.
   int CommitsFor(int submissions) {
     const int before = store_.commits;
     int answered = 0;
@@ -265,7 +265,7 @@ TEST_F(GroupedCommits, AnIdleServerAnswersAtOnceAndABusyOneOncePerInterval) {
 TEST_F(GroupedCommits, StatusCommitsBeforeItTells) {
   CommitsFor(1);
   Submit(SampleSpec(3), "late");
-  nlohmann::json status = Status();  // arrives within the interval of the commit before
+  nlohmann::json status = Status();  // arrives within the interval of the previous commit
   EXPECT_EQ(status["experiments"].size(), store_.LoadOpenState().experiments.size());
   EXPECT_EQ(status["experiments"].size(), 2U);
 }
@@ -327,7 +327,8 @@ TEST_F(ServerOnBus, TheEndOfAnExperimentTellsWhatTheBusWentThrough) {
   EXPECT_FALSE(second.contains("results_accepted")) << "since its own submission";
 }
 
-// Found by the simulation: a request put off while writing failed, whose handler then could not read, ended the server.
+// Regression found by the simulation: a deferred request failed while the store could not be read, and this ended the
+// server.
 TEST_F(ServerOnBus, RequestsWaitWhileReadingFails) {
   store_.FailWith(db::StoreErrorCode::kIo);
   store_.reading_fails = true;
@@ -448,7 +449,7 @@ class StoredDatasets : public ServerOnBus {
     Submit(spec, id);
     EXPECT_TRUE(RunUntil([&] { return submitted_.has_value(); }));
   }
-  // Something to commit, so that the server meets the fault of its store.
+  // Submits something to commit, so that the server encounters the error of its store.
   void SubmitInVain() {
     Submit(SampleSpec(2), "in vain");
     RunUntil([] { return false; }, 1s);
@@ -539,7 +540,7 @@ TEST_F(ServerOnBus, MalformedBodiesAreRejectedByField) {
   EXPECT_EQ(result.code, bus::ErrorCode::kMalformed);
 }
 
-// The table of PROTOCOL.md, section 11, of every action; whether it has something to act on does not matter.
+// The table of PROTOCOL.md, section 11, for every action, with or without an object.
 TEST(Permission, ActionsThatConcernTheWorkOfOthersAreForOperators) {
   const std::vector<ControlAction> operators_only = {ControlAction::kHold, ControlAction::kRelease,
                                                      ControlAction::kPriority, ControlAction::kDelete,

@@ -30,7 +30,7 @@
 namespace legopt::server {
 namespace {
 
-// A child process with its standard output and error in one pipe. Killed at the end if it still runs.
+// A child process with its standard output and error in one pipe. Killed by the destructor if still running.
 class Process {
  public:
   explicit Process(const std::vector<std::string>& arguments) {
@@ -61,7 +61,7 @@ class Process {
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
 
-  // Reads until `word` has appeared; false when the output ended before.
+  // Reads until `word` has appeared; returns false if the output ends before.
   bool WaitFor(const std::string& word) {
     while (text_.find(word) == std::string::npos) {
       char buffer[512];
@@ -74,9 +74,9 @@ class Process {
 
   void Signal(int number) const { kill(pid_, number); }
 
-  // Waits for the end; the exit code, or 1000 + signal.
+  // Waits for the end; returns the exit code, or 1000 + signal.
   int Wait() {
-    WaitFor("\1");  // to the end of the output
+    WaitFor("\1");  // reads to the end of the output
     int status = 0;
     waitpid(pid_, &status, 0);
     pid_ = -1;
@@ -110,7 +110,7 @@ class ServerProcess : public testing::Test {
     EXPECT_NE(process.text().find(word), std::string::npos) << process.text();
   }
 
-  // Sends the submission until `enough` says so; it is told whether an answer came.
+  // Sends the submission repeatedly until `enough`, called with whether an answer arrived, returns true.
   void SubmitWhile(const std::string& id, const std::function<bool(bool)>& enough) {
     bus::LcmOptions options;
     options.port = port_;
@@ -188,7 +188,7 @@ TEST_F(ServerProcess, SecondServerOnTheFileIsRefusedWhateverItsName) {
   ExpectExit(Command(folder_ / "hard.sqlite", port), 6, holder);
 }
 
-// Mounted elsewhere, by file and by folder; in a mount namespace of its own, where it is allowed.
+// Mounted elsewhere, by file and by folder, in a mount namespace, if permitted.
 TEST_F(ServerProcess, SecondServerOnABindMountIsRefused) {
   std::filesystem::create_directory(folder_ / "elsewhere");
   std::ofstream(folder_ / "mounted.sqlite").close();
@@ -232,7 +232,7 @@ TEST_F(ServerProcess, AfterARenameNothingIsAcknowledgedUntilTheFileIsBack) {
   int answers = 0;
   SubmitWhile("late", [&](bool answered) {
     EXPECT_FALSE(answered);
-    EXPECT_NE(StoreErrorInStatus(), "");  // the server answers this, and has the submission before it
+    EXPECT_NE(StoreErrorInStatus(), "");  // answered after the submission was received
     return ++answers == 3;
   });
   std::filesystem::rename(moved, database_);
@@ -352,7 +352,7 @@ TEST_F(ServerProcess, WrongUsageHasItsExitCode) {
 }
 
 TEST_F(ServerProcess, MissingMulticastRouteHasItsExitCode) {
-  // Root needs no user namespace, and in a chroot gets none.
+  // Root needs no user namespace, and cannot create one in a chroot.
   for (const char* options : {"-n", "-rn"}) {
     Process probe({"unshare", options, "true"});
     if (probe.Wait() != 0) continue;

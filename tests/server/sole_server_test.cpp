@@ -1,5 +1,5 @@
-// Policy: servers that hear each other agree which one serves, however bad the network; exactly one, the one with the
-// smallest instance, and a server that serves comes before all that are about to.
+// Policy: servers that hear each other agree on exactly one that serves, on any unreliable network. A server that
+// already serves has priority; among starting servers, the smallest instance serves.
 
 #include "server/sole_server.h"
 
@@ -36,7 +36,7 @@ struct Candidate {
   Candidacy candidacy;
 };
 
-// A server that serves, as far as probes go.
+// A serving server, reduced to its answers to probes.
 struct Serving {
   Serving(bus::SimulatedNetwork& network, std::int64_t instance)
       : transport(network),

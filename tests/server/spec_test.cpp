@@ -179,7 +179,7 @@ TEST(Spec, SizeIsBounded) {
   ExpectRefused(spec, "more than 1000000");
 }
 
-// Method, task, initialisation, problem, repetition: the last varies fastest.
+// Order: method, task, initialization, problem, repetition; the last varies fastest.
 TEST(Spec, JobsFollowTheOrderOfTheContract) {
   Json json = SampleSpec(2);
   json["repetitions"] = 2;

@@ -1,6 +1,6 @@
-// Workers as a batch system, a container engine or a service manager treats them: signals to every process of a job at
-// once, whatever group or session it is in, KILL afterwards, a part of the machine only, nobody to talk to. Real
-// processes over real LCM, stub jobs. What matters is what the attempts cost: nothing, unless a worker dies at work.
+// Workers under a batch system, a container engine or a service manager: signals to every process of a job at once, in
+// any group or session, KILL afterwards, a part of the machine only, no server. Real processes over real LCM, stub
+// jobs. The tests check that attempts are charged only if a worker dies while solving.
 
 #include <gtest/gtest.h>
 #include <sched.h>
@@ -27,10 +27,10 @@ using Worker = std::unique_ptr<client::ChildProcess>;
 using Lines = std::vector<std::string>;
 
 constexpr milliseconds kPatience = seconds(60);
-constexpr int kLongJob_ms = 6'000;  // seen running by a test on a busy machine
+constexpr int kLongJob_ms = 6'000;  // long enough to be seen running on a busy machine
 constexpr char kNohup[] = "/usr/bin/nohup";
 
-// A process and all that descend from it, children first: their parent has heard nothing yet when they are hit.
+// Adds a process and all its descendants, children first, so that a parent gets its signal after its children.
 void AddTree(pid_t root, std::vector<pid_t>& processes) {
   for (const pid_t child : figures::ChildrenOf(root)) AddTree(child, processes);
   processes.push_back(root);
@@ -64,7 +64,7 @@ class BatchSystemTest : public testing::Test {
     return workers;
   }
 
-  // As the workers tell: the server knows of a lease before its worker does.
+  // Waits for the workers' own reports, since the server records a lease before its worker receives it.
   bool WaitUntilRunning(std::int64_t experiment, std::size_t jobs) {
     return deployment_->WaitFor(experiment,
                                 [jobs](const nlohmann::json& status) { return status.at("running").size() == jobs; });
@@ -86,9 +86,9 @@ class BatchSystemTest : public testing::Test {
   std::optional<Deployment> deployment_;
 };
 
-// --- Signals to everything -------------------------------------------------------------------------------------------
+// --- Signals to all processes ----------------------------------------------------------------------------------------
 
-// What Slurm does at preemption, scancel and the time limit.
+// Slurm does this at preemption, scancel and the time limit.
 TEST_F(BatchSystemTest, ThreeRoundsOfTermToAllProcessesAtWorkChargeNothing) {
   constexpr int kJobs = 4;
   const std::int64_t experiment = deployment_->Submit(StubSpec(kJobs, kLongJob_ms), "a");
@@ -117,7 +117,7 @@ TEST_F(BatchSystemTest, JobsThatEndWithinTheDrainAreDone) {
   EXPECT_EQ(deployment_->Query("SELECT state, attempts, returned FROM jobs"), (Lines{"done|1|0", "done|1|0"}));
 }
 
-// The end of a batch job's patience: KILL to everything, long after the jobs have been given back.
+// At the end of its grace period a batch system sends KILL to all processes, long after the jobs were released.
 TEST_F(BatchSystemTest, KillOfAllAfterTheDrainChargesNothing) {
   const std::int64_t experiment = deployment_->Submit(StubSpec(4, 60'000), "a");
   const std::vector<Worker> workers = StartWorkers(2, "0.2");
@@ -130,7 +130,8 @@ TEST_F(BatchSystemTest, KillOfAllAfterTheDrainChargesNothing) {
   EXPECT_EQ(Charges(), Lines{"queued|0"});
 }
 
-// KILL does not hit all processes of a job in the same instant: supervisors that outlive their job processes know why.
+// KILL does not reach all processes at the same instant: supervisors that outlive their job processes determine the
+// cause.
 TEST_F(BatchSystemTest, KillOfJobProcessesAfterTermChargesNothing) {
   const std::int64_t experiment = deployment_->Submit(StubSpec(4, 60'000), "a");
   const std::vector<Worker> workers = StartWorkers(2, "60");
@@ -146,7 +147,7 @@ TEST_F(BatchSystemTest, KillOfJobProcessesAfterTermChargesNothing) {
   EXPECT_EQ(Charges(), Lines{"queued|0"});
 }
 
-// Warnings that a batch system may send to every process before it means it.
+// Warnings that a batch system may send to every process in advance.
 TEST_F(BatchSystemTest, WarningsToAllProcessesChangeNothing) {
   const std::int64_t experiment = deployment_->Submit(StubSpec(4, kLongJob_ms), "a");
   const std::vector<Worker> workers = StartWorkers(2, "60");
@@ -168,8 +169,8 @@ TEST_F(BatchSystemTest, ATerminalThatClosesDoesNotEndAWorkerUnderNohup) {
   EXPECT_TRUE(deployment_->WaitUntilDone(next)) << "it takes no more jobs";
 }
 
-// A batch job that is a whole `legopt run`: client, server, worker and job processes hear the same, and the client
-// decides in which order they end. Motions by STOMP take long enough to be met at work.
+// A batch job that consists of a whole `legopt run`: client, server, worker and job processes receive the same
+// signals, and the client determines the order in which they end. Motions by STOMP take long enough to be running.
 TEST(RunUnderABatchSystemTest, TermToAllProcessesGivesEverythingBack) {
   if (const std::string why = Deployment::Unavailable(); !why.empty()) GTEST_SKIP() << "NO MULTICAST HERE: " << why;
   const test::TemporaryFolder folder;
@@ -185,7 +186,7 @@ TEST(RunUnderABatchSystemTest, TermToAllProcessesGivesEverythingBack) {
     try {
       return std::filesystem::exists(database) && count("attempts WHERE outcome = 'running'") == 2;
     } catch (const db::StoreError&) {
-      return false;  // being made
+      return false;  // still starting
     }
   };
   while (!is_at_work()) ASSERT_FALSE(run.Wait(milliseconds(20))) << run.ErrorTail();
@@ -203,7 +204,7 @@ TEST(RunUnderABatchSystemTest, TermToAllProcessesGivesEverythingBack) {
 
 // --- A part of the machine -------------------------------------------------------------------------------------------
 
-// The affinity mask of this thread, and of the programs that it starts, is one processor of those it had.
+// Restricts this thread, and the programs that it starts, to one of its processors.
 class OneProcessor {
  public:
   OneProcessor() {
@@ -248,7 +249,7 @@ TEST_F(BatchSystemTest, MoreSlotsThanGrantedAreAllowedAndTold) {
   EXPECT_NE(worker->ErrorTail().find("--slots 2 is more than was granted"), std::string::npos) << worker->ErrorTail();
 }
 
-// --- Nobody to talk to -----------------------------------------------------------------------------------------------
+// --- Without jobs or server ------------------------------------------------------------------------------------------
 
 TEST_F(BatchSystemTest, AWorkerWithoutJobsLeavesAfterItsIdleTimeout) {
   const Worker worker = deployment_->StartStubWorker({"--slots", "1", "--idle-timeout", "0.3"});
@@ -262,7 +263,7 @@ TEST_F(BatchSystemTest, AWorkerWithoutAServerLeavesAfterItsIdleTimeout) {
   ExpectExit(*worker, ExitCode::kOk);
 }
 
-// A job longer than the time-out is no idleness, and the time begins anew after it.
+// A job longer than the time-out does not count as idle time, and the time-out restarts after it.
 TEST_F(BatchSystemTest, AJobIsNoIdleness) {
   const std::int64_t experiment = deployment_->Submit(StubSpec(1, 3'000), "a");
   const Worker worker = deployment_->StartStubWorker({"--slots", "1", "--idle-timeout", "2.5"});

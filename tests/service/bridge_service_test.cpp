@@ -1,5 +1,5 @@
-// The shipped server and workers on buses of their own, joined by nothing but a bridge: work goes through with the same
-// bits, also over restarts of the server, which is the hub; who cannot be joined is told why.
+// The released server and workers on separate buses, joined only by a bridge: jobs are solved with the same bits, even
+// across restarts of the server, which is the hub. A worker that cannot join reports the reason.
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -44,7 +44,7 @@ class BridgeServiceTest : public testing::Test {
 
   std::string access() const { return (folder_ / "lab.access").string(); }
 
-  // On a bus of its own: it is told no port.
+  // Starts a program on a bus of its own: it gets no port.
   std::unique_ptr<client::ChildProcess> StartBridged(const std::string& program, std::vector<std::string> arguments) {
     arguments.insert(arguments.end(), {"--access", access()});
     return std::make_unique<client::ChildProcess>(Program(program), arguments, true);

@@ -1,6 +1,6 @@
-// Policy: one file is the complete result, however server and workers were started. A dataset that only the client has
-// is stored by the server and fetched by workers that were started without --dataset; a wrong archive, one that is too
-// large, or a server that stores none costs the warning, never the submission.
+// Policy: one file is the complete result, for any way of starting server and workers. A dataset that only the client
+// has is stored by the server and fetched by workers that were started without --dataset. A wrong archive, one that is
+// too large, or a server that stores none causes a warning, never a failed submission.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ using testing::Not;
 
 constexpr int kDatasetMismatchCode = static_cast<int>(programs::ExitCode::kDatasetMismatch);
 
-// Printable characters, 6 random bits each.
+// Returns printable characters, 6 random bits each.
 std::string Noise(std::size_t bytes) {
   std::string noise(bytes, ' ');
   std::mt19937 random(1);
@@ -42,7 +42,7 @@ class DatasetServiceTest : public testing::Test {
  protected:
   void SetUp() override {
     if (const std::string why = Deployment::Unavailable(); !why.empty()) GTEST_SKIP() << "NO MULTICAST HERE: " << why;
-    // Programs that the test starts inherit it: what this user has in the cache decides nothing.
+    // Inherited by programs that the test starts: the user's cache must not affect the test.
     ::setenv("XDG_CACHE_HOME", (folder_ / "cache").c_str(), 1);
     fs::copy(SourceFolder() + "/data/garage-small", folder_ / "mine", fs::copy_options::recursive);
     test::WriteText(folder_ / "suite.yaml",
@@ -63,7 +63,7 @@ class DatasetServiceTest : public testing::Test {
   void ExpectStoredArchives(const std::string& count) const {
     EXPECT_EQ(deployment_->Query("SELECT count(*) FROM dataset_archives").at(0), count);
   }
-  // The results as another machine gets them: one file, without the dataset's folder and the worker's cache.
+  // Moves the results as to another machine: one file, without the dataset's folder and the worker's cache.
   fs::path MoveResultsAway() {
     deployment_->server().Signal(SIGTERM);
     EXPECT_TRUE(deployment_->server().Wait(std::chrono::seconds(20)));
@@ -147,7 +147,7 @@ TEST_F(DatasetServiceTest, AServerThatStoresNoneIsAWarning) {
 
 TEST_F(DatasetServiceTest, AnArchiveOverTheLimitIsAWarning) {
   deployment_->StartServer();
-  // Comments that hardly shrink, in two files of less than 16 MiB each.
+  // Comments that hardly compress, in two files of less than 16 MiB each.
   const std::string noise = Noise(std::size_t{14} << 20);
   std::string robot = test::ReadText(folder_ / "mine" / "robot.urdf");
   robot.insert(robot.rfind("</robot>"), "<!--" + noise + "-->");

@@ -50,7 +50,7 @@ Deployment::Deployment() : port_(bus::FindFreePortPair(bus::RandomSeed())) {
   client::NetworkOptions network;
   network.group = kGroup;
   network.port = port_;
-  network.timeout_s = 30;  // a busy machine is no fault
+  network.timeout_s = 30;  // tolerates a busy machine
   connection_ = std::make_unique<client::ServerConnection>(network);
 }
 
@@ -150,7 +150,7 @@ nlohmann::json StubSpec(int jobs, int work_ms) {
     problems.push_back(i);
     waypoints.push_back(1);
   }
-  // Methods with other options must have another hash.
+  // Methods with different options must have different hashes.
   std::string hash = std::to_string(work_ms);
   hash.insert(0, kHashDigits - hash.size(), 'e');
   return {{"spec_version", 1},
@@ -169,7 +169,7 @@ nlohmann::json StubSpec(int jobs, int work_ms) {
              {"incremental", false}}}},
           {"limits", {{"wall_time_s", 60}, {"memory_mb", 1024}}},
           {"max_attempts", 3},
-          {"again", true}};  // equal jobs shall run
+          {"again", true}};  // identical jobs must run
 }
 
 }  // namespace legopt::service

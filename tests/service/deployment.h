@@ -16,44 +16,44 @@
 
 namespace legopt::service {
 
-/// A deployment of its own for one test: free ports, a fresh folder, real processes, real LCM on this host.
+/// A deployment for one test: free ports, a new folder, real processes, real LCM on this host.
 class Deployment {
  public:
-  /// Why no deployment can be made here, e.g. no multicast route; empty when it can.
+  /// Returns why no deployment can be made here, e.g. no multicast route; empty if it can.
   static std::string Unavailable();
 
   Deployment();
   ~Deployment();
 
-  /// Besides database, group and port, for servers started from now on.
+  /// Sets arguments of servers started from now on, in addition to database, group and port.
   void SetServerArguments(std::vector<std::string> arguments) { server_arguments_ = std::move(arguments); }
   /// Starts the server and waits until it serves.
   void StartServer();
-  /// SIGKILL, and waits for the end.
+  /// Sends SIGKILL and waits for the end.
   void KillServer();
   client::ChildProcess& server() { return *server_; }
 
-  /// Another server process, on database `database`, at this deployment's port or at `port`.
+  /// Starts another server on database `database`, at this deployment's port or at `port`.
   std::unique_ptr<client::ChildProcess> ExtraServer(const std::filesystem::path& database,
                                                     std::optional<int> port = {});
 
-  /// Starts a worker: the program, and its arguments besides the network's.
+  /// Starts a worker program with arguments in addition to the network's.
   std::unique_ptr<client::ChildProcess> StartWorker(const std::string& program,
                                                     std::vector<std::string> arguments) const;
   std::unique_ptr<client::ChildProcess> StartStubWorker(std::vector<std::string> arguments = {"--slots", "1"}) const;
 
-  /// Submits; returns the experiment's id.
+  /// Submits a specification; returns the experiment's id.
   std::int64_t Submit(const nlohmann::json& spec, const std::string& submission_id);
-  /// Waits until `done` likes the experiment's status object; false after `limit`.
+  /// Waits until `done` accepts the experiment's status object; returns false after `limit`.
   bool WaitFor(std::int64_t experiment, const std::function<bool(const nlohmann::json&)>& done,
                std::chrono::seconds limit = std::chrono::seconds(50));
   bool WaitUntilDone(std::int64_t experiment);
-  /// Waits until so many workers take part; false after a while.
+  /// Waits until this number of workers is online; returns false after a while.
   bool WaitForWorkers(int online);
   /// Waits until at least `count` jobs have ended.
   bool WaitForJobs(std::int64_t experiment, int count);
 
-  /// One SELECT on the live database; rows as text cells joined by '|'.
+  /// Executes one SELECT on the live database; returns rows as text cells joined by '|'.
   std::vector<std::string> Query(const std::string& sql) const;
 
   client::ServerConnection& connection() { return *connection_; }
@@ -62,17 +62,17 @@ class Deployment {
   int port() const { return port_; }
 
  private:
-  test::TemporaryFolder folder_;  // goes after the server
+  test::TemporaryFolder folder_;  // removed after the server's end
   int port_ = 0;
   std::vector<std::string> server_arguments_;
   std::unique_ptr<client::ChildProcess> server_;
   std::unique_ptr<client::ServerConnection> connection_;
 };
 
-/// An experiment of `jobs` stub jobs (one per problem) of `work_ms` each, on the dataset "stub-d".
+/// Returns an experiment of `jobs` stub jobs (one per problem) of `work_ms` each, on the dataset "stub-d".
 nlohmann::json StubSpec(int jobs, int work_ms);
 
-/// Path of a program of this build.
+/// Returns the path of a program of this build.
 std::filesystem::path Program(const std::string& name);
 
 }  // namespace legopt::service

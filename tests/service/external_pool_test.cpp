@@ -1,4 +1,4 @@
-// Solvers of others in a pool that was started by hand: server, workers with --solver, 'legopt submit --solver'.
+// External solvers in a pool started by hand: server, workers with --solver, 'legopt submit --solver'.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -58,7 +58,7 @@ class ExternalPoolTest : public testing::Test {
     words.insert(words.begin(), {"submit", "suite.yaml"});
     return client::RunLegopt(Words(std::move(words)), folder_.path());
   }
-  // What `status` reports as missing for the experiment, one a line.
+  // Returns the capabilities that `status` reports as missing for the experiment, one per line.
   std::string MissingOf(std::int64_t experiment) const {
     const auto result =
         client::RunLegopt(Words({"status", std::to_string(experiment), "--format", "json"}), folder_.path());
@@ -139,7 +139,7 @@ TEST_F(ExternalPoolTest, AWorkerWhoseSolverHasChangedRefuses) {
               ElementsAre("returned"));
 }
 
-// A solver that prints its surroundings and ends.
+// A solver that prints its environment and ends.
 constexpr char kSpy[] = R"spy(
 import os, sys
 found = ["LEGOPT" if any(name.startswith("LEGOPT_") for name in os.environ) else "no LEGOPT",

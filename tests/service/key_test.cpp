@@ -1,5 +1,5 @@
-// Real processes under a shared key: honest work goes through, also over restarts of the server; others are told what
-// they lack; no program leaves the host or starts with a bad key by accident.
+// Real processes with a shared key: authorized programs work, even across restarts of the server, and others get an
+// error that names the missing key. No program sends to other hosts or starts with a bad key by accident.
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -45,7 +45,7 @@ class KeyTest : public testing::Test {
     network.timeout_s = 30;
     return network;
   }
-  // A server with further arguments, that is expected to give up.
+  // Starts a server with further arguments and expects that it gives up.
   void ExpectRefusal(const std::vector<std::string>& arguments, const std::string& word) {
     std::vector<std::string> all = {"--db", (folder_ / "refused.sqlite").string()};
     all.insert(all.end(), arguments.begin(), arguments.end());
@@ -76,7 +76,7 @@ TEST_F(KeyTest, WorkGoesThroughOverRestartsOfTheServer) {
   EXPECT_EQ(deployment_->server().ErrorTail().find("no key"), std::string::npos);
 }
 
-// With the worker's key in the worker and the client's in the client the experiment is solved, and each call outside
+// With the worker's key in the worker and the client's in the client, the experiment is solved, and each call outside
 // of the role is refused.
 TEST_F(KeyTest, RolesDoTheirWorkAndNothingElse) {
   const auto full = bus::MessageKey::Load(key_file_);

@@ -19,7 +19,7 @@ nlohmann::json PostureSpec(int repetitions) {
   suite.tasks = {{Task::kPosture, {}}};
   suite.methods = {method};
   nlohmann::json spec = client::BuildSpec(suite, client::FactsOf(*Dataset::Load(DefaultDataset())));
-  spec["again"] = true;  // equal jobs shall be solved, and compared
+  spec["again"] = true;  // identical jobs must be solved and compared
   return spec;
 }
 

@@ -5,11 +5,11 @@
 
 namespace legopt::service {
 
-/// The embedded dataset of this source tree.
+/// Returns the embedded dataset of this source tree.
 std::filesystem::path DefaultDataset();
 
-/// SQP with two restarts, from both starts, on all posture problems of the embedded dataset, `repetitions` times;
-/// nothing is taken over.
+/// Returns a specification of SQP with two restarts, from both initial guesses, on all posture problems of the
+/// embedded dataset, `repetitions` times, without reuse of results.
 nlohmann::json PostureSpec(int repetitions);
 
 }  // namespace legopt::service

@@ -1,5 +1,5 @@
-// Real processes over real LCM: what an experiment survives, and how start-up errors look. Stub jobs (stub_executor.h)
-// and the shipped worker on the embedded dataset.
+// Real processes over real LCM: failures that an experiment survives, and start-up errors. Stub jobs (stub_executor.h)
+// and the released worker on the embedded dataset.
 
 #include <gtest/gtest.h>
 
@@ -47,7 +47,7 @@ class ServiceTest : public testing::Test {
     deployment_->StartServer();
   }
 
-  // Every job is done with exactly one result, which is the only right one, and no attempt was left open.
+  // Expects that every job is done with exactly one result, the correct one, and that no attempt is open.
   void ExpectComplete(std::int64_t experiment, int jobs) {
     const std::string in_experiment =
         " FROM jobs JOIN cells USING (cell_id) WHERE experiment_id = " + std::to_string(experiment);
@@ -87,7 +87,7 @@ TEST_F(ServiceTest, SubmittedJobsAreDoneOnce) {
   EXPECT_EQ(exit->code, StatusOf(ExitCode::kOk)) << first->ErrorTail();
 }
 
-// Copied once each, however often the server dies in between.
+// Results are copied once each, even if the server dies several times in between.
 TEST_F(ServiceTest, AnOverlapIsTakenOverThroughKillsOfTheServer) {
   const auto worker = deployment_->StartStubWorker({"--slots", "2"});
   constexpr int kJobs = 1200;
@@ -196,7 +196,7 @@ TEST_F(ServiceTest, CancellingStopsRunningJobs) {
             std::vector<std::string>{"0"});
 }
 
-// A motion job of the largest size: 300 KB of solution, in chunks, whole on disk.
+// Returns a motion job of the largest size: 300 KB of solution in chunks, complete on disk.
 nlohmann::json MotionSpec(int jobs, int work_ms, int waypoints, int waypoints_sent) {
   nlohmann::json spec = StubSpec(jobs, work_ms);
   spec["tasks"][0]["task"] = "motion";
@@ -255,7 +255,7 @@ TEST_F(ServiceTest, StatusTellsHowFarARunningMotionIs) {
 TEST_F(ServiceTest, AWorkerThatIsToldToStopGivesItsJobsBack) {
   const auto leaving = deployment_->StartStubWorker({"--slots", "2"});
   const std::int64_t experiment = deployment_->Submit(StubSpec(2, 6'000), "a");
-  // What the worker says: the server knows of a lease before the worker does.
+  // Waits for the worker's own report, since the server records a lease before the worker receives it.
   ASSERT_TRUE(
       deployment_->WaitFor(experiment, [](const nlohmann::json& status) { return status.at("running").size() == 2; }));
   leaving->Signal(SIGTERM);

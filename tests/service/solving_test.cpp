@@ -1,4 +1,4 @@
-// The shipped server, worker and dataset: the same experiment gives the same bits, disturbed or not.
+// The released server, worker and dataset: the same experiment gives the same bits, with and without disturbances.
 
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ class SolvingTest : public testing::Test {
                                     {"--slots", std::to_string(slots), "--dataset", DefaultDataset().string()});
   }
 
-  // Everything about the solutions but times and who found them.
+  // Returns everything about the solutions except times and workers.
   std::vector<std::string> Solutions(std::int64_t experiment) {
     return deployment_->Query(
         "SELECT initialization, problem_id, repetition, state, r.solver_status, r.iterations, r.verdict_literal, "

@@ -59,7 +59,7 @@ legopt_msg::result_request StubExecutor::Execute(const legopt_msg::lease& job, s
   result.solver_status = stopped ? "time_limit" : "converged_feasible";
   result.verdict_literal = result.verdict_strict = result.verdict_solid = stopped ? "com" : "success";
   const auto wall = std::chrono::steady_clock::now() - start;
-  constexpr std::int64_t kSame_us = 1000;  // so that equal jobs have equal results
+  constexpr std::int64_t kSame_us = 1000;  // so that identical jobs have identical results
   result.wall_us = options.value("timed", false) ? wall / std::chrono::microseconds(1) : kSame_us;
   result.cost = 1;
   result.num_waypoints = options.value("waypoints", 1);

@@ -9,12 +9,12 @@
 
 namespace legopt::worker {
 
-/// Jobs without numerics, to test the way they travel. A dataset "folder" is just a name and a hexadecimal digit,
-/// "NAME-d": its content hash is 64 times the digit. Method options: {"work_ms": how long a job takes, default 0;
-/// "work_spread_ms": up to so much more, by the problem, default 0;
-/// "crash_problem": id of a problem whose job aborts, default none; "stop_problem": id of a problem whose first attempt
-/// says that the clock stopped it, default none; "waypoints": rows of the solution, default 1;
-/// "windows" and "windows_solved": what a motion tells, default none}. Progress counts milliseconds of work.
+/// Executes jobs without numerics, to test their transport. A dataset "folder" is just a name and a hexadecimal digit,
+/// "NAME-d": its content hash is 64 times the digit. Method options: {"work_ms": duration of a job, default 0;
+/// "work_spread_ms": maximum additional time, depending on the problem, default 0; "crash_problem": id of a problem
+/// whose job aborts, default none; "stop_problem": id of a problem whose first attempt reports a stop by the wall-time
+/// limit, default none; "waypoints": rows of the solution, default 1; "windows" and "windows_solved": reported for a
+/// motion, default none}. Progress counts milliseconds of work.
 class StubExecutor final : public JobExecutor {
  public:
   explicit StubExecutor(std::vector<std::filesystem::path> folders) : folders_(std::move(folders)) {}
@@ -23,7 +23,7 @@ class StubExecutor final : public JobExecutor {
   legopt_msg::result_request Execute(const legopt_msg::lease& job, std::string_view options_json,
                                      const Hooks& hooks) override;
 
-  /// The 36 numbers per waypoint that every attempt at this job must give.
+  /// Returns the 36 numbers per waypoint that every attempt at this job must give.
   static std::vector<double> Solution(std::int64_t seed, int problem_id, int repetition, int waypoints = 1);
 
  private:

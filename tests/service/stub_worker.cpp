@@ -1,4 +1,4 @@
-// legopt-worker in everything but the jobs: see stub_executor.h.
+// Equals legopt-worker except for the jobs: see stub_executor.h.
 
 #include <cstdlib>
 
@@ -8,7 +8,7 @@
 
 namespace {
 
-// One build for all stubs; LEGOPT_STUB_BUILD in the environment makes another.
+// Returns the same build for all stubs; LEGOPT_STUB_BUILD in the environment selects another.
 legopt::programs::BuildFacts Build() {
   const char* other = std::getenv("LEGOPT_STUB_BUILD");
   legopt::programs::BuildFacts build;

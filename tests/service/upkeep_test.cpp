@@ -1,6 +1,6 @@
-// What users do with a pool that they share: `legopt` itself against a server and stub workers over real LCM. A short
-// suite is not kept waiting by a long one; jobs that the clock stopped are tried again; experiments get names and tags,
-// and are deleted only when somebody says so.
+// Use of a shared pool: `legopt` itself against a server and stub workers over real LCM. A long suite does not delay a
+// short one, jobs stopped by the wall-time limit are retried, and experiments get names and tags and are deleted only
+// on request.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -47,7 +47,7 @@ class UpkeepTest : public testing::Test {
     EXPECT_THAT(result.err, HasSubstr(words));
     EXPECT_EQ(result.out, "");
   }
-  // SQL with one number.
+  // Returns the number that an SQL query yields.
   std::string Number(const std::string& sql) { return deployment_->Query(sql).at(0); }
 
   std::optional<Deployment> deployment_;
@@ -91,7 +91,7 @@ TEST_F(UpkeepTest, WhatTheClockStoppedIsTriedAgain) {
   for (const db::Defect& defect : db::Audit(deployment_->database())) ADD_FAILURE() << defect.detail;
 }
 
-// A job that the wall-time limit stops has no result and is not started again by itself: the same limit would stop it
+// A job stopped by the wall-time limit has no result and is not restarted automatically: the same limit would stop it
 // again. Tables report it, and `retry` queues it.
 TEST_F(UpkeepTest, WhatTheClockStopsIsFlaggedAndTakenUpByARetryAlone) {
   const auto worker = deployment_->StartStubWorker({"--slots", "1"});
@@ -131,7 +131,7 @@ TEST_F(UpkeepTest, NamesAndTags) {
   ExpectRefused(Legopt({"rename", "9", "x"}), "no experiment 9");
 }
 
-// A stub worker of another build than this test's others.
+// Makes stub workers of a different build.
 class OtherBuild {
  public:
   OtherBuild() { setenv("LEGOPT_STUB_BUILD", "another", 1); }

@@ -1,5 +1,5 @@
-// Real processes over real LCM: who watches an experiment or waits for it stays while its server is gone, and leaves
-// when the server is gone for good or serves something else.
+// Real processes over real LCM: a program that watches an experiment or waits for it stays while its server is gone,
+// and ends if the server is gone permanently or serves another database.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ class WatchingTest : public testing::Test {
     deployment_->StartServer();
   }
 
-  // `legopt ARGUMENTS` at the deployment; takes a server for silent after two seconds.
+  // Starts `legopt ARGUMENTS` for the deployment; it regards a server as silent after two seconds.
   std::unique_ptr<RunningProgram> Legopt(std::vector<std::string> arguments) {
     for (const std::string& argument :
          {std::string("--port"), std::to_string(deployment_->port()), std::string("--timeout"), std::string("2")}) {

@@ -8,7 +8,7 @@ namespace {
 using db::AttemptOutcome;
 using db::JobState;
 
-constexpr int kMaxAttempts = 3;  // as in ExperimentText
+constexpr int kMaxAttempts = 3;  // same value as in ExperimentText
 
 AttemptOutcome OutcomeOf(ReportedOutcome reported) {
   constexpr Per<ReportedOutcome, AttemptOutcome> kOutcomes{
@@ -69,7 +69,7 @@ class Checker {
     return outcomes;
   }
 
-  // A job at its time limit, or that crashed twice in a row, is not started again.
+  // A job that reached its time limit, or crashed twice in a row, is not restarted.
   static bool EndsEarly(const std::vector<AttemptOutcome>& charged) {
     if (charged.empty()) return false;
     if (charged.back() == AttemptOutcome::kTimeLimit) return true;
@@ -82,7 +82,7 @@ class Checker {
     if ((job.state == JobState::kDone) != job.accepted.has_value()) Fault("wrong state: " + name + ": done or not");
     if (!IsTerminal(job.state)) Fault("lost: " + name + " never ended");
     if (job.taken_from > 0) CheckTaken(name, job);
-    // A job that would kill its worker may have the result of an equal one that did not.
+    // A job that would kill its worker may reuse the result of an identical one that did not.
     const std::int64_t solved_as = job.taken_from > 0 ? job.taken_from : id;
     if (job.accepted && IsPoison(manners_, solved_as)) Fault("unexpected: " + name + " is poison and has a result");
     if (job.accepted && job.taken_from == 0 && job.cost != CostOf(id, *job.accepted)) {
@@ -101,7 +101,7 @@ class Checker {
     }
   }
 
-  // Its result is the accepted one of the job that was solved, if that is still there.
+  // Its result is the accepted one of the solved job, if that still exists.
   void CheckTaken(const std::string& name, const StoredState::Job& job) {
     if (job.accepted != 1 || job.attempts != 1) Fault("wrong state: " + name + " took a result over after leases");
     const auto solved = state_.jobs.find(job.taken_from);
@@ -113,7 +113,7 @@ class Checker {
     }
   }
 
-  // What a worker alone can know must have been reported by the one that had the lease.
+  // An outcome reported by a worker must come from the worker with the lease.
   void CheckAttempt(const AttemptKey& key, const db::AttemptRecord& attempt) {
     const std::string name = "attempt " + std::to_string(key.second) + " of job " + std::to_string(key.first);
     if (state_.jobs.at(key.first).taken_from > 0) {
@@ -127,7 +127,7 @@ class Checker {
     }
     const auto report = record_.reports.find({key.first, key.second, attempt.token});
     const bool sent = report != record_.reports.end();
-    // What was given back too often is charged as an error.
+    // A job that was released too often is charged as an error.
     const bool given_back =
         sent && report->second.outcome == ReportedOutcome::kCancelled && attempt.outcome == AttemptOutcome::kError;
     if (!sent || (OutcomeOf(report->second.outcome) != attempt.outcome && !given_back)) {
@@ -169,7 +169,7 @@ class Checker {
     }
   }
 
-  // A result of a solve that the clock stopped is kept apart when its job is tried again.
+  // A result whose solve was stopped by the wall-time limit is archived when its job is retried.
   bool Retried(const AttemptKey& key) const {
     const std::int64_t experiment = state_.jobs.at(key.first).experiment_id;
     return record_.time_limit_retried.contains(experiment) && state_.stale.contains(key);

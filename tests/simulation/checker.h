@@ -8,12 +8,12 @@
 
 namespace legopt::simulation {
 
-/// Holds the history of what clients and workers did and were told against the final database, when all is at rest.
-/// Returns every fault, its kind first:
-///  - lost: acknowledged and not there;
-///  - duplicated: there or acknowledged twice;
-///  - unexpected: there, and nobody has sent it;
-///  - wrong state: what is there contradicts itself or what was told.
+/// Compares the recorded actions and replies of clients and workers with the final database, when all processes are at
+/// rest. Returns every fault, beginning with its kind:
+/// - lost: acknowledged and missing;
+/// - duplicated: present or acknowledged twice;
+/// - unexpected: present although no process sent it;
+/// - wrong state: inconsistent with itself or with a reply.
 /// Acceptance figures 1 - 4, 10, 26 (docs/reliability.md#the-figures).
 std::vector<std::string> FaultsOf(const Record& record, const StoredState& state, const JobManners& manners);
 

@@ -89,7 +89,7 @@ StoredState SqliteDisk::Read() {
 std::string SqliteDisk::Examine() {
   std::string faults;
   for (const db::Defect& defect : db::Audit(folder_ / "results.sqlite")) {
-    if (defect.rule == "times_are_in_order") continue;  // the wall clock is set back in some histories
+    if (defect.rule == "times_are_in_order") continue;  // some histories set the wall clock back
     faults += (faults.empty() ? "" : "; ") + defect.rule + ": " + defect.detail;
   }
   return faults;

@@ -17,7 +17,7 @@ namespace legopt::simulation {
 
 using AttemptKey = std::pair<std::int64_t, int>;  ///< job id, attempt
 
-/// What the database holds, read for the checker.
+/// Content of the database, read for the checker.
 struct StoredState {
   struct Experiment {
     std::string submission_id;
@@ -29,27 +29,27 @@ struct StoredState {
     std::int64_t experiment_id = 0;
     db::JobState state{};
     int attempts = 0;
-    int returned = 0;             ///< of these, not charged
-    std::optional<int> accepted;  ///< attempt whose result it has
-    double cost = 0;              ///< of that result
-    std::int64_t taken_from = 0;  ///< job whose solve made it; 0: this one
+    int returned = 0;             ///< attempts that were not charged
+    std::optional<int> accepted;  ///< attempt whose result was accepted
+    double cost = 0;              ///< cost of that result
+    std::int64_t taken_from = 0;  ///< job that was solved; 0: this one
   };
   std::map<std::int64_t, Experiment> experiments;
   std::map<std::int64_t, Job> jobs;
   std::map<AttemptKey, db::AttemptRecord> attempts;
-  std::set<AttemptKey> stale;  ///< reports kept apart
+  std::set<AttemptKey> stale;  ///< archived reports
 };
 
-/// Where the database of a simulated server lies: what survives the server's processes.
+/// The database of a simulated server, which survives the server's processes.
 class Disk {
  public:
   virtual ~Disk() = default;
-  /// The store as a new process finds it; it lives until Close. Throws StoreError.
+  /// Opens the store for a new process; it is valid until Close. Throws StoreError.
   virtual db::Store& Open() = 0;
   virtual void Close() = 0;
-  /// Everything, as of the last commit; open or closed.
+  /// Returns everything as of the last commit, whether open or closed.
   virtual StoredState Read() = 0;
-  /// What the store's own checks say; empty when all is well.
+  /// Returns the findings of the store's own checks; empty if there are none.
   virtual std::string Examine() { return {}; }
 };
 
@@ -63,7 +63,7 @@ class MemoryDisk final : public Disk {
   db::MemoryStore store_;
 };
 
-/// A database file in a folder of its own, removed at the end.
+/// A database file in a temporary folder.
 class SqliteDisk final : public Disk {
  public:
   db::Store& Open() override;

@@ -9,19 +9,19 @@
 
 namespace legopt::simulation {
 
-/// The faults of a disk, as long as they are set. They outlive the processes that meet them.
+/// Active faults of a disk. They outlive the processes affected by them.
 struct DiskFaults {
-  std::optional<db::StoreErrorCode> writes;  ///< every commit fails so
+  std::optional<db::StoreErrorCode> writes;  ///< error of every commit
   bool reads = false;                        ///< reading fails with kIo
 };
 
-/// A store as a process meets it: its disk may fail, and the process may die before a commit, or after it and before
-/// anybody was told.
+/// The store of a simulated process: its disk may fail, and the process may die before a commit, or after it and
+/// before any reply.
 class FaultyStore final : public db::Store {
  public:
   using CommitObserver = std::function<void(std::span<const db::StoreOp>)>;
 
-  /// All must outlive it. `on_commit` is told what is on disk now.
+  /// All arguments must outlive it. `on_commit` receives the operations that are on disk now.
   FaultyStore(db::Store& inner, Life& life, const DiskFaults& faults, CommitObserver on_commit)
       : inner_(inner), life_(life), faults_(faults), on_commit_(std::move(on_commit)) {}
 

@@ -1,5 +1,5 @@
-// Acceptance figures (docs/reliability.md#the-figures) that virtual time can measure, at the shipped times of leases
-// and heartbeats. Each prints what it saw.
+// Acceptance figures (docs/reliability.md#the-figures) that can be measured in virtual time, with the default times of
+// leases and heartbeats. Each test prints its measurements.
 
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
@@ -22,7 +22,7 @@ using namespace std::chrono_literals;
 
 constexpr double kWallLimit_s = 600;
 
-// Jobs that take from `shortest` to `longest`, obey, and never fail.
+// Returns jobs that take from `shortest` to `longest`, can be cancelled, and never fail.
 JobManners Honest(microseconds shortest, microseconds longest) {
   JobManners manners;
   manners.shortest = shortest;
@@ -35,13 +35,13 @@ JobManners Honest(microseconds shortest, microseconds longest) {
 
 double Seconds(microseconds duration) { return std::chrono::duration<double>(duration).count(); }
 
-// Of 100 values the 99th.
+// Returns the 99th percentile.
 double P99(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   return values[values.size() * 99 / 100 - (values.size() % 100 == 0 ? 1 : 0)];
 }
 
-/// Another series of the same figures: environment LEGOPT_FIGURE_SERIES, 0 by default.
+/// Returns a seed for another series of the same figures: environment LEGOPT_FIGURE_SERIES, 0 by default.
 std::uint64_t SeriesOf(std::uint64_t seed) {
   static const char* const text = std::getenv("LEGOPT_FIGURE_SERIES");
   static const std::uint64_t series = text == nullptr ? 0 : std::stoull(text);
@@ -69,7 +69,7 @@ class Stage {
     RunUntil([] { return false; }, duration);
   }
   const server::Scheduler& scheduler() const { return server.server()->scheduler(); }
-  // The worker that runs a job; null when none does.
+  // Returns the worker that runs a job; null if none does.
   SimulatedWorker* Running() {
     const auto found = std::find_if(workers.begin(), workers.end(), [](const auto& worker) {
       return worker->up() && worker->pool()->num_running() > 0;
@@ -164,7 +164,7 @@ TEST(Figures, No4AWorkerThatWasStoppedForThreeLeasesOverwritesNothing) {
   std::cout << "figure 4: 200 trials, 0 overwrites, " << stale << " stale results, idle within " << slowest_s << " s\n";
 }
 
-// From the death of a worker until its job is leased again, and until it runs; the slowest of 100 trials.
+// Time from the death of a worker until its job is leased again, and until it runs; the slowest of 100 trials.
 struct Replacement {
   double leased_s = 0;
   double running_s = 0;
@@ -191,7 +191,7 @@ Replacement SlowestReplacement(const bus::Misfortune& weather) {
 TEST(Figures, No5ADeadWorkersJobRunsAgain) {
   const Replacement calm = SlowestReplacement({});
   EXPECT_LE(calm.running_s, 12);
-  // Here the lost calls of the worker that takes over count, too: for the lease, its answer and the method.
+  // Here lost calls of the new worker are included as well: for the lease, its answer and the method.
   const Replacement chaos = SlowestReplacement(bus::Misfortune::StandardChaos());
   EXPECT_LE(chaos.leased_s, 12.5);
   EXPECT_LE(chaos.running_s, 14);
@@ -246,7 +246,7 @@ TEST(Figures, No7APartitionedWorkerStopsItselfInTime) {
     worker.SetPartition(0);
   }
   ASSERT_TRUE(stage.RunUntil([&] { return stage.AllOver(); }, 7200s));
-  stage.Check();  // at most one result of a job, and never two workers at it
+  stage.Check();  // one result per job at most, and never two workers on one job
   std::cout << "figure 7: 50 partitions of 30 s, never two workers at one job, "
             << stage.scheduler().counters().leases_expired << " leases expired\n";
 }

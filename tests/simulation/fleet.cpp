@@ -27,7 +27,7 @@ std::chrono::nanoseconds ThreadCpu() {
   return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
 }
 
-// Few problems with many repetitions, as a client would ask for so many jobs.
+// Few problems with many repetitions, as a client would request this number of jobs.
 std::string SpecOf(const std::string& name, std::int64_t jobs) {
   std::int64_t problems = std::min<std::int64_t>(jobs, kMostProblems);
   while (jobs % problems != 0) --problems;
@@ -151,7 +151,7 @@ void Fleet::Step() {
   network_.Advance(kFleetTurn);
 }
 
-// Only turns in which there is something to do: a real server sleeps through the others.
+// Runs only if there is something to do: a real server sleeps otherwise.
 void Fleet::ServerTurn() {
   if (server_ == nullptr) return;
   const microseconds now = network_.now();

@@ -1,5 +1,5 @@
-// A large fleet and many jobs on one server: nothing is lost, done twice or kept for ever, and slots stay busy. The
-// full size is build/tests/bench/fleet_bench.
+// A large fleet and many jobs on one server: nothing is lost, done twice or kept forever, and slots stay busy.
+// build/tests/bench/fleet_bench runs the full size.
 
 #include "tests/simulation/fleet.h"
 
@@ -16,7 +16,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Takes everything and keeps nothing but the methods: what grows on the heap is the server's.
+// Accepts everything and stores only the methods, so that heap growth is caused by the server.
 class ForgetfulStore final : public db::Store {
  public:
   void Apply(std::span<const db::StoreOp> operations) override {
@@ -100,14 +100,14 @@ TEST_F(FleetTest, SlotsStayBusyHoweverShortTheJobs) {
     double share = 0;
     int looks = 0;
     EXPECT_TRUE(fleet.Run([&] {
-      if (++looks == 90) share = fleet.busy_share();  // the last tenth is shared out
+      if (++looks == 90) share = fleet.busy_share();  // the last tenth is divided among the workers
     }));
     EXPECT_GT(share, 0.97) << job_time.count() << " ms";
   }
 }
 
-// Ten thousand callers fill a receive buffer of 8 MiB in a moment; what waits there for longer than the first repeat
-// takes must not keep it full for ever.
+// Ten thousand callers fill a receive buffer of 8 MiB at once. Datagrams that wait longer than the first retry must
+// not keep it full forever.
 TEST_F(FleetTest, TenThousandKeyedWorkersAreBackWithinTenSecondsOfARestart) {
   ForgetfulStore store;
   FleetOptions options;

@@ -11,7 +11,7 @@ namespace legopt::simulation {
 namespace {
 
 constexpr std::int64_t kFirstAddress = std::int64_t{1} << 32U;
-constexpr int kNumbers = 36;  // of a posture
+constexpr int kNumbers = 36;  // numbers of a posture
 
 worker::PoolOptions OptionsOf(int number, int slots) {
   worker::PoolOptions options;

@@ -16,8 +16,8 @@ using std::chrono::microseconds;
 
 inline constexpr std::int64_t kFleetDeployment = 1;
 
-/// The real Pool with its calls, over job processes that are played: ready at once, never failing, each job over after
-/// its time. Cheaper than SimulatedWorker and without a record, so that there can be hundreds.
+/// The real Pool with its calls and simulated job processes: they are ready at once, never fail, and end each job
+/// after its time. Cheaper than SimulatedWorker and without a record, so that there can be hundreds.
 class FleetWorker {
  public:
   FleetWorker(bus::SimulatedNetwork& network, std::shared_ptr<const bus::MessageKey> key, int number, int slots,
@@ -25,12 +25,12 @@ class FleetWorker {
 
   bool due(microseconds now) const;
   void Turn(microseconds now);
-  /// Time that its slots have spent with jobs that are over.
+  /// Returns the time that its slots have spent on finished jobs.
   microseconds busy() const { return busy_; }
 
  private:
   struct Slot {
-    std::uint64_t sequence = 0;  // of its job, 0: none
+    std::uint64_t sequence = 0;  // sequence number of its job, 0: none
     legopt_msg::lease lease;
     microseconds begun{0}, ends{0};
   };

@@ -15,7 +15,7 @@ constexpr microseconds kRestCheck{100'000};
 constexpr std::uint64_t kSqliteEvery = 4;
 constexpr double kWallLimit_s = 8;
 constexpr microseconds kShortJobs{300'000};
-constexpr microseconds kQuickJobs{30'000};  // held ready by the dozen
+constexpr microseconds kQuickJobs{30'000};  // prefetched by the dozen
 constexpr int kManyJobs = 60;
 constexpr microseconds kLongJobs{6'000'000};  // two leases
 
@@ -32,7 +32,7 @@ class History {
     const std::uint64_t num_workers = 2 + world_.Below(3);
     for (std::uint64_t i = 0; i < num_workers; ++i) {
       const int slots = 1 + static_cast<int>(world_.Below(2));
-      // One has the external solver, so that every job can end.
+      // One worker has the external solver, so that every job can end.
       const auto solver = i == 0 ? SolverOwned::kRight : static_cast<SolverOwned>(world_.Below(4));
       workers_.push_back(std::make_unique<SimulatedWorker>(world_, record_, i + 1, slots, manners_, solver));
     }
@@ -72,7 +72,7 @@ class History {
       const std::string text = ExperimentText("e" + std::to_string(i), num_jobs, kWallLimit_s, world_.Chance(0.5),
                                               i % 3 == 2, world_.Chance(0.3));
       world_.At(world_.Within(microseconds(0), microseconds(10'000'000)), [this, id, text, num_jobs] {
-        // Sometimes two people submit the same.
+        // Sometimes two clients submit the same experiment.
         for (auto& client : clients_) {
           if (world_.Chance(0.6) || client == clients_.front()) client->Submit(id, text, num_jobs);
         }
@@ -86,7 +86,7 @@ class History {
     PlanDecisions();
   }
 
-  // All by one client: another one would have to know what the first has stopped.
+  // One client sends all commands: other clients have no record of the experiments it has stopped.
   void PlanDecisions() {
     constexpr double kRetried = 0.3, kTimeLimited = 0.6;
     SimulatedClient& user = *clients_.back();
@@ -107,7 +107,7 @@ class History {
     }
   }
 
-  // Everybody has been answered, every job is over, every result was delivered.
+  // Returns whether all calls are answered, all jobs over, and all results delivered.
   bool AtRest() {
     if (world_.now() < kChaosEnds || world_.now() < next_look_) return false;
     next_look_ = world_.now() + kRestCheck;

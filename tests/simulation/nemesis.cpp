@@ -4,7 +4,7 @@ namespace legopt::simulation {
 namespace {
 
 constexpr microseconds kSecond{1'000'000};
-constexpr std::uint64_t kMostPoints = 60;  // until a process dies in the middle of its work
+constexpr std::uint64_t kMostPoints = 60;  // maximum number of fatal points until a process dies
 
 }  // namespace
 
@@ -88,7 +88,7 @@ void Nemesis::LandOnServer(Blow blow) {
     case Blow::kReadingFails:
       server.faults().reads = true;
       return world_.After(Outage(), [&server] { server.faults().reads = false; });
-    default:  // an hour or a day, to and fro
+    default:  // an hour or a day, forwards or backwards
       return server.StepWallClock((world_.Chance(0.5) ? kHour : 24 * kHour) * (world_.Chance(0.5) ? 1 : -1));
   }
 }

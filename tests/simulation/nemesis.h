@@ -10,21 +10,22 @@
 
 namespace legopt::simulation {
 
-/// What can be hurt.
+/// The objects that faults are injected into.
 struct Cast {
   SimulatedServer& server;
   std::vector<std::unique_ptr<SimulatedWorker>>& workers;
   std::vector<std::unique_ptr<SimulatedClient>>& clients;
 };
 
-/// Brings misfortune by the world's dice: lost, repeated, late, cut and altered datagrams; processes killed (at once,
-/// or in the middle of what they do), paused, stopped and cut off; wall clocks that jump; disks that are full or fail.
+/// Injects random faults: lost, repeated, late, truncated and altered datagrams; processes that are killed (at once or
+/// in the middle of their work), paused, stopped and disconnected; wall clocks that jump; full or failing disks.
 ///
-/// Each history has its own selection and its own pace, so that rare combinations come up. All must outlive it.
+/// Each history has its own selection of faults and its own rate, so that rare combinations occur. All arguments must
+/// outlive it.
 class Nemesis {
  public:
   Nemesis(World& world, Cast cast);
-  /// Strikes from now until `end`, then heals everything that it has hurt.
+  /// Injects faults from now until `end`, then repairs everything.
   void Strike(microseconds end);
 
  private:

@@ -5,7 +5,7 @@
 namespace legopt::simulation {
 namespace {
 
-constexpr microseconds kStartAgain{300'000};  // after a start that failed
+constexpr microseconds kStartAgain{300'000};  // after a failed start
 
 }  // namespace
 
@@ -13,7 +13,7 @@ void Process::Work() {
   if (paused()) return;
   if (!up_) {
     life_ = Life{};
-    transport_.Poll({}, microseconds(0));  // what came while nobody was there
+    transport_.Poll({}, microseconds(0));  // drops datagrams that arrived while no process was running
     up_ = Start();
     start_at_ = world_.now() + kStartAgain;
     if (up_) ++lives_;

@@ -8,18 +8,19 @@
 
 namespace legopt::simulation {
 
-/// Thrown where a process ends in the middle of its work, as by SIGKILL. Nothing catches it but the bus, around
-/// handlers; the rest of such a turn is mute (MortalTransport) and changes nothing durable (FaultyStore).
+/// Thrown at a point where a process is killed. Only the bus catches it, around handlers; the rest of such a turn
+/// sends nothing (MortalTransport) and changes nothing durable (FaultyStore).
 struct ProcessDied {};
 
-/// Whether a process lives. It can die at any fatal point: before each datagram it sends, before and after each commit.
+/// Whether a process is alive. It can die at any fatal point: before each datagram it sends, before and after each
+/// commit.
 class Life {
  public:
   bool alive() const { return alive_; }
   void Kill() { alive_ = false; }
-  /// Dies at the point after `points` more of them.
+  /// Dies after `points` more fatal points.
   void KillAfter(std::uint64_t points) { left_ = points; }
-  /// A fatal point is reached; returns whether the process lives on.
+  /// Passes a fatal point; returns whether the process is still alive.
   bool Pass() {
     if (left_ && (*left_)-- == 0) alive_ = false;
     return alive_;
@@ -30,7 +31,7 @@ class Life {
   std::optional<std::uint64_t> left_;
 };
 
-/// The network as a process sees it: once dead it sends nothing more.
+/// The network interface of a process, which sends nothing after the process's death.
 class MortalTransport final : public bus::Transport {
  public:
   MortalTransport(bus::SimulatedNetwork& network, Life& life) : transport_(network), life_(life) {}
@@ -54,7 +55,7 @@ class MortalTransport final : public bus::Transport {
   Life& life_;
 };
 
-/// A program that is started, killed, paused and started again, at one place of the network.
+/// A program at one node of the network that is started, killed, paused and restarted.
 class Process : public Party {
  public:
   explicit Process(World& world) : world_(world), transport_(world.network(), life_) { world.Add(*this); }
@@ -64,23 +65,23 @@ class Process : public Party {
 
   bool up() const { return up_; }
   std::uint64_t lives() const { return lives_; }
-  /// SIGKILL now; starts again after `outage`.
+  /// Sends SIGKILL now; restarts after `outage`.
   void Kill(microseconds outage);
-  /// SIGKILL at a fatal point in the near future.
+  /// Sends SIGKILL at a later fatal point.
   void KillAfter(std::uint64_t points, microseconds outage);
-  /// SIGSTOP until `time`: it neither receives nor sends, nor looks at a clock.
+  /// Sends SIGSTOP until `time`: the process neither receives nor sends nor reads a clock.
   void Pause(microseconds time);
   bool paused() const { return world_.now() < paused_until_; }
-  /// Cut off from those who have not the same number.
+  /// Disconnects the process from all that have a different number.
   void SetPartition(int partition) { world_.network().SetPartition(transport_.station(), partition); }
 
  protected:
-  /// Makes the objects of a new life. Returns false when that is not possible now; it is tried again.
+  /// Creates the objects of a new process. Returns false if that is not possible now; it is retried.
   virtual bool Start() = 0;
   virtual void Turn() = 0;
-  /// When Turn is due although nothing arrives.
+  /// Time at which Turn is due if nothing arrives.
   virtual microseconds next_turn() const = 0;
-  /// Drops the objects of the life that has ended.
+  /// Destroys the objects of the ended process.
   virtual void Bury() = 0;
   virtual void OnPause() {}
 
@@ -88,7 +89,7 @@ class Process : public Party {
   const World& world() const { return world_; }
   Life& life() { return life_; }
   MortalTransport& transport() { return transport_; }
-  /// Ends this life by itself, as by exit().
+  /// Ends the process by itself, as exit() does.
   void Exit(microseconds outage) { Kill(outage); }
 
  private:

@@ -46,7 +46,7 @@ void Record::OnGoOn(std::int64_t experiment_id, const StoredState& state) {
 }
 
 void Record::OnCancelled(std::int64_t experiment_id, const StoredState& state) {
-  // A cancellation that came too late changes nothing: a retry may still add results.
+  // A cancellation that came too late has no effect: a retry may still add results.
   const auto experiment = state.experiments.find(experiment_id);
   if (experiment == state.experiments.end() || experiment->second.state != db::ExperimentState::kCancelled) return;
   results_at_cancel.emplace(experiment_id, AcceptedOf(state, experiment_id));
@@ -69,9 +69,9 @@ bool Record::MayBeDeleted(const std::string& submission_id) const {
          delete_asked.contains(*submission->second.experiment_id);
 }
 
-// Leases end all at once where time is looked at, so that each silence of a worker is charged within one commit.
+// All leases that have expired end together, so the silence of a worker is charged within one commit.
 void Record::OnCommit(std::span<const db::StoreOp> operations) {
-  std::map<std::int64_t, int> charged;  // leases that expired at the cost of a worker's silence, by worker
+  std::map<std::int64_t, int> charged;  // leases that expired because a worker was silent, by worker
   for (const db::StoreOp& operation : operations) {
     if (const auto* create = std::get_if<db::CreateExperiment>(&operation)) {
       const std::int64_t id = create->experiment.experiment_id, first = create->experiment.jobs.front().job_id;

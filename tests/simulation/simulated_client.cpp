@@ -9,7 +9,7 @@
 namespace legopt::simulation {
 namespace {
 
-constexpr microseconds kPresence{2'000'000};  // until a server must have answered
+constexpr microseconds kPresence{2'000'000};  // time limit for the server's answer
 constexpr microseconds kWork{5'000'000};
 constexpr microseconds kAskAgain{300'000};
 constexpr microseconds kStatusEvery{2'500'000};
@@ -53,7 +53,7 @@ void SimulatedClient::Turn() {
   if (world().now() >= next_status_) AskStatus();
 }
 
-// Not heard: asked again, as a user or a script would.
+// Without an answer the request is repeated, as by a user or a script.
 void SimulatedClient::Answered(bool heard) {
   asking_ = false;
   next_ask_ = world().now() + kAskAgain;
@@ -87,7 +87,7 @@ void SimulatedClient::SendSubmission(const std::string& id, const legopt_msg::su
       std::make_unique<client::SubmitCall>(*endpoint_, request, client::SubmitCall::Patience{kPresence, kWork});
   on_submitted_ = [this, id, altered](const client::SubmitCall::Outcome& outcome) {
     const SubmitStatus status{outcome.reply.status};
-    // The id of what was deleted is free: the other content may have it now.
+    // The id of a deleted submission is free, so the other content may have it now.
     if (record_.MayBeDeleted(id) && (altered || status == SubmitStatus::kRefused)) return;
     if (altered ? status != SubmitStatus::kRefused
                 : status != SubmitStatus::kCreated && status != SubmitStatus::kAlreadyKnown) {
@@ -114,7 +114,7 @@ void SimulatedClient::Cancel(const std::string& submission_id) {
 
 void SimulatedClient::SendCancel(const std::string& submission_id) {
   const auto experiment_id = record_.submissions[submission_id].experiment_id;
-  if (!experiment_id) return Answered(false);  // another client has it under way
+  if (!experiment_id) return Answered(false);  // another client's request is in flight
   record_.cancel_asked.insert(*experiment_id);
   legopt_msg::cancel_request request{};
   request.experiment_id = *experiment_id;
@@ -216,7 +216,7 @@ void SimulatedClient::AskStatus() {
                    });
 }
 
-// What was acknowledged or shown before this was asked is still there, and every job is in one state.
+// Everything acknowledged or shown before this request still exists, and every job is in one state.
 void SimulatedClient::CheckStatus(const std::string& json, std::set<std::int64_t> known,
                                   const std::map<std::int64_t, std::int64_t>& done_before) {
   const auto status = nlohmann::json::parse(json);
@@ -231,7 +231,7 @@ void SimulatedClient::CheckStatus(const std::string& json, std::set<std::int64_t
     }
     const auto done = jobs.at("done").get<std::int64_t>();
     const auto before = done_before.find(id);
-    // Only what the clock stopped can be done no more.
+    // Only jobs stopped by the wall-time limit may leave the state done.
     const bool fewer = before != done_before.end() && done < before->second && !record_.time_limit_retried.contains(id);
     if (sum != jobs.at("total").get<std::int64_t>() || fewer) {
       record_.Violation("wrong state: status of experiment " + std::to_string(id) + " shows " + jobs.dump());

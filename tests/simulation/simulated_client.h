@@ -15,33 +15,33 @@
 
 namespace legopt::simulation {
 
-/// A user at the command line: works through a list of requests, one at a time, each repeated until it is answered,
-/// and looks at the status meanwhile. What it was told outlives its process, as a user's memory does.
+/// A user at the command line: processes a list of requests, one at a time, each repeated until it is answered, and
+/// polls the status in between. The received replies outlive its process, like a user's memory.
 class SimulatedClient final : public Process {
  public:
-  /// All must outlive it. `server` is for the record only: what the disk holds when an answer is heard.
+  /// All arguments must outlive it. `server` is used only for the record: the content of the disk at each reply.
   SimulatedClient(World& world, Record& record, SimulatedServer& server);
   ~SimulatedClient() override;
 
-  /// Submits; then perhaps once more, with the same content or, to be refused, with another one.
+  /// Submits an experiment; sometimes again, with the same content or with different content, which must be refused.
   void Submit(const std::string& submission_id, const std::string& spec_json, std::int64_t num_jobs);
-  /// Cancels what a submission has made, once it is known.
+  /// Cancels the experiment of a submission, once its id is known.
   void Cancel(const std::string& submission_id);
-  /// Stops and, after `duration`, lets go on what a submission has made; with `hold`, gives back what runs.
+  /// Stops the experiment of a submission and resumes it after `duration`; with `hold`, running jobs are released.
   void StopAndGoOn(const std::string& submission_id, bool hold, microseconds duration);
-  /// Has its failed and dead jobs tried again, and perhaps those that the clock stopped.
+  /// Retries its failed and dead jobs, and optionally those stopped by the wall-time limit.
   void Retry(const std::string& submission_id, bool time_limited);
-  /// Cancels it and, when that is known, deletes it.
+  /// Cancels it, waits for the reply, and deletes it.
   void Delete(const std::string& submission_id);
   /// Gives it another name and a tag.
   void Label(const std::string& submission_id, const std::string& text);
-  /// Makes its jobs begin before those of others.
+  /// Raises its priority.
   void Favour(const std::string& submission_id, int priority);
-  /// Nothing left to ask.
+  /// Returns whether all requests are answered.
   bool done() const { return plan_.empty(); }
 
  private:
-  // One request: `ask` starts a call that ends in Answered, now or in a later life.
+  // One request: `ask` starts a call that ends in Answered, now or in a later process.
   struct Step {
     std::string submission_id;
     std::function<void(const Step&)> ask;
@@ -67,7 +67,7 @@ class SimulatedClient final : public Process {
   std::unique_ptr<bus::Endpoint> endpoint_;
   std::unique_ptr<client::SubmitCall> submission_;
   std::function<void(const client::SubmitCall::Outcome&)> on_submitted_;
-  std::map<std::int64_t, std::int64_t> done_;  // by experiment: the most that a status has shown
+  std::map<std::int64_t, std::int64_t> done_;  // experiment -> largest number shown by a status
   bool asking_ = false;
   microseconds next_ask_{0};
   microseconds next_status_{0};

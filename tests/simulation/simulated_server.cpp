@@ -63,7 +63,7 @@ void SimulatedServer::Turn() {
     endpoint_->Poll(microseconds(0));
     if (life().alive()) server_->Work();
   } catch (const db::StoreError& error) {
-    // Only transient errors may be, and these the server takes care of.
+    // Only transient errors are allowed, and the server handles these itself.
     record_.Violation(std::string("wrong state: the store refuses an operation of the server: ") + error.what());
     Kill(microseconds(1'000'000));
     return;
@@ -73,7 +73,7 @@ void SimulatedServer::Turn() {
   CheckAccounts();
 }
 
-// Every job is in one state, and what the server knows is what the disk holds.
+// Checks that every job is in one state, and that the server's state agrees with the disk.
 void SimulatedServer::CheckAccounts() {
   if (world().now() < next_accounts_ || !server_->settled() || faults_.reads) return;
   next_accounts_ = world().now() + kAccountsEvery;

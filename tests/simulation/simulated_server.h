@@ -10,21 +10,21 @@
 
 namespace legopt::simulation {
 
-/// Times of the service as simulated: a tenth to a third of the shipped ones, so that a short history has many ends of
-/// leases in it.
+/// Returns the time constants of the simulated service: a tenth to a third of the defaults, so that many leases end
+/// within a short history.
 server::SchedulerOptions QuickTimes();
 
 /// The real Server over a bus endpoint and a store, as a process that can die.
 class SimulatedServer final : public Process {
  public:
-  /// All must outlive it.
+  /// All arguments must outlive it.
   SimulatedServer(World& world, Disk& disk, Record& record, server::SchedulerOptions options);
   ~SimulatedServer() override;
 
   DiskFaults& faults() { return faults_; }
   /// Moves its wall clock.
   void StepWallClock(microseconds by) { wall_clock_us_ += by.count(); }
-  /// Null while it is down.
+  /// Returns null while it is down.
   const server::Server* server() const { return server_.get(); }
   Disk& disk() { return disk_; }
 

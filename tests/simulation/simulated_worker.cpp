@@ -22,7 +22,7 @@ bool IsPoison(const JobManners& manners, std::int64_t job_id) {
 
 double CostOf(std::int64_t job_id, int attempt) { return static_cast<double>(job_id) + attempt / 128.0; }
 
-/// The link of the program, and a record of what was leased, sent and answered.
+/// The program's link, with a record of leases, sent messages and answers.
 class SimulatedWorker::ObservedLink final : public worker::ServerLink {
  public:
   ObservedLink(bus::Endpoint& endpoint, Record& record, SolverOwned solver)

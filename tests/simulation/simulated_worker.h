@@ -14,40 +14,41 @@
 
 namespace legopt::simulation {
 
-/// How jobs of a simulated worker go.
+/// Behaviour of the jobs of a simulated worker.
 struct JobManners {
   microseconds shortest{5'000};
   microseconds longest{1'500'000};
-  double misbehaves = 0.05;       ///< share of jobs that crash, hang, report an error or break the protocol
-  double large = 0.1;             ///< share of results that need several chunks
-  double deaf = 0.2;              ///< share of jobs that ignore being cancelled
-  double stopped = 0.1;           ///< share of results whose solve the clock stopped, half of them solved
-  std::int64_t poison_every = 8;  ///< one job id in so many crashes its process each time; 0: none
+  double misbehaves = 0.05;       ///< fraction of jobs that crash, hang, report an error or break the protocol
+  double large = 0.1;             ///< fraction of results that need several chunks
+  double deaf = 0.2;              ///< fraction of jobs that ignore cancellation
+  double stopped = 0.1;           ///< fraction of results whose solve was stopped by the wall-time limit, half of them
+                                  ///< solved
+  std::int64_t poison_every = 8;  ///< one job id in this many crashes its process each time; 0: none
 };
 
 /// State of the external solver on a worker.
 enum class SolverOwned {
   kNone,     ///< not declared
-  kOther,    ///< declared, with other files
-  kChanged,  ///< declared as the jobs want it, but its files have changed since: such jobs are refused
-  kRight     ///< declared, with the files that the jobs name
+  kOther,    ///< declared, with different files
+  kChanged,  ///< declared as required by the jobs, but its files have changed since: such jobs are refused
+  kRight     ///< declared, with the files that the jobs require
 };
 
-/// Whether the job is one that crashes whoever runs it.
+/// Returns whether the job crashes every process that runs it.
 bool IsPoison(const JobManners& manners, std::int64_t job_id);
 
-/// What a finished attempt reports as its cost, so that it can be told whose result was stored.
+/// Returns the cost that a finished attempt reports, which identifies the attempt of a stored result.
 double CostOf(std::int64_t job_id, int attempt);
 
-/// The real Pool with its calls on a bus endpoint, over job processes that are played, as a process that can die.
+/// The real Pool with its calls on a bus endpoint and simulated job processes, as a process that can die.
 class SimulatedWorker final : public Process {
  public:
-  /// All must outlive it. `number` tells workers apart.
+  /// All arguments must outlive it. `number` identifies the worker.
   SimulatedWorker(World& world, Record& record, std::uint64_t number, int slots, JobManners manners,
                   SolverOwned solver = SolverOwned::kRight);
   ~SimulatedWorker() override;
 
-  /// SIGTERM, as a user would stop it; it starts again a while after it has left.
+  /// Sends SIGTERM, as a user does; the worker starts again some time after its end.
   void Stop();
   const worker::Pool* pool() const { return pool_.get(); }
   std::uint64_t life_id() const;
@@ -56,9 +57,9 @@ class SimulatedWorker final : public Process {
   class ObservedLink;
   // A job process.
   struct Child {
-    std::uint64_t generation = 0;  // events for an earlier process of the slot are void
+    std::uint64_t generation = 0;  // events of an earlier process of the slot are ignored
     bool up = false;
-    std::uint64_t sequence = 0;  // of its job, 0: none
+    std::uint64_t sequence = 0;  // sequence number of its job, 0: none
     std::int64_t job_id = 0;
     int attempt = 0;
   };
@@ -84,9 +85,9 @@ class SimulatedWorker final : public Process {
   void Misbehave(int slot);
   void Finish(int slot, legopt_msg::result_request result);
   void ChildExits(int slot, int signal, int exit_code);
-  /// Runs `event` later unless that job process is gone by then.
+  /// Runs `event` later unless that job process has ended by then.
   void Later(int slot, microseconds after, std::function<void()> event);
-  /// The same, unless the process is at another job by then.
+  /// Runs `event` later unless the process has ended or has another job by then.
   void LaterInJob(int slot, microseconds after, std::function<void()> event);
   legopt_msg::result_request ResultOf(const Child& process);
   Child& child(int slot) { return children_[static_cast<std::size_t>(slot)]; }
@@ -101,7 +102,7 @@ class SimulatedWorker final : public Process {
   std::unique_ptr<worker::Pool> pool_;
   std::unique_ptr<worker::PoolCalls> calls_;
   std::vector<Child> children_;
-  std::vector<std::function<void()>> arrived_;  // from job processes
+  std::vector<std::function<void()>> arrived_;  // events from job processes
   bool exiting_ = false;
 };
 

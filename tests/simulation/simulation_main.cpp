@@ -1,5 +1,5 @@
-// Plays seeded histories of the whole service under misfortune and checks that nothing is lost, done twice, or wrong.
-// A history that fails is printed with the command that plays it again.
+// Runs seeded histories of the whole service with injected faults and checks that nothing is lost, done twice, or
+// wrong. A failed history is printed with the command that repeats it.
 
 #include <spdlog/spdlog.h>
 

@@ -13,19 +13,19 @@ namespace legopt::simulation {
 
 using std::chrono::microseconds;
 
-/// Somebody who acts when something arrived or time demands it.
+/// A participant that acts when a message arrives or a time is reached.
 class Party {
  public:
   virtual ~Party() = default;
-  /// One turn; called when due() has been reached.
+  /// Takes one turn; called when due() has been reached.
   virtual void Work() = 0;
-  /// When it wants its next turn; max(): only an event of the world can change anything.
+  /// Returns the time of its next turn; max(): only an event of the world can change anything.
   virtual microseconds due() const = 0;
 };
 
-/// Virtual time, chance, a network and a list of things to happen: all that a history depends on follows from the seed.
+/// Virtual time, random numbers, a network and a list of scheduled actions: a history is determined by the seed.
 ///
-/// Time moves in turns of at least `kTurn`, as processes take time to wake up. Thread rule: one thread.
+/// Time advances in turns of at least `kTurn`, since processes take time to wake up. Thread safety: one thread.
 class World {
  public:
   static constexpr microseconds kTurn{500};
@@ -35,7 +35,7 @@ class World {
   bus::SimulatedNetwork& network() { return network_; }
   microseconds now() const { return network_.now(); }
 
-  /// Draws. `probability` in [0, 1]; `bound` > 0: 0 .. bound - 1.
+  /// Random numbers. `probability` in [0, 1]; `bound` > 0: 0 .. bound - 1.
   bool Chance(double probability);
   std::uint64_t Below(std::uint64_t bound);
   std::uint64_t Draw() { return random_(); }
@@ -45,13 +45,13 @@ class World {
   void At(microseconds time, std::function<void()> action);
   void After(microseconds duration, std::function<void()> action) { At(now() + duration, std::move(action)); }
 
-  /// The party must outlive the world's last Run.
+  /// Adds a party, which must outlive the world's last Run.
   void Add(Party& party) { parties_.push_back(&party); }
 
-  /// Goes on until `done` is true (looked at after every turn) or `end` is reached; returns whether it was done.
+  /// Runs until `done` is true (checked after every turn) or `end` is reached; returns whether it was done.
   bool Run(const std::function<bool()>& done, microseconds end);
 
-  /// Of every byte that was sent: equal seeds, equal transcripts.
+  /// Returns a hash of every byte sent: equal seeds give equal transcripts.
   std::uint64_t transcript() const { return transcript_; }
   std::uint64_t datagrams() const { return datagrams_; }
 

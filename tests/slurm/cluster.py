@@ -1,6 +1,7 @@
-"""A Slurm cluster on one machine: munged, slurmctld and a slurmd for each node, real programs of Debian. Every node has a
-network, a host name, a /tmp and a ~/.cache of its own; the networks meet in a switch that lies in the controller's, and multicast
-stays within each. To be used in namespaces that enter() has made: when the caller ends, all that it started does."""
+"""A Slurm cluster on one machine: munged, slurmctld and a slurmd for each node, the real programs of Debian. Every node
+has its own network, host name, /tmp and ~/.cache. The networks meet in a switch in the controller's network, and
+multicast stays within each. Must be used in namespaces made by enter(): when the caller ends, all its child processes
+end."""
 import contextlib
 import os
 import pathlib
@@ -23,7 +24,7 @@ def skip(reason):
 
 
 def enter():
-    """Starts this program again in namespaces of its own; ends with 77, loudly, where that cannot be had."""
+    """Restarts this program in new namespaces; exits with 77 and a message if that is not possible."""
     if os.environ.get(INSIDE):
         return
     os.environ["PATH"] += ":/usr/sbin:/sbin"
@@ -48,7 +49,7 @@ def run(*command, check=True, **options):
 
 
 def wait_for(what, condition, timeout_s=30.0):
-    """The first true value of `condition`, asked often."""
+    """Polls `condition` and returns its first true value."""
     end = time.monotonic() + timeout_s
     while time.monotonic() < end:
         value = condition()
@@ -59,7 +60,7 @@ def wait_for(what, condition, timeout_s=30.0):
 
 
 class Node:
-    """A host: processes in namespaces of their own."""
+    """A host: processes in separate namespaces."""
 
     def __init__(self, name, address, folder):
         self.name, self.address, self.daemon = name, address, None
@@ -96,29 +97,29 @@ class Node:
         self.daemon.wait()
 
     def cut(self):
-        """Pulls the cable."""
+        """Disconnects the node from the network."""
         run("ip", "link", "set", self.name, "down")
 
     def join(self):
         run("ip", "link", "set", self.name, "up")
 
     def processes(self, program):
-        """Ids of those on this node that run `program`."""
+        """Returns the ids of this node's processes that run `program`."""
         space = os.readlink(f"/proc/{self._holder.pid}/ns/uts")
         found = []
         for entry in filter(str.isdigit, os.listdir("/proc")):
             with contextlib.suppress(OSError):
-                name = os.path.basename(os.readlink(f"/proc/{entry}/exe")).removesuffix("-wlm")  # as Debian calls Slurm's
+                name = os.path.basename(os.readlink(f"/proc/{entry}/exe")).removesuffix("-wlm")  # Debian's names
                 if os.readlink(f"/proc/{entry}/ns/uts") == space and name == program:
                     found.append(int(entry))
         return found
 
 
 class Cluster:
-    """Runs as soon as it is made."""
+    """A cluster that runs from its construction."""
 
     def __init__(self):
-        run("mount", "-t", "tmpfs", "-o", "mode=755", "tmpfs", "/run")  # seen by all, as a site's /etc/slurm is
+        run("mount", "-t", "tmpfs", "-o", "mode=755", "tmpfs", "/run")  # shared by all nodes, like a site's /etc/slurm
         self._folder = pathlib.Path("/run/slurm")
         self._folder.mkdir()
         self._processors = os.cpu_count()
@@ -137,7 +138,7 @@ class Cluster:
         wait_for("idle nodes", lambda: self.states() == ["idle"] * len(NODES))
 
     def _start_munge(self):
-        # It wants folders that only root can write, and one that everybody can reach.
+        # It requires folders that only root can write, and one that everybody can reach.
         folder = self._folder / "munge"
         folder.mkdir(mode=0o755)
         key = folder / "key"
@@ -190,7 +191,7 @@ PartitionName=urgent Nodes={nodes} PriorityTier=10 PreemptMode=OFF MaxTime=60 St
 
     @property
     def shared(self):
-        """A folder that all nodes see."""
+        """Returns a folder that all nodes share."""
         return self._folder
 
     def start_controller(self):
@@ -199,9 +200,9 @@ PartitionName=urgent Nodes={nodes} PriorityTier=10 PreemptMode=OFF MaxTime=60 St
                                                stdin=subprocess.DEVNULL)
 
     def wait_until_saved(self):
-        """The controller has written down what runs now; of what it has not it knows nothing when it is killed."""
+        """Waits until the controller has saved the running jobs; unsaved ones are lost when it is killed."""
         now = time.time()
-        for job in {row[0] for row in self.jobs()}:  # it writes what has changed, and that may have been before now
+        for job in {row[0] for row in self.jobs()}:  # it saves changed jobs, which may have happened before now
             run("scontrol", "update", f"jobid={job}", "comment=saved")
         wait_for("the controller's state on disk", lambda: (self._folder / "state/job_state").stat().st_mtime > now, 60)
 
@@ -210,12 +211,12 @@ PartitionName=urgent Nodes={nodes} PriorityTier=10 PreemptMode=OFF MaxTime=60 St
         return result.stdout.split()
 
     def jobs(self, *options):
-        """Rows of job id, state, node or reason, and restarts."""
+        """Returns rows of job id, state, node or reason, and restarts."""
         result = run("squeue", "--noheader", "--array", "--format=%i|%T|%R|%o", *options, check=False, timeout=30)
         return [line.split("|") for line in result.stdout.splitlines()]
 
     def job(self, job_id):
-        """What the controller knows of a job, as a dict; of elements that have ended, too."""
+        """Returns the controller's information about a job, including ended array elements, as a dict."""
         text = run("scontrol", "--oneliner", "show", "job", job_id, check=False).stdout
         return [dict(word.split("=", 1) for word in line.split() if "=" in word) for line in text.splitlines()]
 

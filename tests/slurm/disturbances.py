@@ -1,5 +1,5 @@
-"""What happens to workers on a cluster, and what it may cost: nothing that was acknowledged, and of what was not no more
-than an attempt of the jobs that ran where the machine was lost."""
+"""Disturbances of workers on a cluster and their cost: no acknowledged result is lost, and otherwise at most one
+attempt of the jobs that ran on a lost machine."""
 import contextlib
 import os
 import signal
@@ -20,15 +20,16 @@ def element_on(cluster, node):
 
 
 def come_back(cluster, run, element, node):
-    """What Slurm has queued again runs again soon, instead of after the two minutes that Slurm has it wait."""
+    """Makes a job that Slurm has re-queued start soon, instead of after Slurm's delay of two minutes."""
     engine.wait_for("the element to be queued again", lambda: cluster.job(element)[0]["JobState"] == "PENDING", 40)
     run.check_uncharged()
-    engine.run("scontrol", "update", f"jobid={element}", "StartTime=now+5seconds")  # slurmd refuses it sooner
+    engine.run("scontrol", "update", f"jobid={element}", "StartTime=now+5seconds")  # slurmd refuses an earlier time
     engine.wait_for("the worker's return", lambda: run.at_work().get(node.name, "").endswith(".1"), 40)
 
 
 def cancelled(cluster, folder):
-    """Policy: scancel of one element costs no job an attempt; so does the end of the run, which leaves nothing behind."""
+    """Policy: scancel of one element costs no job an attempt. The same holds for the end of the run, which leaves
+    nothing behind."""
     run = LongRun(folder)
     victim = cluster.nodes[0]
     engine.run("scancel", element_on(cluster, victim))
@@ -43,8 +44,9 @@ def cancelled(cluster, folder):
 
 
 def time_limit(cluster, folder):
-    """Policy: before the time limit the worker drains, gives back what does not end in time, and is queued again."""
-    # Of one minute Slurm might send its warning, which is due 65 to 125 s before the end, before the script can hear it.
+    """Policy: before the time limit the worker drains, releases jobs that do not end in time, and is queued again."""
+    # With a limit of one minute, Slurm's warning, due 65 to 125 s before the end, might arrive before the script can
+    # receive it.
     run = LongRun(folder, POOL.replace("slurm: {", "slurm: {time: 2, at_once: 1, ").replace("nodes: 2", "nodes: 1"), workers=1)
     host = next(iter(run.at_work()))
     node = next(node for node in cluster.nodes if node.name == host)
@@ -58,7 +60,7 @@ def time_limit(cluster, folder):
 
 
 def preempted(cluster, folder):
-    """Policy: who preempts a worker has the node within the grace time of its partition; the worker comes back."""
+    """Policy: a preempting job gets the node within the grace time of the partition, and the worker returns later."""
     run = LongRun(folder)
     node = cluster.nodes[1]
     element = element_on(cluster, node)
@@ -74,7 +76,7 @@ def preempted(cluster, folder):
 
 
 def daemons_killed(cluster, folder):
-    """Policy: workers do not notice that slurmd and slurmctld die and come back."""
+    """Policy: a crash and restart of slurmd and slurmctld does not affect workers."""
     run = LongRun(folder)
     workers, leases = online(run), engine.wait_for("running attempts", run.leases)
     cluster.wait_until_saved()
@@ -95,8 +97,8 @@ def daemons_killed(cluster, folder):
 
 
 def link_cut(cluster, folder):
-    """Policy: jobs of a node that nobody reaches go to others when their leases end, long before Slurm notices; what the
-    lost worker finishes meanwhile is no second result."""
+    """Policy: jobs of an unreachable node are re-leased to others when their leases end, long before Slurm notices.
+    Results that the lost worker finishes meanwhile are not counted twice."""
     run = LongRun(folder)
     node = cluster.nodes[1]
     lost = run.rows("SELECT job_id, attempt FROM attempts JOIN workers USING (worker_id)"
@@ -119,7 +121,7 @@ def link_cut(cluster, folder):
 
 
 def worker_killed(cluster, folder):
-    """Policy: a worker that is killed costs an attempt of each job that ran there, no more; the others go on."""
+    """Policy: a killed worker costs at most one attempt of each job that ran on it; the other workers continue."""
     run = LongRun(folder)
     node = cluster.nodes[0]
     held = run.rows("SELECT count(*) FROM attempts JOIN workers USING (worker_id)"
@@ -137,8 +139,8 @@ def worker_killed(cluster, folder):
 
 
 def step_killed(cluster, folder):
-    """Policy: a worker whose slurmstepd is killed is one that Slurm cannot stop any more. It works on, and leaves by
-    itself when there is no server any more; nothing is charged."""
+    """Policy: a worker whose slurmstepd is killed can no longer be stopped by Slurm. It continues to work, and ends by
+    itself when the server is gone; nothing is charged."""
     run = LongRun(folder, POOL.replace("wait_server_s: 20", "wait_server_s: 4"))
     node = cluster.nodes[0]
     leases = engine.wait_for("running attempts", run.leases)
@@ -157,7 +159,7 @@ def step_killed(cluster, folder):
 
 
 def server_lost(cluster, folder):
-    """Policy: a server that stands still for 5 s, is killed and started again, costs nothing; workers are back at once."""
+    """Policy: a server that is stopped for 5 s, killed and restarted costs nothing; workers reconnect at once."""
     run = LongRun(folder)
     workers, leases = online(run), engine.wait_for("running attempts", run.leases)
     expect(len(workers) == 2, f"online {workers}")
@@ -178,12 +180,12 @@ def server_lost(cluster, folder):
 
 
 def online(run):
-    """Names of the workers that its server hears."""
+    """Returns the names of the workers that its server considers online."""
     return {worker["name"] for worker in server_status(run).get("workers", []) if worker["online"]}
 
 
 def solving(node):
-    """Whether a job process there has used the processor within a moment."""
+    """Returns whether a job process there has used CPU time within a moment."""
     def used():
         total = 0
         for process in node.processes("legopt-worker"):

@@ -1,4 +1,4 @@
-"""The sessions of docs/clusters.md, replayed."""
+"""Replays the sessions of docs/clusters.md."""
 import doctest
 import re
 import subprocess
@@ -12,21 +12,21 @@ FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 def commands(block):
-    """Of a console: each command and what it prints."""
+    """Returns each command of a console block with its output."""
     for part in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]:
         command, _, printed = part.partition("\n")
         yield command, printed
 
 
 def same(wanted, got):
-    """'...' stands for anything."""
+    """Compares two texts; '...' matches anything."""
     return doctest.OutputChecker().check_output(wanted, got, doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE)
 
 
 def documented_sessions(cluster, _):
-    """Policy: what docs/clusters.md shows is what is printed."""
+    """Policy: the output shown in docs/clusters.md is correct."""
     replayed = 0
-    folder = cluster.shared / "session"  # logs come where all nodes write
+    folder = cluster.shared / "session"  # logs are written to a folder that all nodes share
     folder.mkdir()
     with service(folder) as site:
         site.access.rename(folder / "lab.access")

@@ -1,4 +1,4 @@
-"""What a worker does with the part of a node that it is given, and with the neighbours it has there."""
+"""Workers that are granted a part of a node, and workers that share a node."""
 import contextlib
 import os
 import pathlib
@@ -7,16 +7,16 @@ from runs import POOL, PROGRAMS, LongRun, Run, ShortRun, check_bits, check_nothi
 
 
 def job_processes(node):
-    """Processors that each job process of a node may use."""
+    """Returns the processors that each job process of a node may use."""
     parents = {}
     masks = {}
     for process in node.processes("legopt-worker"):
-        with contextlib.suppress(OSError):  # ended meanwhile
+        with contextlib.suppress(OSError):  # the process may have ended
             if "\0--child\0" in pathlib.Path(f"/proc/{process}/cmdline").read_text(encoding="utf-8"):
                 status = pathlib.Path(f"/proc/{process}/status").read_text(encoding="utf-8")
                 parents[process] = int(status.split("\nPPid:")[1].split()[0])
                 masks[process] = tuple(sorted(os.sched_getaffinity(process)))
-    # A job process reads files in copies of itself.
+    # A job process reads files in forked copies of itself.
     return sorted(mask for process, mask in masks.items() if parents[process] not in masks)
 
 
@@ -32,7 +32,7 @@ def part_of_a_node(cluster, folder):
 
 
 def whole_node(cluster, folder):
-    """Policy: slots that fill a node have a core each, none twice."""
+    """Policy: slots that fill a node have one distinct core each."""
     processors = os.cpu_count()
     pool = POOL.replace("nodes: 2", f"nodes: 1, cpus-per-task: {processors}, hint: nomultithread")
     run = LongRun(folder, pool, workers=1)
@@ -46,8 +46,8 @@ def whole_node(cluster, folder):
 
 
 def two_pools_on_a_node(cluster, folder):
-    """Policy: two users with the same files, at the same time on the same nodes, see nothing of each other, not even
-    frames that their workers would have to refuse."""
+    """Policy: two users with the same files, at the same time on the same nodes, do not affect each other: their
+    workers do not even receive each other's frames."""
     pool = POOL.replace("nodes: 2", "nodes: 1, exclusive: false, cpus-per-task: 1")
     for name in ("first", "second"):
         (folder / name).mkdir()
@@ -66,7 +66,7 @@ def two_pools_on_a_node(cluster, folder):
 
 
 def masked_processor(cluster, folder):
-    """Policy: a node whose processor seems to have less gives the same bits, and so is of the same build."""
+    """Policy: a node whose processor appears to have fewer features gives the same bits, and has the same build id."""
     masked = cluster.shared / "masked-worker"
     masked.write_text("#!/bin/sh\nexport GLIBC_TUNABLES=glibc.cpu.hwcaps=-FMA,-AVX2,-AVX512F,-ERMS\n"
                       f'exec "{PROGRAMS}/legopt-worker" "$@"\n', encoding="utf-8")

@@ -1,4 +1,5 @@
-"""A dataset of which 50 MB travel, made of garage-small: a far away tetrahedron whose file is full of a comment that packs badly."""
+"""Makes a dataset whose archive has 50 MB: garage-small with a far-away tetrahedron whose file has a comment that
+hardly compresses."""
 import base64
 import random
 import shutil

@@ -1,4 +1,4 @@
-"""Pools beside a server that stays, by Slurm and through ssh; datasets that nodes do not have."""
+"""Pools with a permanent server, by Slurm and through ssh; datasets that are missing on nodes."""
 import contextlib
 import json
 import signal
@@ -15,7 +15,7 @@ SHORT_POOL = "worker: {drain_s: 5, idle_timeout_s: 60, wait_server_s: 20}\n"
 
 
 class Service:
-    """A server that stays, with its key, and the commands of its users."""
+    """A permanent server, with its key, and the commands of its users."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -41,7 +41,7 @@ class Service:
         return sum(worker["online"] for worker in status["workers"])
 
     def work(self):
-        """Submits an experiment, waits for its end, and says who has worked."""
+        """Submits an experiment, waits for its end, and returns the workers involved."""
         (self.folder / "short.yaml").write_text(SHORT, encoding="utf-8")
         self.legopt("submit", "short.yaml", "--wait", "--again", "--key-file", self.key, timeout=60)
         return {row[0] for row in rows(self.database, "SELECT hostname FROM result_origins WHERE experiment_id ="
@@ -58,8 +58,8 @@ def service(folder):
 
 
 def slurm_pool(cluster, folder):
-    """Policy: workers of a pool are there for whatever is submitted, until 'pool stop', which leaves none; key and access
-    file are on no node."""
+    """Policy: workers of a pool serve every experiment until 'pool stop', which ends all of them. No node contains the
+    key or the access file."""
     (folder / "pool.yaml").write_text("slurm: {nodes: 2, output: /tmp/%A_%a.log}\n" + SHORT_POOL, encoding="utf-8")
     with service(folder) as site:
         flags = ("pool.yaml", "--access", site.access, "--key-file", site.key, "--folder", "pool")
@@ -87,8 +87,8 @@ def states(site, folder="pool"):
 
 
 def ssh_pool(cluster, folder):
-    """Policy: through ssh a worker lives as long as its connection: it ends with 'pool stop', with its keeper's death,
-    and no host is left with one. A host that cannot be reached is named, and keeps none from working."""
+    """Policy: through ssh a worker lives as long as its connection. It ends with 'pool stop' or with the death of its
+    keeper, and no host keeps a worker. An unreachable host is named, and does not stop the others."""
     with remote_hosts.daemons(cluster, folder) as client_options, service(folder) as site:
         names = [node.address for node in cluster.nodes]
         hosts = folder / "lab.hosts"
@@ -126,8 +126,8 @@ def nobody_works(cluster):
 
 
 def large_dataset_to_bare_nodes(cluster, folder):
-    """Policy: nodes that do not have a dataset get it from the server, once; what lies in their caches is believed only
-    as far as it is what it says."""
+    """Policy: nodes without a dataset get it from the server, once; files in their caches are used only after
+    their hashes have been verified."""
     dataset = folder / "large"
     large_dataset.make(SOURCE / "data" / "garage-small", dataset)
     engine.run(PROGRAMS / "legopt", "dataset", "hash", dataset)
@@ -143,8 +143,8 @@ def large_dataset_to_bare_nodes(cluster, folder):
 
 
 def travels(cluster, folder, dataset):
-    """Hosts on which a worker says that the dataset came from the server. Both have it once they are amid jobs of it, of
-    which there are many: whoever has it at once leaves some to who has to fetch it."""
+    """Returns the hosts on which a worker reports that the dataset came from the server. Both have it once they solve
+    its jobs. There are enough jobs that a worker with the dataset leaves some to the one that has to fetch it."""
     folder.mkdir()
     run = LongRun(folder, f"slurm: {{nodes: 2, output: /tmp/{folder.name}-%a.log}}\n" + SHORT_POOL,
                   arguments=("--dataset", dataset), patience_s=90)

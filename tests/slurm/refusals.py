@@ -1,4 +1,4 @@
-"""Pools that cannot be: each is said, with the file, the field and what to do, and has an exit code of its own."""
+"""Impossible pools: each is reported with the file, the field and a remedy, and has its own exit code."""
 import os
 import time
 
@@ -9,7 +9,7 @@ UNUSABLE = 2
 
 
 def said(folder, name, pool, status, *words, environment=None):
-    """What 'legopt run --slurm' says that cannot go on."""
+    """Returns the error of a 'legopt run --slurm' that cannot start."""
     (folder / name).mkdir()
     run = ShortRun(folder / name, pool, environment)
     began = time.monotonic()
@@ -22,7 +22,7 @@ def said(folder, name, pool, status, *words, environment=None):
 
 
 def refused_by_us_or_slurm(cluster, folder):
-    """Policy: what cannot be submitted is said at once."""
+    """Policy: a pool that cannot be submitted is reported at once."""
     said(folder, "partition", "slurm:\n  nodes: 1\n  partition: nowhere\n", REFUSED, "pool.yaml:3", "slurm.partition", "nowhere",
          "invalid partition")
     said(folder, "option", "slurm: {nodes: 1, partitoin: work}\n", REFUSED, "pool.yaml:1", "slurm.partitoin", "Slurm says")
@@ -36,8 +36,8 @@ def refused_by_us_or_slurm(cluster, folder):
 
 
 def unreachable(cluster, folder):
-    """Policy: when no node reaches the server, the run ends and says which addresses were tried, or that it may be the
-    key."""
+    """Policy: if no node reaches the server, the run ends and reports the tried addresses, or that the key may be
+    wrong."""
     pool = "slurm: {nodes: 2, output: /tmp/%A_%a.log}\nworker: {wait_server_s: 3"
     alone = said(folder, "address", pool + "}\nserver: {listen: '127.0.0.1:7675'}\n", UNREACHABLE, "127.0.0.1:7675",
                  "server.listen", "pool.yaml")

@@ -1,4 +1,4 @@
-"""Hosts that ssh reaches: an sshd of Debian on each node, with keys made for this test."""
+"""Hosts reachable by ssh: Debian's sshd on each node, with keys made for this test."""
 import contextlib
 import pathlib
 import shutil
@@ -11,7 +11,7 @@ PORT = 2222
 
 @contextlib.contextmanager
 def daemons(cluster, folder):
-    """While they run; gives what ssh's client needs to be told."""
+    """Context in which the daemons run; yields the configuration for ssh's client."""
     keys = folder / "ssh"
     keys.mkdir(mode=0o700)
     for name in ("host", "user"):
@@ -19,7 +19,7 @@ def daemons(cluster, folder):
     shutil.copy(keys / "user.pub", keys / "authorized")
     known = "".join(f"[{node.address}]:{PORT} {(keys / 'host.pub').read_text(encoding='ascii')}" for node in cluster.nodes)
     (keys / "known").write_text(known, encoding="ascii")
-    # Where all nodes see it: /tmp is each one's own.
+    # In a shared folder, since each node has its own /tmp.
     seen = cluster.shared / "ssh"
     shutil.copytree(keys, seen, dirs_exist_ok=True)
     configuration = seen / "sshd_config"

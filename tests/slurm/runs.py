@@ -1,4 +1,4 @@
-"""Runs of legopt on a cluster, and what is expected of them."""
+"""Runs of legopt on a cluster, and checks of their results."""
 import functools
 import json
 import pathlib
@@ -34,7 +34,7 @@ def rows(database, sql, *values):
 
 
 class Run:
-    """legopt run SUITE --slurm, beside us, in a folder of its own."""
+    """A background process 'legopt run SUITE --slurm' in its own folder."""
 
     def __init__(self, folder, suite, pool, *arguments, environment=None):
         self.folder = pathlib.Path(folder)
@@ -49,7 +49,7 @@ class Run:
         return (self.folder / "errors").read_text(errors="replace")
 
     def end(self, timeout_s=120):
-        """Exit status and standard output."""
+        """Waits for the end; returns exit status and standard output."""
         try:
             out, _ = self.process.communicate(timeout=timeout_s)
         except subprocess.TimeoutExpired as expired:
@@ -58,7 +58,7 @@ class Run:
         return self.process.returncode, out
 
     def rows(self, sql, *values):
-        """Of its database; none while there is none."""
+        """Returns rows of its database; none if it does not exist yet."""
         try:
             return rows(self.database, sql, *values)
         except sqlite3.OperationalError:
@@ -66,13 +66,13 @@ class Run:
 
 
 def server_of(run):
-    """Process id of its server; None while it has none."""
+    """Returns the process id of its server; None if it has none."""
     found = engine.run("pgrep", "--full", f"legopt-server --db {run.database}", check=False).stdout.split()
     return int(found[0]) if found else None
 
 
 def server_status(run):
-    """What its server says of itself; nothing while there is none."""
+    """Returns its server's status; empty if there is no server."""
     server = server_of(run)
     if not server:
         return {}
@@ -85,7 +85,7 @@ def server_status(run):
 
 @functools.cache
 def local_bits():
-    """The results of 'quick' on this machine, without Slurm."""
+    """Returns the results of 'quick' on this machine, without Slurm."""
     with tempfile.TemporaryDirectory(prefix="legopt-slurm-") as folder:
         database = pathlib.Path(folder) / "local.sqlite"
         engine.run(PROGRAMS / "legopt", "run", "quick", "--db", database, timeout=120)
@@ -93,13 +93,13 @@ def local_bits():
 
 
 def check_bits(run):
-    """Of a run of 'quick': every job done, as on this machine."""
+    """Checks a run of 'quick': every job is done with the bits of this machine."""
     check_whole(run, 550)
     expect([run.rows(sql) for sql in BITS] == local_bits(), "other bits than on one machine")
 
 
 def check_whole(run, jobs):
-    """Every job has one result, none was charged twice."""
+    """Checks that every job has one result and none was charged twice."""
     expect(run.rows("SELECT count(*) FROM results") == [(jobs,)], run.rows("SELECT state, count(*) FROM jobs GROUP BY 1"))
     expect(run.rows(CHARGED) == [(0,)], run.rows("SELECT * FROM attempts WHERE outcome NOT IN ('finished', 'returned')"))
 
@@ -110,8 +110,8 @@ def check_nothing_left(cluster):
         engine.wait_for(f"{node.name} without workers", lambda node=node: not node.processes("legopt-worker"))
 
 
-# Jobs of ten seconds and more on the default dataset, and so many that none runs out of them on a small one: whatever
-# happens to a worker happens amid some.
+# Jobs of ten seconds and more on the default dataset, enough of them for any small cluster, so that every disturbance
+# of a worker interrupts jobs.
 LONG = """tasks: [motion]
 initializations: [good]
 repetitions: 100
@@ -126,7 +126,7 @@ methods: [{name: SQP, solver: sqp}]
 
 
 class ShortRun(Run):
-    """With SHORT."""
+    """A run of SHORT."""
 
     def __init__(self, folder, pool=POOL, environment=None):
         (folder / "short.yaml").write_text(SHORT, encoding="utf-8")
@@ -134,7 +134,7 @@ class ShortRun(Run):
 
 
 class LongRun(Run):
-    """With LONG; made when that many workers are amid jobs."""
+    """A run of LONG; the constructor returns when this number of workers are solving jobs."""
 
     def __init__(self, folder, pool=POOL, workers=2, arguments=(), patience_s=40):
         (folder / "long.yaml").write_text(LONG, encoding="utf-8")
@@ -145,31 +145,31 @@ class LongRun(Run):
         self.job = (folder / "run.sqlite.pool" / "jobs").read_text().split()[-1]
 
     def at_work(self):
-        """{host: name of its worker} of those that have jobs now."""
+        """Returns {host: name of its worker} of those that have jobs now."""
         return dict(self.rows("SELECT hostname, name FROM attempts JOIN workers USING (worker_id)"
                               " WHERE outcome = 'running'"))
 
     def leases(self):
-        """{(job, attempt): name of its worker} of the attempts that run now."""
+        """Returns {(job, attempt): name of its worker} of the running attempts."""
         return {(job, attempt): name for job, attempt, name in self.rows(
             "SELECT job_id, attempt, name FROM attempts JOIN workers USING (worker_id) WHERE outcome = 'running'")}
 
     def check_kept(self, leases):
-        """Each of these attempts still runs at its worker or has delivered its result: a job may end at any moment, so
-        a worker may have no running attempt just now without having lost one."""
+        """Checks that each of these attempts still runs on its worker or has delivered its result. A job may end at any
+        moment, so a worker may have no running attempt just now without having lost one."""
         for (job, attempt), worker in leases.items():
             now = self.rows("SELECT name, outcome FROM attempts JOIN workers USING (worker_id)"
                             " WHERE job_id = ? AND attempt = ?", job, attempt)
             expect(now in ([(worker, "running")], [(worker, "finished")]), f"job {job}, attempt {attempt} of {worker}: {now}")
 
     def interrupt(self):
-        """Ctrl-C."""
+        """Sends Ctrl-C."""
         self.process.send_signal(signal.SIGINT)
         status, _ = self.end(60)
         expect(status == INTERRUPTED, f"status {status}: {self.errors()}")
 
     def stop(self):
-        """Ctrl-C; then all that ran is given back."""
+        """Sends Ctrl-C and waits until all running jobs are released."""
         self.interrupt()
         expect(self.rows("SELECT * FROM attempts WHERE outcome = 'running'") == [], "attempts that nobody gave back")
 

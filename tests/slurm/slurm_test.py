@@ -1,10 +1,10 @@
-"""legopt under a real Slurm: slurmctld and two nodes on this machine, without multicast between them and without a folder
-that they share.
+"""legopt under a real Slurm: slurmctld and two nodes on this machine, without multicast between them and without a
+shared folder.
 
     slurm_test.py FOLDER_OF_PROGRAMS [--brief | SCENARIO...]    # default: all, six minutes
 
---brief, as CTest runs it, leaves out what takes longest: Slurm's own waits, and what its own tests have elsewhere, too.
-Ends with 77, loudly, where that cannot be had (cluster.py says why)."""
+--brief, as CTest runs it, omits the longest scenarios: Slurm's own delays, and cases that other tests cover as well.
+Exits with 77 and a message if a cluster cannot be made (cluster.py reports the reason)."""
 import pathlib
 import sys
 import tempfile
@@ -24,7 +24,8 @@ def note(text):
 
 
 def same_bits_on_both_nodes(cluster, folder):
-    """Policy: two nodes without a network of their own and without our files give the table of one machine, bit by bit."""
+    """Policy: two nodes without a common network and without this machine's files give the table of one machine, bit
+    by bit."""
     run = Run(folder, "quick", POOL)
     status, _ = run.end()
     expect(status == 0, run.errors())
@@ -40,7 +41,7 @@ def same_bits_on_both_nodes(cluster, folder):
 
 
 def started(cluster, element):
-    """When Slurm says that it started a worker, to a second."""
+    """Returns the time at which Slurm started a worker, to a second."""
     return time.mktime(time.strptime(cluster.job(element)[0]["StartTime"], "%Y-%m-%dT%H:%M:%S")) + 0.5
 
 

@@ -1,4 +1,4 @@
-// The posture benchmark on real input: Atlas in the reconstructed garage, judged by the literal rule.
+// The posture benchmark on real input: Atlas in the reconstructed garage, judged by the original evaluator's rule.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Motions: windows, what is kept of them, and their judgement.
+// Motions: windows, their kept parts, and their judgement.
 
 #include <gtest/gtest.h>
 
@@ -95,7 +95,7 @@ TEST_F(Motion, AFailedWindowEndsTheProblemAndSaysWhich) {
   EXPECT_NE(outcome.message.find("window 0 of 1 (stances 0 to 2)"), std::string::npos) << outcome.message;
 }
 
-// Long enough for several windows, short enough for every day.
+// Long enough for several windows, short enough for daily tests.
 constexpr size_t kMaxStances = 40;
 
 TEST(LegOptMotions, PlainSqpSolvesTheShortOnes) {

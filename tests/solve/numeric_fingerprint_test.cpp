@@ -1,4 +1,4 @@
-// Elementary functions with the same bits on every machine, and the fingerprint that tells of machines that differ.
+// Elementary functions with the same bits on every machine, and the fingerprint that detects machines which differ.
 
 #include "legopt/solve/numeric_fingerprint.h"
 
@@ -40,7 +40,7 @@ double UlpsApart(double value, long double exact) {
 
 TEST(PinnedFunctions, AreWithinAUlp) {
   constexpr int kDraws = 20000;
-  constexpr double kUlps = 1.0 + 1e-3;  // the references are rounded, too
+  constexpr double kUlps = 1.0 + 1e-3;  // the references are rounded as well
   std::mt19937_64 generator(1);
   for (const Function& f : kFunctions) {
     std::uniform_real_distribution<double> draw(f.from, f.to);
@@ -66,7 +66,7 @@ TEST(PinnedFunctions, OfTwoArgumentsAreWithinAUlp) {
   }
 }
 
-// Their last bits need not be those of sin and cos: a compiler may call either, and a build is one compiler's.
+// Their last bits need not equal those of sin and cos: a compiler may call either, and a build uses one compiler.
 TEST(PinnedFunctions, BothAnglesAtOnceAreWithinAUlp) {
   for (double x = -10; x < 10; x += 0.013) {
     double sine = 0, cosine = 0;

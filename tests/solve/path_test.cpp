@@ -1,5 +1,5 @@
-// Policy: paths between waypoints are what the judge wants, end to end; and what the solver calls free is free at every
-// finer look.
+// Policy: paths between waypoints satisfy the judge from end to end, and paths that the solver calls free are free at
+// every finer resolution.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ constexpr double kRange_m = 0.05;
 
 class PathClearanceTest : public ::testing::Test {
  protected:
-  /// Nearest that anything comes on the way, by many samples.
+  /// Returns the smallest distance on the path, by many samples.
   double Nearest_m(const Eigen::VectorXd& from, const Eigen::VectorXd& to) {
     constexpr int kSamples = 4000;
     Eigen::VectorXd x(from.size());
@@ -80,7 +80,7 @@ TEST_F(PathClearanceTest, SeesBothEndsAndASwiftTurn) {
   EXPECT_FALSE(clearance_.IsFree(up, in_column));
   EXPECT_FALSE(clearance_.IsFree(in_column, up));
   EXPECT_FALSE(clearance_.IsFree(in_column, in_column));
-  Eigen::VectorXd turned = up;  // the arms go through the column amid half a turn of the base
+  Eigen::VectorXd turned = up;  // the arms move through the column during half a rotation of the base
   turned[test::kLeftShoulder] = up[test::kLeftShoulder];
   Eigen::VectorXd raised = up;
   raised[test::kLeftShoulder] = raised[test::kRightShoulder] = 1.2;
@@ -121,7 +121,7 @@ TEST_F(EmbeddedPaths, AreSolvedAndJudged) {
   }
 }
 
-// The frozen ends: what continuity costs is between the waypoints.
+// The end points are fixed: continuity only adds points between the waypoints.
 TEST_F(EmbeddedPaths, KeepTheWaypointsOfTheMotion) {
   const SolveOutcome motion = Solve(Task::kMotion, Initialization::kGood).outcome;
   const auto [outcome, evaluation] = Solve(Task::kContinuous, Initialization::kGood);
@@ -141,7 +141,7 @@ TEST_F(EmbeddedPaths, AreTheSameBitsAgain) {
   EXPECT_EQ(a.outcome.term_evaluations, b.outcome.term_evaluations);
 }
 
-// A motion whose effort runs out between its waypoints is said to have ended so, whichever way it was on.
+// A motion whose effort limit is reached between its waypoints reports that status, for any segment.
 TEST_F(EmbeddedPaths, EffortThatRunsOutIsSaid) {
   const std::int64_t motion = Solve(Task::kMotion, Initialization::kGood).outcome.term_evaluations;
   const std::int64_t whole = Solve(Task::kContinuous, Initialization::kGood).outcome.term_evaluations;
@@ -154,7 +154,7 @@ TEST_F(EmbeddedPaths, EffortThatRunsOutIsSaid) {
   }
 }
 
-// Nobody is balanced amid a jump.
+// The robot is not balanced during a jump.
 TEST(PathSolver, AWayThatFailsIsNamed) {
   const test::TemporaryFolder folder;
   const auto dataset = Dataset::Load(test::SyntheticFolder(folder.path()).path());
@@ -170,7 +170,7 @@ TEST(PathSolver, AWayThatFailsIsNamed) {
   EXPECT_THAT(outcome.message, HasSubstr("from waypoint 1 to the next"));
 }
 
-/// A posture, and one whose arm is as far in the column as it comes.
+/// A posture, and one whose arm is as deep in the column as possible.
 class ColumnInTheWay : public ::testing::Test {
  protected:
   ColumnInTheWay() : up_(ProblemSolver(dataset_).Solve(Task::kPosture, 0, Initialization::kGood, {}, {}).waypoints[0]) {
@@ -240,7 +240,7 @@ TEST_F(ColumnInTheWay, WhereTheMotionEndsNothingHoldsTheWaypoint) {
   EXPECT_FALSE(Solve({in_column_, up_, up_, in_column_}, {false, true}).feasible);
 }
 
-// A robot with nothing to do has no points to add.
+// If nothing has to move, no points are added.
 TEST(PathSolver, AStraightWayThatWillDoIsKept) {
   const test::TemporaryFolder folder;
   const auto dataset = Dataset::Load(test::SyntheticFolder(folder.path()).path());
@@ -254,7 +254,7 @@ TEST(PathSolver, AStraightWayThatWillDoIsKept) {
   EXPECT_EQ(outcome.waypoints.size(), 4u);
 }
 
-// Long enough for several windows, short enough for every day.
+// Long enough for several windows, short enough for daily tests.
 constexpr size_t kMostStances = 40;
 
 TEST(LegOptPaths, TheShortMotionsAreContinuousAndBalanced) {

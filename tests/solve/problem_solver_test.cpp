@@ -24,7 +24,7 @@ class Solve : public ::testing::Test {
     return solver_.Solve(Task::kPosture, 0, start, method, settings);
   }
 
-  /// A method that cannot succeed: one penalty value, one iteration.
+  /// Returns a method that cannot succeed: one penalty value, one iteration.
   static Method Hopeless(int multi_starts) {
     Method method;
     method.multi_starts = multi_starts;
@@ -52,8 +52,8 @@ TEST_F(Solve, TheJudgeAcceptsWhatTheSolverCallsFeasible) {
   }
 }
 
-// An arm that hangs best within the leg, and a reference pose that ignores the pair: the solver by the original's list
-// sees nothing, by the solid rule's it finds a posture beside, or none.
+// An arm whose optimum is inside the leg, and a reference pose in which the pair is ignored. By the original
+// evaluator's list the solver does not detect the collision; with all pairs it finds a posture without it, or none.
 TEST(SolveWithAllPairs, SeesThoseThatTheReferencePoseIgnores) {
   const test::TemporaryFolder temporary;
   const std::filesystem::path folder = test::SyntheticFolder(temporary.path() / "dataset").path();
@@ -94,7 +94,7 @@ TEST_F(Solve, SameSeedSameBits) {
   SolveSettings settings;
   settings.experiment_seed = 42;
   const SolveOutcome first = Run(Hopeless(3), settings);
-  Run({}, {}, Initialization::kInCollision);  // what the solver did before leaves no trace
+  Run({}, {}, Initialization::kInCollision);  // earlier solves must have no effect
   const SolveOutcome second = Run(Hopeless(3), settings);
   EXPECT_EQ(first.waypoints[0], second.waypoints[0]);
   EXPECT_EQ(first.iterations, second.iterations);
@@ -151,7 +151,7 @@ TEST_F(Solve, CancelAndTimeLimit) {
   EXPECT_EQ(late.waypoints.size(), 1u);
 }
 
-// The same point, whatever time it takes.
+// The solve ends at the same point, however long it takes.
 TEST_F(Solve, EffortEndsASolveAtTheSamePoint) {
   const SolveOutcome whole = Run(Hopeless(30));
   SolveSettings settings;

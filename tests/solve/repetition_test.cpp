@@ -1,4 +1,4 @@
-// The same job gives the same bits, for every solver of the registry and both tasks, whatever the solver did before.
+// The same job gives the same bits, for every solver of the registry and both tasks, after any earlier solves.
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ struct Variant {
   std::string word;
   bool incremental = false;
 
-  /// A few iterations and restarts: the result may be poor, but every draw is made.
+  /// Returns a method with a few iterations and restarts: the result may be poor, but all random numbers are used.
   Method Make(const char* collision) const {
     nlohmann::json description = {
         {"solver", word}, {"multi_starts", 1}, {"options", {{test::IterationsKey(word), 6}, {"collision", collision}}}};
@@ -44,7 +44,7 @@ std::vector<Variant> Variants() {
   return variants;
 }
 
-/// The bytes of the trace without its times.
+/// Returns the bytes of the trace without its times.
 std::vector<std::uint8_t> Timeless(std::vector<IterationRecord> history) {
   for (IterationRecord& record : history) record.elapsed_us = 0;
   return EncodeTrace(history);
@@ -82,7 +82,7 @@ TEST_P(Repetition, SameJobSameBits) {
   }
 }
 
-// A program remembers where shapes were near each other; a solver makes it forget.
+// A program caches nearest features of shapes; a solver clears this cache.
 TEST_P(Repetition, ASolveHangsOnItsStartAlone) {
   const auto dataset = Dataset::Load(SourceFolder() + "/data/garage-small");
   const Stance& stance = dataset->problems(Task::kPosture).front().stances.front();

@@ -1,4 +1,5 @@
-// What LegOpt-best solves with nearly all that the judge tolerates, where a solver's own tolerance is too little.
+// Problems that LegOpt-best solves with nearly the full tolerance of the judge, where a solver's own tolerance does
+// not suffice.
 
 #include <gtest/gtest.h>
 
@@ -14,7 +15,7 @@
 namespace legopt {
 namespace {
 
-/// Nearest of two links at x.
+/// Returns the nearest contact of two links at x.
 Contact ContactOf(const Dataset& dataset, int link_a, int link_b, const Eigen::VectorXd& x) {
   constexpr double kFar_m = 1.0;
   Kinematics kinematics(dataset.robot());
@@ -28,7 +29,7 @@ Contact ContactOf(const Dataset& dataset, int link_a, int link_b, const Eigen::V
   return nearest.value();
 }
 
-/// The stance of a posture problem, its second foot moved into the first one by `overlap_m`.
+/// Returns the stance of a posture problem with its second foot moved into the first one by `overlap_m`.
 Stance FeetInEachOthersWay(const Dataset& dataset, ProblemSolver& solver, const ProblemDefinition& problem,
                            double overlap_m) {
   const SolveOutcome apart = solver.Solve(Task::kPosture, problem.id, Initialization::kGood, Method::Of("best"), {});
@@ -41,7 +42,8 @@ Stance FeetInEachOthersWay(const Dataset& dataset, ProblemSolver& solver, const 
   return stance;
 }
 
-// By more than a margin of 0.5 mm and three tolerances of 0.4 mm leave, and less than twice the judge's 1 mm.
+// The overlap exceeds the sum of a margin of 0.5 mm and three tolerances of 0.4 mm, and is less than twice the judge's
+// 1 mm.
 TEST(EmbeddedPostures, LegOptBestStandsWithItsFeetInEachOthersWay) {
   const auto dataset = Dataset::Load(SourceFolder() + "/data/garage-small");
   ProblemSolver solver(dataset);

@@ -1,4 +1,4 @@
-// Fixed structure around rows that come and go, and derivatives through the retraction.
+// A fixed structure for a varying number of rows, and derivatives through the retraction.
 
 #include "legopt/optimize/slotted_program.h"
 
@@ -43,8 +43,8 @@ class Slots : public ::testing::Test {
 
 TEST_F(Slots, DerivativesAreByTheStepFromTheBasePoint) {
   constexpr double kStep = 1e-6;
-  constexpr double kTolerance = 2e-6;  // of central differences, entries of order one
-  // Far from contacts, whose normals jump; turned far enough for the retraction to bend.
+  constexpr double kTolerance = 2e-6;  // central differences, entries of order one
+  // Far from contacts, whose normals jump, and rotated far enough that the retraction is nonlinear.
   slotted_.Rebase(Start(Initialization::kGood));
   const int n = slotted_.num_variables();
   VectorXd dx = VectorXd::Constant(n, 0.02);

@@ -1,5 +1,5 @@
-// What is kept of how a solve converged: nothing that the curve of the best so far needs is lost, bytes become the same
-// records again or a clear error, and the records of every solver of the registry end at its result.
+// The stored trace of a solve's convergence. It contains everything that the curve of the best point so far needs, its
+// bytes decode to the same records or to a clear error, and the records of every registered solver end at its result.
 
 #include "legopt/solve/trace.h"
 
@@ -29,7 +29,7 @@ namespace {
 
 using Records = std::vector<IterationRecord>;
 
-/// A random history of three windows with two restarts each.
+/// Returns a random history of three windows with two restarts each.
 Records RandomHistory(int per_descent, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> logarithm(-6, 1), cost(100, 200);
@@ -52,7 +52,8 @@ Records RandomHistory(int per_descent, unsigned seed) {
   return history;
 }
 
-/// After every step: smallest violation, and lowest cost among points below the tolerance, of its window.
+/// Returns after every step the smallest violation, and the lowest cost among points below the tolerance, of its
+/// window.
 std::map<int, std::pair<double, double>> BestCurve(const Records& records, double tolerance) {
   std::map<int, std::pair<double, double>> curve;
   std::pair<double, double> best;
@@ -185,7 +186,7 @@ TEST(TraceBytes, DamageIsAnErrorThatNamesTheSource) {
   other_length[0] ^= 1U;
   expect_refused(other_length);
   std::mt19937 random(1);
-  for (int i = 0; i < 200; ++i) {  // whatever a byte becomes: the records or an error
+  for (int i = 0; i < 200; ++i) {  // any changed byte gives the records or an error
     std::vector<std::uint8_t> altered = bytes;
     altered[random() % altered.size()] = static_cast<std::uint8_t>(random());
     try {

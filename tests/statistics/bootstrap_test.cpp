@@ -1,5 +1,5 @@
-// Policy: the book's example, levels by hand, the same draws everywhere, coverage by simulation from a fixed seed, and
-// a stated result for too few, constant and infinite values.
+// Policy: the book's example, levels computed by hand, the same random numbers everywhere, coverage by simulation from
+// a fixed seed, and a defined result for too few, constant and infinite values.
 
 #include "legopt/statistics/bootstrap.h"
 
@@ -38,7 +38,8 @@ ProblemStatistic VarianceOf(const std::vector<double>& values) {
 const std::vector<double> kSpatial{48, 36, 20, 29, 42, 42, 20, 42, 22, 41, 45, 14, 6,
                                    0,  33, 28, 34, 4,  32, 24, 47, 41, 24, 26, 30, 41};
 
-// 90 %: the book prints BCa (115.8, 259.6) and percentiles (100.8, 233.9), of 2,000 draws, whose own error is some 3.
+// 90 %: the book prints BCa (115.8, 259.6) and percentiles (100.8, 233.9) from 2,000 resamples, whose own error is
+// about 3.
 TEST(Bootstrap, OfTheBooksExample) {
   constexpr double kOfTwoThousandDraws = 4.0;
   BootstrapOptions options{.resamples = 200'000, .level = 0.9};
@@ -53,7 +54,7 @@ TEST(Bootstrap, OfTheBooksExample) {
   EXPECT_NEAR(percentile.interval.lower, 100.8, kOfTwoThousandDraws);
   EXPECT_NEAR(percentile.interval.upper, 233.9, kOfTwoThousandDraws);
   EXPECT_EQ(percentile.bias, 0.0);
-  // SciPy, mean of six times 200,000 draws.
+  // SciPy, mean of six times 200,000 resamples.
   EXPECT_NEAR(bca.interval.lower, 115.7, 1.0);
   EXPECT_NEAR(bca.interval.upper, 261.2, 1.0);
   EXPECT_NEAR(percentile.interval.lower, 97.9, 0.5);
@@ -66,7 +67,7 @@ TEST(Bootstrap, LevelsOfTheBooksExample) {
   EXPECT_NEAR(levels.upper, 0.9866, 5e-5);
   EXPECT_NEAR(BcaLevels(0.0, 0.0, 0.95).lower, 0.025, 1e-15);
   EXPECT_NEAR(BcaLevels(0.0, 0.0, 0.95).upper, 0.975, 1e-15);
-  // Beyond the pole of the formula the level is that of the end it leaves by.
+  // Beyond the pole of the formula the level is 0 or 1, depending on the side.
   EXPECT_EQ(BcaLevels(4.0, 0.3, 0.95).upper, 1.0);
   EXPECT_EQ(BcaLevels(-4.0, -0.3, 0.95).lower, 0.0);
 }
@@ -124,7 +125,7 @@ TEST(Bootstrap, PairsAreDrawnTogether) {
     return GeometricMean(ratios);
   };
   const BootstrapEstimate estimate = Bootstrap(6, ratio, {.resamples = 200});
-  EXPECT_EQ(estimate.value, 0.5);  // however different the problems are
+  EXPECT_EQ(estimate.value, 0.5);  // differences between the problems do not matter
   EXPECT_NEAR(estimate.interval.lower, 0.5, 1e-12);
   EXPECT_NEAR(estimate.interval.upper, 0.5, 1e-12);
 }
@@ -167,7 +168,7 @@ TEST(Bootstrap, NothingSolvedInSomeResamplesHasNoUpperEnd) {
   EXPECT_GE(estimate.interval.lower, 10.0);
   EXPECT_LE(estimate.interval.lower, 60.0);
   EXPECT_EQ(estimate.interval.upper, kInfinity);
-  EXPECT_EQ(estimate.acceleration, 0.0);  // leaving the solved one out is infinite
+  EXPECT_EQ(estimate.acceleration, 0.0);  // omitting the solved problem gives infinity
   EXPECT_TRUE(std::isnan(estimate.standard_error));
   const ProblemStatistic negative = [&](std::span<const int> problems) { return -ert(problems); };
   const BootstrapEstimate turned = Bootstrap(6, negative, {.resamples = 2000});

@@ -1,5 +1,5 @@
-// Policy: the toy pool, whose worst method looks best where failures cost nothing; limits of each mean; no problems and
-// nothing solved have stated results.
+// Policy: the toy pool, whose worst method looks best if failures cost nothing; limits of each mean; defined results
+// for no problems and for none solved.
 
 #include "legopt/statistics/charged_times.h"
 
@@ -46,7 +46,8 @@ TEST(ChargedTimes, FailingDoesNotPay) {
 TEST(ChargedTimes, PenalisedAverageAtItsEnds) {
   EXPECT_TRUE(std::isnan(PenalisedAverage({}, kLimit, 10.0)));
   EXPECT_EQ(PenalisedAverage(std::vector<double>(3, kInfinity), kLimit, 10.0), 1000.0);
-  EXPECT_EQ(PenalisedAverage(std::vector<double>{150.0}, kLimit, 10.0), 150.0);  // solved is what the judge accepts
+  EXPECT_EQ(PenalisedAverage(std::vector<double>{150.0}, kLimit, 10.0), 150.0);  // the judge determines what is
+                                                                                 // solved, not the time
 }
 
 TEST(ChargedTimes, ExpectedRunningTimeOfTheToy) {
@@ -83,7 +84,7 @@ TEST(ChargedTimes, ShiftOfSecondsHidesMilliseconds) {
   const std::vector<double> fast{0.5, 1.0, 2.0};
   const std::vector<double> slow{5.0, 10.0, 20.0};
   EXPECT_GT(ShiftedGeometricMean(slow, 1.0) / ShiftedGeometricMean(fast, 1.0), 8.0);
-  // The same times in seconds under a floor of one second: all equal.
+  // The same times in seconds with a floor of one second: all equal.
   EXPECT_EQ(ShiftedGeometricMean(std::vector<double>{5e-4, 1e-3, 2e-3}, 0.0),
             ShiftedGeometricMean(std::vector<double>{5e-3, 1e-2, 2e-2}, 0.0));
 }

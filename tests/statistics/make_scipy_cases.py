@@ -1,29 +1,30 @@
 #!/usr/bin/env python3
-"""Makes scipy_cases.json, the table that the room legopt/statistics is held to: 200 cases from a fixed seed, answered
-by SciPy and, where SciPy 1.10 has no such function, by statsmodels or NumPy, never by code like ours. Tests read only
-the table; it is made again with Debian 12's packages:
+"""Makes scipy_cases.json, the reference table of the module legopt/statistics: 200 cases from a fixed seed, computed by
+SciPy and, where SciPy 1.10 has no such function, by statsmodels or NumPy, never by code like that of the module. Tests
+read only the table. To make it again with Debian 12's packages:
 
     apt-get install python3-scipy python3-statsmodels
     /usr/bin/python3 tests/statistics/make_scipy_cases.py > tests/statistics/scipy_cases.json
 
-What is compared, and where definitions differ:
+Compared functions, and differences in definitions:
 
-* signed_rank_exact: scipy.stats.wilcoxon(mode="exact"), which is right without ties and zeros only, and not asked for
-  others.
-* signed_rank_tied: our exact p with ties is all 2^n signs of mid-ranks; SciPy 1.10's wilcoxon has no such mode, but
-  permutation_test(permutation_type="samples") enumerates them. It takes sums within rounding as equal, as whole doubled
-  ranks are.
+* signed_rank_exact: scipy.stats.wilcoxon(mode="exact"), which is correct only without ties and zeros, and used only for
+  such data.
+* signed_rank_tied: the module's exact p with ties enumerates all 2^n signs of mid-ranks. SciPy 1.10's wilcoxon has no
+  such mode, but permutation_test(permutation_type="samples") enumerates them. It regards sums within rounding as equal,
+  like the module's integer doubled ranks.
 * signed_rank_normal: wilcoxon(mode="approx", correction=False), zeros dropped ("wilcox") or ranked ("pratt"), with
-  ties. The one-sided p are SciPy's, too.
+  ties. The one-sided p are SciPy's as well.
 * mcnemar: the exact p is binomtest's; SciPy has no mid-p, which is that minus binom.pmf (its definition).
 * holm, cochran: statsmodels; SciPy has neither.
-* friedman: friedmanchisquare divides by the correction for ties, as ours does; F from it with scipy.stats.f.
+* friedman: friedmanchisquare divides by the correction for ties, like the module; F is computed from it with
+  scipy.stats.f.
 * newcombe: statsmodels 0.13 has no paired interval; published values only, in proportions_test.cpp.
-* distribution, profile: percentileofscore(kind="weak"), the share of values <= x; infinite values stand for failures.
-* hodges_lehmann: numpy.median of the Walsh averages; the interval is of no package here: published value and coverage,
-  in paired_tests_test.cpp.
-* bootstrap: scipy.stats.bootstrap with our draws in place of its own (below), so that intervals agree to rounding and
-  not only in the mean. Constant data, where SciPy answers NaN, are not in it.
+* distribution, profile: percentileofscore(kind="weak"), the share of values <= x; infinite values represent failures.
+* hodges_lehmann: numpy.median of the Walsh averages. None of these packages has the interval: published value and
+  coverage are in paired_tests_test.cpp.
+* bootstrap: scipy.stats.bootstrap with the module's random numbers instead of its own (below), so that intervals agree
+  to rounding and not only in the mean. Constant data, for which SciPy returns NaN, are not included.
 
 null is +infinity: a failure."""
 import itertools
@@ -60,7 +61,8 @@ def add(function, given, expected):
 
 
 class Draws(np.random.RandomState):
-    """Hands scipy.stats.bootstrap the indices that ours draws: MT19937-64, upper 53 bits, floor of uniform times n."""
+    """Passes scipy.stats.bootstrap the indices drawn by the module: MT19937-64, upper 53 bits, floor of uniform times
+    n."""
 
     def begin(self, seed):
         self.state = [seed]
@@ -88,7 +90,8 @@ class Draws(np.random.RandomState):
         assert low == 0
         count = int(np.prod(size))
         drawn = np.array([int((self.word() >> 11) * 2.0**-53 * high) for _ in range(count)])
-        return np.sort(drawn.reshape(size), axis=-1)  # as ours: equal samples then have equal bits, and tie
+        return np.sort(drawn.reshape(size), axis=-1)  # sorted as in the module: equal samples then have equal bits,
+                                                      # and tie
 
 
 def times(count, failures=0.0):
@@ -252,7 +255,7 @@ def bootstraps():
 
 
 def main():
-    assert Draws().begin(5489).word() == 14514284786278117030  # the generator's first word by its default seed
+    assert Draws().begin(5489).word() == 14514284786278117030  # the generator's first word with its default seed
     for make in (distributions, wilson, mcnemar, signed_rank, families, profiles, summaries, bootstraps):
         make()
     versions = f"SciPy {scipy.__version__}, statsmodels {statsmodels.__version__}, NumPy {np.__version__}"

@@ -1,5 +1,5 @@
-// Policy: published examples, agreement of the tests with each other where one contains the other, invariance under
-// what must not matter, and a stated result where methods do not differ.
+// Policy: published examples, agreement between tests of which one is a special case of the other, invariance under
+// irrelevant changes, and a defined result if methods do not differ.
 
 #include "legopt/statistics/many_methods.h"
 
@@ -105,8 +105,8 @@ TEST(CochranQ, RefusesBadInput) {
   EXPECT_REFUSED(CochranQ(ragged), "CochranQ: rows[1]: must be as long as its counterpart, 2 (got '1')");
 }
 
-// Ranks of four variants of C4.5 on 14 data sets (Demsar 2006, table 6), as printed: his voting row ranks equal figures
-// differently, so ranks are what can be fed.
+// Ranks of four variants of C4.5 on 14 data sets (Demsar 2006, table 6), as printed. Ranks are used as input because
+// his voting row ranks equal figures differently.
 const std::vector<std::vector<double>> kDemsar{{4, 3, 2, 1}, {1, 2, 3, 4},         {4, 1, 2, 3},     {4, 1, 3, 2},
                                                {4, 2, 3, 1}, {1, 2.5, 4, 2.5},     {3, 2, 4, 1},     {2.5, 2.5, 4, 1},
                                                {4, 3, 2, 1}, {2.5, 2.5, 2.5, 2.5}, {4, 2.5, 1, 2.5}, {3, 2, 4, 1},
@@ -117,7 +117,7 @@ TEST(Friedman, OfDemsarsTable) {
   EXPECT_THAT(test.mean_ranks,
               ElementsAre(DoubleNear(3.143, 5e-4), 2.0, DoubleNear(2.893, 5e-4), DoubleNear(1.964, 5e-4)));
   EXPECT_NEAR(test.chi_square * test.tie_correction, 9.278571, 5e-7);  // his formula, without ties
-  EXPECT_NEAR(test.chi_square, 10.228, 5e-4);                          // with them
+  EXPECT_NEAR(test.chi_square, 10.228, 5e-4);                          // with ties
   const ImanDavenportTest his = ImanDavenport(9.278571, 14, 4);
   EXPECT_NEAR(his.f, 3.686313, 5e-6);
   EXPECT_EQ(his.numerator, 3);
@@ -131,7 +131,7 @@ TEST(Friedman, ForgetsTheOrderAndEveryMonotoneScale) {
   std::vector<std::vector<double>> turned(kDemsar.rbegin(), kDemsar.rend());
   for (std::size_t i = 0; i < turned.size(); ++i) {
     std::reverse(turned[i].begin(), turned[i].end());
-    for (double& value : turned[i]) value = std::exp(value + static_cast<double>(i));  // each problem its own scale
+    for (double& value : turned[i]) value = std::exp(value + static_cast<double>(i));  // scaled per problem
   }
   const FriedmanTest other = Friedman(turned);
   EXPECT_EQ(other.chi_square, test.chi_square);

@@ -1,5 +1,5 @@
-// Policy: published examples, every sign enumerated where that is possible, levels and coverage by simulation from a
-// fixed seed, and a stated result where nothing differs.
+// Policy: published examples, every sign enumerated where possible, levels and coverage by simulation from a fixed
+// seed, and a defined result if nothing differs.
 
 #include "legopt/statistics/paired_tests.h"
 
@@ -58,8 +58,8 @@ TEST(SignedRank, OfDarwinsMaize) {
   EXPECT_NEAR(normal.two_sided_p, 0.040888, 5e-7);
 }
 
-// C4.5 with and without m on 14 data sets, in thousandths (Demsar 2006, table 2). He splits the ranks of the two zeros,
-// 1.5 to either side, so that his sums are 93 and 12.
+// C4.5 with and without m on 14 data sets, in thousandths (Demsar 2006, table 2). He splits the ranks of the two
+// zeros, 1.5 to either side, so that his sums are 93 and 12.
 TEST(SignedRank, OfDemsarsTable) {
   const std::vector<double> thousandths{5, -8, 17, 33, 6, -5, 7, 0, 63, 0, 22, 47, 9, 21};
   const SignedRankTest test = SignedRank(thousandths, {.zeros = ZeroRule::kPratt});
@@ -70,7 +70,7 @@ TEST(SignedRank, OfDemsarsTable) {
   EXPECT_LT(test.two_sided_p, 0.05);
 }
 
-// All signs, one by one.
+// Enumerates all signs.
 double EnumeratedGreater(const std::vector<double>& differences, ZeroRule zeros) {
   std::vector<double> magnitudes;
   std::vector<double> signs;
@@ -235,7 +235,7 @@ double CoverageOf(int count, int samples) {
 
 TEST(HodgesLehmann, CoversByTheLevel) {
   EXPECT_NEAR(CoverageOf(12, 3000), 0.958, 0.012);  // exact: 1 - 2 * 86/4096
-  EXPECT_NEAR(CoverageOf(210, 500), 0.95, 0.03);    // by the normal approximation
+  EXPECT_NEAR(CoverageOf(210, 500), 0.95, 0.03);    // normal approximation
 }
 
 TEST(HodgesLehmann, RefusesBadInput) {

@@ -1,4 +1,5 @@
-// Policy: the unit is the problem. Repetitions become one number each problem, and what did not run changes nothing.
+// Policy: the unit is the problem. Repetitions are combined into one number for each problem, and jobs that did not
+// run have no effect.
 
 #include "legopt/statistics/problem_scores.h"
 
@@ -81,7 +82,7 @@ TEST(ProblemScores, TenRepetitionsOfOneProblemAreOnePair) {
   const std::array second{ScoreOf(all_failed)};
   const PairCounts counts = CountPairs(first, second);
   EXPECT_EQ(counts.pairs(), 1);
-  EXPECT_EQ(McNemar(counts.only_first, counts.only_second).mid_p, 0.5);  // and not 1e-3 of ten
+  EXPECT_EQ(McNemar(counts.only_first, counts.only_second).mid_p, 0.5);  // not 1e-3 as for ten
 }
 
 TEST(ProblemScores, SharesAreComparedAsFractions) {

@@ -1,5 +1,5 @@
-// Policy: the toy pool by hand, the warning of Gould and Scott as a test, failures that never arrive, repetitions that
-// weigh as one problem.
+// Policy: the toy pool computed by hand, the warning of Gould and Scott as a test, failures that are never reached,
+// repetitions weighted as one problem.
 
 #include "legopt/statistics/profiles.h"
 
@@ -36,7 +36,7 @@ TEST(Profile, OtherMethodsOfThePoolDecide) {
   std::vector<std::vector<double>> rows;
   for (const std::vector<double>& row : ToyRows()) rows.push_back({row[0], row[2]});
   const PerformanceProfile profile = ProfileOf(rows);
-  EXPECT_EQ(profile.curves[0].At(1.0), 0.6);  // 0.2 beside B
+  EXPECT_EQ(profile.curves[0].At(1.0), 0.6);  // 0.2 if compared with B
   EXPECT_EQ(profile.unsolved, 1);
 }
 
@@ -89,7 +89,7 @@ TEST(Distribution, OfRunsGivesEachProblemOneWeight) {
   const std::vector<std::vector<Repetition>> problems{
       {{.end = RunEnd::kSolved, .value = 1.0}, {.end = RunEnd::kFailed, .value = 50.0}, queued},
       {{.end = RunEnd::kSolved, .value = 3.0}},
-      {queued},  // does not count
+      {queued},  // not counted
       {}};
   const StepCurve curve = RuntimeDistribution(problems);
   EXPECT_THAT(curve.at, ElementsAre(1.0, 3.0));

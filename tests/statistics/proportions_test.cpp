@@ -1,5 +1,5 @@
-// Policy: published examples to their printed digits, coverage summed exactly or by simulation, and a stated result
-// where there is nothing to compute.
+// Policy: published examples to their printed digits, coverage summed exactly or by simulation, and a defined result
+// if there is nothing to compute.
 
 #include "legopt/statistics/proportions.h"
 
@@ -44,7 +44,7 @@ TEST(Wilson, EndsAreExactAtNoneAndAll) {
 }
 
 TEST(Wilson, IsSymmetricAndHoldsItsShare) {
-  for (double x = 0.0; x <= 30.0; x += 0.25) {  // fractional sums of shares, too
+  for (double x = 0.0; x <= 30.0; x += 0.25) {  // includes fractional sums of shares
     const Interval interval = WilsonInterval(x, 30, 0.9);
     const Interval mirrored = WilsonInterval(30.0 - x, 30, 0.9);
     EXPECT_NEAR(interval.lower, 1.0 - mirrored.upper, 1e-15);
@@ -105,7 +105,7 @@ TEST(PairedShareDifference, TurnsRoundWithTheMethods) {
 TEST(PairedShareDifference, IsNotCertainOfDegenerateTables) {
   const ShareDifference all_solved = PairedShareDifference({.both = 50});
   EXPECT_EQ(all_solved.estimate, 0.0);
-  EXPECT_NEAR(all_solved.interval.lower, -0.0713, 1e-4);  // Wilson's 1 - 0.9287: no correlation is known
+  EXPECT_NEAR(all_solved.interval.lower, -0.0713, 1e-4);  // Wilson's 1 - 0.9287: the correlation is unknown
   EXPECT_NEAR(all_solved.interval.upper, 0.0713, 1e-4);
   const ShareDifference one_way = PairedShareDifference({.only_first = 3});
   EXPECT_EQ(one_way.estimate, 1.0);
@@ -179,7 +179,7 @@ TEST(McNemar, TurnsRoundAndKeepsItsLevel) {
       if (test.mid_p <= 0.05) mid_level += FairCoinPoint(b, n);
     }
     EXPECT_LE(exact_level, 0.05) << n;
-    EXPECT_LE(mid_level, 0.08) << n;  // given n; it may exceed 0.05 a little, and on average over n does not
+    EXPECT_LE(mid_level, 0.08) << n;  // given n; it may exceed 0.05 a little, but not on average over n
   }
 }
 

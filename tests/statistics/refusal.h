@@ -5,6 +5,6 @@
 
 #include "legopt/input_error.h"
 
-/// The statement refuses its input with a message that holds `part`.
+/// Expects that the statement refuses its input with a message that contains `part`.
 #define EXPECT_REFUSED(statement, part) \
   EXPECT_THAT([&] { statement; }, testing::ThrowsMessage<legopt::InputError>(testing::HasSubstr(part)))

@@ -1,5 +1,5 @@
-// Policy: every case of scipy_cases.json, which make_scipy_cases.py made, agrees to rounding; its text says where
-// definitions differ and what is compared then.
+// Policy: every case of scipy_cases.json, made by make_scipy_cases.py, agrees to rounding. That script documents
+// differences in definitions and the quantities compared.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -120,7 +120,7 @@ json McNemarOf(const json& given) {
   return {{"exact", test.exact_p}, {"mid", test.mid_p}};
 }
 
-/// What ours says, by the function's name in the table.
+/// The module's results, by the function's name in the table.
 const std::map<std::string, std::function<json(const json& given)>> kOurs{
     {"normal_quantile",
      [](const json& g) {
@@ -187,7 +187,7 @@ const std::map<std::string, std::function<json(const json& given)>> kOurs{
     {"bootstrap", BootstrapOf},
 };
 
-/// Holds every number of `ours` to the same one of the table.
+/// Compares every number of `ours` with that of the table.
 void ExpectEqual(const json& ours, const json& expected, const std::string& where) {
   ASSERT_EQ(ours.size(), expected.size()) << where;
   const json flat_ours = ours.flatten();
@@ -195,7 +195,7 @@ void ExpectEqual(const json& ours, const json& expected, const std::string& wher
   for (const auto& [path, value] : flat_expected.items()) {
     ASSERT_TRUE(flat_ours.contains(path)) << where << path;
     const double number = value.get<double>();
-    // Relative, so that small p-values count; absolute where an end is 0.
+    // Relative, so that small p-values count; absolute if an end is 0.
     EXPECT_NEAR(flat_ours[path].get<double>(), number, 1e-11 * std::abs(number) + 1e-14) << where << path;
   }
 }
@@ -211,7 +211,7 @@ TEST(ScipyCases, AllAgree) {
     ExpectEqual(kOurs.at(function)(example["given"]), example["expected"],
                 function + " " + std::to_string(number) + " ");
   }
-  EXPECT_EQ(seen.size(), kOurs.size());  // none is without a case
+  EXPECT_EQ(seen.size(), kOurs.size());  // every function has a case
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The factor of a chain of blocks against Eigen's of the whole matrix.
+// The factor of a chain of blocks compared with Eigen's of the whole matrix.
 
 #include "legopt/subproblem/block_chain.h"
 
@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kSize = 11, kBlocks = 4;
 
-/// A positive definite matrix of four blocks with diagonal couplings and rows beside them, given to a BlockChain as
+/// A positive definite matrix of four blocks with diagonal couplings and additional rows, passed to a BlockChain as
 /// tiled or as dense.
 template <typename Real>
 class Chain {
@@ -28,7 +28,7 @@ class Chain {
     Draw();
   }
 
-  /// Another matrix of the same shape.
+  /// Makes another matrix of the same shape.
   void Draw() {
     const int all = kBlocks * stride_;
     whole_ = Eigen::MatrixXd::Zero(all, all);
@@ -56,7 +56,7 @@ class Chain {
     return true;
   }
 
-  /// What is missing of the chain's solution of a right side to the whole matrix's.
+  /// Returns the difference between the chain's and the whole matrix's solution for a right-hand side.
   double Error() {
     EXPECT_TRUE(Eliminate());
     const Eigen::VectorXd right = Eigen::VectorXd::Random(kBlocks * stride_);
@@ -70,13 +70,13 @@ class Chain {
 
   BlockChain<Real>& chain() { return chain_; }
 
-  /// Of a solution, for the matrices that are drawn here.
+  /// Accuracy of a solution, for the random matrices of this class.
   static constexpr double kAccuracy =
       1e-12 / std::numeric_limits<double>::epsilon() * std::numeric_limits<Real>::epsilon();
   static constexpr Real kPivotFloor = Real{50} * std::numeric_limits<Real>::epsilon();
 
  private:
-  /// What an earlier matrix of another shape has left in the buffers.
+  /// Fills the buffers with values of an earlier matrix of another shape.
   void Spoil() {
     constexpr int kOtherBlocks = 7, kOtherStride = 20;
     const AlignedNumbers<Real> dense(size_t{kOtherStride} * kOtherStride, Real{1e3F});
@@ -131,7 +131,7 @@ TYPED_TEST(BlockChainOf, SolvesWithCouplingsOfEveryKind) {
   EXPECT_LT(Chain<TypeParam>({9, 7, 0}, false).Error(), Chain<TypeParam>::kAccuracy);
 }
 
-// As an interior point does, with one shape and matrix after matrix.
+// Like an interior-point method: one shape, a sequence of matrices.
 TYPED_TEST(BlockChainOf, SolvesMatrixAfterMatrix) {
   for (const bool tiled : {false, true}) {
     Chain<TypeParam> chain({3, 0, 6}, tiled);

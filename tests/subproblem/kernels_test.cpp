@@ -1,4 +1,4 @@
-// The hand-written kernels against Eigen.
+// The hand-written kernels compared with Eigen.
 
 #include <gtest/gtest.h>
 
@@ -22,13 +22,13 @@ using RowMajorOf = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 template <typename Real>
 using VectorOf = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
 
-/// What is `error` in doubles, in Reals.
+/// Converts an error bound for doubles to one for Reals.
 template <typename Real>
 Real Rounding(double error) {
   return static_cast<Real>(error / std::numeric_limits<double>::epsilon()) * std::numeric_limits<Real>::epsilon();
 }
 
-/// Blocks of one size, and the kernels of every processor: they have equal bits, and are right.
+/// Blocks of one size, and the kernels of every processor, which must have equal bits and be correct.
 template <typename Real>
 class Blocks {
  public:
@@ -46,7 +46,7 @@ class Blocks {
     for (int j = 0; j < stride_; j += 4) columns_.push_back(j);
     for (const auto vectors : kVectors) {
       const kernels::BlockKernels<Real>* const kernels = kernels::KernelsOf<Real>(vectors);
-      if (kernels != nullptr) kernels_.push_back(kernels);  // this processor has no such vectors otherwise
+      if (kernels != nullptr) kernels_.push_back(kernels);  // null if this processor lacks such vectors
     }
   }
 
@@ -56,7 +56,7 @@ class Blocks {
     return m;
   }
 
-  /// `kernels`' squares of packed rows with the first weights, as one run and as many as there may be at once.
+  /// Adds `kernels`' squares of packed rows with the first weights, as one run and as the maximum number of runs.
   void AddSquares(const kernels::BlockKernels<Real>& kernels, const RowMajor& packed, const std::vector<int>& columns,
                   RowMajor& m) const {
     using Squares = kernels::PackedSquares<Real>;
@@ -80,7 +80,7 @@ class Blocks {
     return kernels.factor({}, m.data(), min_pivot_.data(), coupling, stride_);
   }
 
-  /// A factor that nothing is beside.
+  /// Returns a factor without couplings.
   kernels::FactoredBlock<Real> Alone(const RowMajor& factor) const {
     kernels::FactoredBlock<Real> block;
     block.u = factor.data();
@@ -88,7 +88,7 @@ class Blocks {
     return block;
   }
 
-  /// U of a factor as it is stored.
+  /// Returns U of a stored factor.
   RowMajor Upper(const RowMajor& stored) const {
     RowMajor u = stored.template triangularView<Eigen::Upper>();
     for (int k = 0; k < stride_; k += 4) {
@@ -101,14 +101,14 @@ class Blocks {
 
   static RowMajor UpperHalf(const RowMajor& m) { return m.template triangularView<Eigen::Upper>(); }
 
-  /// A tiled matrix as a whole one.
+  /// Returns a tiled matrix in dense storage.
   static RowMajor WholeOf(const RowMajor& tiles) {
     RowMajor whole = RowMajor::Zero(tiles.rows(), tiles.rows());
     for (int i = 0; i < tiles.rows(); ++i) whole.template block<1, 4>(i, i / 4 * 4) = tiles.row(i);
     return whole;
   }
 
-  /// A lower matrix in the sense of the kernels, with entries in every 4 x 4 block that may have some.
+  /// Returns a lower matrix in the sense of the kernels, with entries in every 4 x 4 block that may have some.
   static RowMajor Lower(int stride) {
     RowMajor lower = RowMajor::Random(stride, stride);
     for (int i = 0; i < stride; ++i) lower.row(i).tail(stride - i / 4 * 4 - std::min(4, stride - i / 4 * 4)).setZero();
@@ -125,11 +125,11 @@ class Blocks {
   std::vector<const kernels::BlockKernels<Real>*> kernels_;
 };
 
-/// Of doubles and of floats, in blocks of every size.
+/// Tests of doubles and of floats, in blocks of every size.
 template <typename Real>
 class Kernels : public ::testing::Test {
  protected:
-  /// Blocks of each size.
+  /// Returns blocks of each size.
   std::vector<Blocks<Real>>& OfEverySize() { return all_; }
 
  private:
@@ -227,7 +227,7 @@ TYPED_TEST(Kernels, FactorAndSolve) {
   }
 }
 
-// C of each kind, with rows beside a dense one, and what its T takes from the next block.
+// C of each kind, with rows in addition to a dense one, and the amount that its T subtracts from the next block.
 TYPED_TEST(Kernels, WhatComesOfACoupling) {
   using Real = TypeParam;
   using RowMajor = RowMajorOf<Real>;
@@ -287,7 +287,7 @@ TYPED_TEST(Kernels, OfLowerAndTiledMatrices) {
   }
 }
 
-// Products with costs, which are doubles always.
+// Products with costs, which are always doubles.
 TEST(CostKernels, ProductsAreThoseOfTheMatrix) {
   for (const int size : kSizes) {
     SCOPED_TRACE(size);
@@ -317,7 +317,8 @@ TEST(CostKernels, ProductsAreThoseOfTheMatrix) {
 }
 
 TYPED_TEST(Kernels, NoiseInThePlaceOfAPivotDoesNotGrow) {
-  // A singular matrix: the exact pivots after the first are zero, the computed ones rounding errors of either sign.
+  // A singular matrix: the exact pivots after the first are zero, the computed ones are rounding errors of either
+  // sign.
   using Real = TypeParam;
   for (Blocks<Real>& b : this->OfEverySize()) {
     const VectorOf<Real> row = b.rows_.row(0);

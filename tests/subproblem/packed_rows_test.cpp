@@ -1,4 +1,4 @@
-// Packed rows against the rows as the problem has them.
+// Packed rows compared with the rows of the problem.
 
 #include "legopt/subproblem/packed_rows.h"
 
@@ -22,7 +22,7 @@ class RandomRows {
  public:
   RandomRows() : problem_(kAllBlocks, kVariables) { std::srand(3); }
 
-  /// With coefficients in these columns of each block from `block` on.
+  /// Adds rows with coefficients in these columns of each block from `block` on.
   void Add(int block, const std::vector<Columns>& columns, int rows, TermKind kind, double weight) {
     const auto blocks = static_cast<int>(columns.size());
     LinearModel model;
@@ -47,7 +47,8 @@ Columns AllColumns() {
   return all;
 }
 
-/// Rows of all kinds: some dense, some with few columns, some between blocks, one that touches fixed variables only.
+/// Returns rows of all kinds: some dense, some with few columns, some between blocks, one that depends only on fixed
+/// variables.
 ConvexSubproblem RowsOfAllKinds() {
   RandomRows rows;
   for (int t = 0; t < kAllBlocks; ++t) {
@@ -60,7 +61,7 @@ ConvexSubproblem RowsOfAllKinds() {
   return rows.problem();
 }
 
-/// Rows with all columns of their first block, in more groups side by side than kernels take at once.
+/// Returns rows with all columns of their first block, in more adjacent groups than kernels process at once.
 ConvexSubproblem WholeRows() {
   RandomRows rows;
   for (int t = 0; t < kAllBlocks; ++t) {
@@ -87,7 +88,7 @@ class Packed : public ::testing::TestWithParam<ConvexSubproblem (*)()> {
     matrix_ = Matrix();
   }
 
-  /// A, column by column.
+  /// Returns A, column by column.
   Eigen::MatrixXd Matrix() const {
     const Eigen::Index columns = (kAllBlocks - 1) * stride_;
     Eigen::MatrixXd a(static_cast<Eigen::Index>(rows_.size()), columns);
@@ -108,7 +109,7 @@ class Packed : public ::testing::TestWithParam<ConvexSubproblem (*)()> {
   Eigen::MatrixXd matrix_;
 };
 
-// Each row of the problem that depends on anything is there once, with its offset where the fixed variables are.
+// Each row of the problem with free variables occurs once, with the fixed variables included in its offset.
 TEST_P(Packed, HaveEveryRowOnce) {
   Eigen::VectorXd x = Eigen::VectorXd::Random((kAllBlocks - 1) * stride_);
   double packed = 0.0, whole = 0.0, constant = 0.0;
@@ -132,7 +133,7 @@ TEST_P(Packed, HaveEveryRowOnce) {
   EXPECT_NEAR(packed + constant, whole, 1e-10);
 }
 
-/// Products in Reals are those of `matrix`, A, to the error of rounding.
+/// Expects that products in Reals equal those of `matrix`, A, up to rounding.
 template <typename Real>
 void ExpectProducts(const PackedRows& rows, const Eigen::VectorXd& weights, const Eigen::MatrixXd& matrix) {
   RoundedNumbers<Real> coefficients;
@@ -156,7 +157,7 @@ TEST_P(Packed, ProductsAreThoseOfTheMatrix) {
   ExpectProducts<float>(rows_, d_, matrix_);
 }
 
-/// H + A^T D A for a random H, whole or in the block already.
+/// Compares H + A^T D A for a random H, given separately or already in the block.
 template <typename Real>
 void ExpectSquares(const PackedRows& rows, const Eigen::VectorXd& weights, const Eigen::MatrixXd& squares, int stride,
                    bool in_place) {

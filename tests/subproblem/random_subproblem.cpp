@@ -20,7 +20,8 @@ LinearModel RandomModel(std::mt19937& generator, int rows, int size, int num_way
   return model;
 }
 
-/// Leaves the base, the last six variables, and the joints of a chain: six of a foot's rows, up to ten of a contact's.
+/// Keeps the coefficients of the base, the last six variables, and of the joints of a chain: six for a foot's rows, up
+/// to ten for a contact's.
 void KeepChain(std::mt19937& generator, LinearModel& model, int size, int first_row, int rows, bool foot) {
   constexpr int kBase = 6, kLeg = 6;
   const int first = foot ? 4 + 6 * (static_cast<int>(generator()) & 1) : static_cast<int>(generator() % 20);
@@ -34,7 +35,7 @@ void KeepChain(std::mt19937& generator, LinearModel& model, int size, int first_
   }
 }
 
-/// The rows of feet, six each.
+/// Keeps chains in the rows of feet, six each.
 void KeepFeet(std::mt19937& generator, LinearModel& model, int size) {
   constexpr int kFoot = 6;
   for (int i = 0; i < model.rows(); i += kFoot) {
@@ -42,13 +43,13 @@ void KeepFeet(std::mt19937& generator, LinearModel& model, int size) {
   }
 }
 
-/// The rows of contacts, but for the first ones.
+/// Keeps chains in the rows of contacts, except in the first rows.
 void KeepContacts(std::mt19937& generator, LinearModel& model, int size) {
   constexpr int kBalance = 5;
   for (int i = kBalance; i < model.rows(); ++i) KeepChain(generator, model, size, i, 1, false);
 }
 
-// x of the next block minus x of this one, plus what it was before.
+// x of the next block minus x of this one, plus the previous difference.
 LinearModel Steps(std::mt19937& generator, int size) {
   std::normal_distribution<double> normal;
   LinearModel model;

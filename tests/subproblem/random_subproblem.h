@@ -11,15 +11,15 @@ struct RandomSubproblemShape {
   int equality_rows = 12;    ///< per block
   int inequality_rows = 30;  ///< per block
   bool coupled = false;      ///< costs and rows between consecutive blocks
-  bool steps = false;        ///< those costs are squared steps, as of a motion, and not dense
+  bool steps = false;        ///< those costs are squared steps, as in a motion, instead of dense
   int pair_rows = 3;         ///< rows between consecutive blocks
-  bool chains = false;       ///< rows have the columns of a kinematic chain alone; a few, as of the balance, have all
+  bool chains = false;       ///< rows have only the columns of a kinematic chain; a few, such as the balance, have all
   double weight = 100.0;
   double box = 0.1;
-  int fixed_variables = 0;  ///< of the first block
+  int fixed_variables = 0;  ///< number in the first block
 };
 
-/// A subproblem of the given shape with entries that look like a posture's; the same for the same seed.
+/// Returns a subproblem of the given shape with entries similar to a posture's, determined by the seed.
 ConvexSubproblem MakeRandomSubproblem(const RandomSubproblemShape& shape, unsigned seed);
 
 }  // namespace legopt

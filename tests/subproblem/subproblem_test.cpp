@@ -60,7 +60,7 @@ TEST_P(Subproblem, QuadraticAtTheBound) {
 
 TEST_P(Subproblem, StrongPenaltyHoldsExactly) {
   ConvexSubproblem problem = Scalar(-1, 1);
-  problem.AddCost(0, OneRow({1.0}, -1.0));                                 // (x - 1)^2 wants 1
+  problem.AddCost(0, OneRow({1.0}, -1.0));                                 // (x - 1)^2, optimum 1
   problem.AddPenalties(0, OneRow({1.0}, 0.3), TermKind::kEquality, 10.0);  // 10 |x + 0.3|
   EXPECT_NEAR(Solve(problem)[0], -0.3, 1e-6);
 }
@@ -104,7 +104,8 @@ TEST_P(Subproblem, PaperPenalties) {
 INSTANTIATE_TEST_SUITE_P(Solvers, Subproblem, ::testing::Values(Kind::kInteriorPoint, Kind::kIpopt),
                          [](const auto& solver) { return solver.param == Kind::kIpopt ? "Ipopt" : "InteriorPoint"; });
 
-/// `ipopt_accuracy`: how far Ipopt's own result may be from the optimum, relative. Ours must never be the worse one.
+/// `ipopt_accuracy`: relative distance of Ipopt's own result from the optimum. The interior-point solver must never be
+/// worse.
 void ExpectSameOptimum(const RandomSubproblemShape& shape, unsigned seed, double ipopt_accuracy = 1e-5) {
   const ConvexSubproblem problem = MakeRandomSubproblem(shape, seed);
   const Eigen::Index size = static_cast<Eigen::Index>(shape.num_blocks) * shape.block_size;
@@ -153,7 +154,7 @@ TEST(SubproblemSolvers, AgreeOnChainsOfSteps) {
                               .coupled = true,
                               .steps = true,
                               .fixed_variables = 9};
-  for (const int rows : {0, 1, 6, 7}) {  // beyond six a coupling is taken for a dense one
+  for (const int rows : {0, 1, 6, 7}) {  // with more than six, a coupling is treated as dense
     shape.pair_rows = rows;
     for (unsigned seed = 1; seed <= 5; ++seed) ExpectSameOptimum(shape, seed);
   }
@@ -213,9 +214,9 @@ TEST(InteriorPoint, EndsWhereNoStepCouldBeWorthIt) {
     EXPECT_EQ(hopeless.status, SubproblemSolver::Status::kSolved);
     EXPECT_LT(hopeless.iterations, all) << seed;
     const auto worth = solver.Solve(problem, {.gap = kAccuracy, .share = 0.999, .negligible = 0.99 * possible}, dx);
-    EXPECT_EQ(worth.iterations, all) << seed;  // a bound that is true never ends what is worth it
+    EXPECT_EQ(worth.iterations, all) << seed;  // a correct bound never stops a useful solve
     const auto exact = solver.Solve(problem, {.gap = kAccuracy, .negligible = 10.0 * possible}, dx);
-    EXPECT_EQ(exact.iterations, hopeless.iterations) << seed;  // whatever the share
+    EXPECT_EQ(exact.iterations, hopeless.iterations) << seed;  // the share does not matter
   }
 }
 
@@ -238,7 +239,7 @@ TEST(InteriorPoint, SameInputSameBits) {
   }
 }
 
-// Every path that a processor may take, and that of wide vectors where there are none.
+// Every code path of any processor, including wide vectors that this processor lacks.
 TEST(InteriorPoint, BitsAreThoseOfEveryProcessor) {
   const auto& usual_doubles = kernels::ChosenKernels<double>();
   const auto& usual_floats = kernels::ChosenKernels<float>();
@@ -263,7 +264,7 @@ TEST(InteriorPoint, BitsAreThoseOfEveryProcessor) {
   kernels::ChooseKernels(usual_floats);
 }
 
-// These coefficients are no numbers in single precision: it is left at once.
+// These coefficients overflow in single precision, so double precision is used immediately.
 TEST(InteriorPoint, CoefficientsBeyondSinglePrecision) {
   constexpr double kHuge = 1e39;
   ConvexSubproblem problem = Scalar(-1, 1);

@@ -13,7 +13,7 @@
 namespace legopt {
 namespace {
 
-/// Height of the lowest corner of all feet's boxes.
+/// Returns the height of the lowest corner of all feet's boxes.
 double LowestSole(const Dataset& dataset, const Eigen::VectorXd& x) {
   Kinematics kinematics(dataset.robot());
   kinematics.Update(x);
@@ -100,7 +100,7 @@ TEST_F(InitialGuessTest, PerturbationStaysInRangeAndLimitsAndIsReproducible) {
 
 TEST_F(InitialGuessTest, PerturbationIsTheSameOnEveryMachine) {
   Eigen::VectorXd x = Eigen::VectorXd::Zero(test::kSyntheticDofs + 7);
-  std::mt19937_64 generator(5489);  // the default seed, whose first output the standard fixes by example
+  std::mt19937_64 generator(5489);  // the default seed; the standard specifies an output for it
   PerturbJoints(dataset_->robot(), generator, 1, x);
   // First output of mt19937_64 with this seed: 14514284786278117030.
   EXPECT_EQ(x[0], 2 * std::ldexp(static_cast<double>(14514284786278117030ULL >> 11), -53) - 1);
@@ -109,7 +109,7 @@ TEST_F(InitialGuessTest, PerturbationIsTheSameOnEveryMachine) {
 TEST(InitialGuessAtlas, HeightsAndYawOfTheLegOptProblems) {
   LEGOPT_SKIP_WITHOUT_TEST_DATA();
   const auto dataset = Dataset::Load(test::LegOptFolder());
-  // Computed independently: soles below the pelvis in the nominal legs, right foot the lower one.
+  // Computed independently: soles below the pelvis with the nominal legs, the right foot is lower.
   EXPECT_NEAR(dataset->nominal_sole_height_m(), -0.873903, 1e-6);
   for (const ProblemDefinition& problem : dataset->problems(Task::kPosture)) {
     const auto& feet = problem.stances[0].footholds;

@@ -1,5 +1,5 @@
-// Collision between waypoints: what lies on the way is seen, what does not move costs nothing, and the linear model of
-// both ends meets central differences.
+// Collision between waypoints: obstacles on the segment are detected, links at rest cost nothing, and the linear model
+// in both end points agrees with central differences.
 
 #include <gtest/gtest.h>
 
@@ -148,7 +148,7 @@ TEST(SweptCollision, RowsThatTheEndsDecideAreDropped) {
   EXPECT_TRUE(transition.Residuals().empty()) << "nowhere nearer than at its start";
 }
 
-/// A foot that passes 2 cm too low over a kerb.
+/// Returns a kerb that a foot passes 2 cm too low.
 Scene Kerb() { return {{BoxAt("kerb", {0.1, 2, 0.2}, {0, 0, 0})}}; }
 constexpr double kLow = 0.1 + 0.5 * kFootHeight_m - 0.02;
 
@@ -166,7 +166,7 @@ TEST(SweptCollision, AFixedFirstWaypointLeavesTheSecondAUsefulGradient) {
     const Eigen::Map<const Eigen::Matrix<double, 6, 1>> first(model.row(0, 0)), second(model.row(1, 0));
     EXPECT_GE(second.head<3>().norm(), first.head<3>().norm() / SweptCollisionTerm::kMostSteps);
     EXPECT_GT(second.head<3>().norm(), 0.2) << "the obstacle is half-way";
-    // A Newton step on the second waypoint's height alone.
+    // A Newton step only on the second waypoint's height.
     ASSERT_LT(second[2], 0.0);
     end[2] -= model.value(0) / second[2];
   }
@@ -192,7 +192,7 @@ TEST(SweptCollision, PenaltyIsContinuousWhereTheStepsAre) {
   }
 }
 
-/// Links whose way is short are not looked at; the others never move more than a step between two looks.
+/// Checks that links with short paths are skipped and that others never move more than a step between two samples.
 void CheckSteps(Transition& transition, const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   transition.Set(a, b);
   const RobotModel& robot = transition.robot();
@@ -218,7 +218,7 @@ void CheckSteps(Transition& transition, const Eigen::VectorXd& a, const Eigen::V
   }
 }
 
-/// Rows are comparable when the same pairs are nearest at the same places.
+/// Rows are comparable if the same pairs are nearest at the same places.
 bool SmoothRow(const SweptCollisionTerm::Row& centre, const SweptCollisionTerm::Row& moved) {
   constexpr double kFeatureJump = 1e-4;
   return centre.s == moved.s && centre.contact.pair_id == moved.contact.pair_id &&
@@ -226,7 +226,7 @@ bool SmoothRow(const SweptCollisionTerm::Row& centre, const SweptCollisionTerm::
          (centre.contact.point_a_W - moved.contact.point_a_W).norm() < kFeatureJump;
 }
 
-/// Compares the linear model of both ends with central differences; returns the number of entries compared.
+/// Compares the linear model in both end points with central differences; returns the number of compared entries.
 int CompareWithDifferences(Transition& transition, const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   constexpr double kStep = 1e-6;
   constexpr double kTolerance = 2e-6;
@@ -264,7 +264,7 @@ int CompareWithDifferences(Transition& transition, const Eigen::VectorXd& a, con
   return compared;
 }
 
-/// One key per row, no key twice, and pairs keep theirs when they become rows elsewhere.
+/// Checks that each row has one unique key, and that pairs keep theirs when their rows move.
 void CheckKeys(Transition& transition) {
   const std::vector<double> residuals = transition.Residuals();
   std::vector<int> keys;
@@ -276,7 +276,7 @@ void CheckKeys(Transition& transition) {
   for (const double r : residuals) EXPECT_GE(r, transition.term().AbsentRow());
 }
 
-/// Transitions between perturbed starts of successive stances, the base turned as well.
+/// Checks transitions between perturbed initial guesses of successive stances, with the base rotated as well.
 int CheckDataset(const Dataset& dataset, SceneRepresentation which, const std::vector<Stance>& stances,
                  double range_m) {
   std::mt19937_64 generator(21);

@@ -1,4 +1,5 @@
-// Every term of every program against central differences, by enumeration, on the LegOpt robot and on a synthetic one.
+// Every term of every program compared with central differences, by enumeration, on the LegOpt robot and on a
+// synthetic one.
 
 #include <gtest/gtest.h>
 
@@ -20,9 +21,9 @@ namespace {
 
 constexpr double kStep = 1e-6;
 constexpr double kTolerance = 2e-6;  // rounding 1e-16 / step on values up to 20, plus h^2 times the third derivative
-constexpr double kNoise_rad = 0.15;  // keeps clear of ties between parallel faces
+constexpr double kNoise_rad = 0.15;  // avoids ties between parallel faces
 
-/// Contacts are comparable when the same pairs are seen in the same order.
+/// Contacts are comparable if the same pairs are found in the same order.
 bool SamePairs(const std::vector<Contact>& a, const std::vector<Contact>& b) {
   if (a.size() != b.size()) return false;
   for (size_t i = 0; i < a.size(); ++i) {
@@ -70,7 +71,7 @@ class TermDerivatives {
     return all;
   }
 
-  /// Residuals with one variable of waypoint t moved.
+  /// Returns residuals with one variable of waypoint t moved.
   std::vector<double> Moved(Term& term, int t, int j, double step, const Eigen::VectorXd& x) {
     const Eigen::Index size = program_.point_size();
     Eigen::VectorXd dx = Eigen::VectorXd::Zero(program_.tangent_size());
@@ -111,11 +112,11 @@ class TermDerivatives {
 
   const RobotModel& robot_;
   WaypointProgram& program_;
-  AllContacts centre_;  ///< by waypoint
+  AllContacts centre_;  ///< index: waypoint
   int contacts_compared_ = 0;
 };
 
-/// A waypoint near the initial guess of a stance.
+/// A random waypoint near the initial guess of a stance.
 class NoisyStart {
  public:
   explicit NoisyStart(const Dataset& dataset) : dataset_(dataset) {}
@@ -225,7 +226,7 @@ TEST(Terms, ASolutionCostsItsTransitionsOnceOrItsWindows) {
   EXPECT_NEAR(SolutionCost(Task::kMotion, dataset->robot(), waypoints, kWindowCosts), 0.5, 1e-15);
 }
 
-// Collisions, at the waypoints and between them.
+// Collision terms at the waypoints and between them.
 TEST(Terms, WhatIsSetAsideHasNoRowsUntilItIsBack) {
   const test::TemporaryFolder temporary;
   const test::SyntheticFolder folder(temporary.path() / "dataset");
@@ -235,7 +236,7 @@ TEST(Terms, WhatIsSetAsideHasNoRowsUntilItIsBack) {
   const auto program = MakeTaskProgram(Task::kMotion, *dataset, query, stances, {});
   Eigen::VectorXd low = test::StandingUpright();
   Eigen::VectorXd next = low;
-  low[dataset->robot().num_dofs() + 2] -= 0.3;  // in the ground
+  low[dataset->robot().num_dofs() + 2] -= 0.3;  // below the ground
   next[dataset->robot().num_dofs()] += 0.3;
   Eigen::VectorXd x(program->num_waypoints() * low.size());
   for (int t = 0; t < program->num_waypoints(); ++t) x.segment(t * low.size(), low.size()) = t % 2 == 0 ? low : next;
@@ -269,7 +270,8 @@ TEST(Terms, WhatIsSetAsideHasNoRowsUntilItIsBack) {
   EXPECT_EQ(aside, (std::set<std::string>{"collision", "swept collision"}));
 }
 
-// The feet's at once, as the judge looks at the same numbers, the collisions' by shares; what is fixed has none left.
+// Feet relax their margin completely at once, since the judge checks the same numbers; collisions relax theirs by
+// shares. Terms of fixed waypoints have no margin.
 TEST(Terms, FeetAndCollisionsHaveAReserve) {
   const test::TemporaryFolder temporary;
   const test::SyntheticFolder folder(temporary.path() / "dataset");
@@ -313,7 +315,7 @@ TEST(Terms, TheFirstWaypointOfALaterWindowStays) {
   const std::vector<Stance>& stances = dataset->problems(Task::kMotion)[0].stances;
   const auto program = MakeTaskProgram(Task::kMotion, *dataset, query, stances, {}, true);
   Eigen::VectorXd first = test::StandingUpright();
-  first[test::kLeftHip] = 100.0;  // not even the limits move it
+  first[test::kLeftHip] = 100.0;  // it is not even moved by limits
   const Eigen::VectorXd x = first.replicate(program->num_waypoints(), 1);
   Eigen::VectorXd dx = Eigen::VectorXd::Ones(program->num_waypoints() * program->tangent_size());
   Eigen::VectorXd moved(x.size()), lower(dx.size()), upper(dx.size());

@@ -55,7 +55,7 @@ TEST(FrameTest, EveryFlippedBitIsNoticed) {
     reader.Append(bad);
     Frame frame;
     std::string why;
-    // A longer length waits for more; everything else is garbage at once.
+    // After a longer length the reader waits for more data; everything else is garbage at once.
     EXPECT_NE(reader.Next(&frame, &why), Status::kFrame) << "bit " << bit;
   }
 }

@@ -1,5 +1,5 @@
-// Policy: a dataset that comes over the network is the one that was asked for or none at all, whatever the server, the
-// link and the disk do.
+// Policy: a dataset fetched over the network is either the requested one or absent, for any behaviour of server, link
+// and disk.
 #include "worker/dataset_fetch.h"
 
 #include <gmock/gmock.h>
@@ -34,7 +34,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using End = FetchedDataset::End;
 
-/// A server that hands out one archive, in pieces, in virtual time.
+/// A simulated server that sends one archive, in pieces, in virtual time.
 class PlayedLink final : public ServerLink {
  public:
   microseconds now() const override { return now_; }

@@ -1,4 +1,4 @@
-// A job on the embedded dataset: solve, then judge; and what the executor accepts.
+// A job on the embedded dataset: solve, then judge; and validation by the executor.
 
 #include "legopt/solve/job_runner.h"
 
@@ -29,7 +29,7 @@ class JobRunnerTest : public testing::Test {
     job_.experiment_seed = 1;
   }
 
-  // The lease of `job_`, as the server would write it.
+  // Returns the lease of `job_`, as the server would write it.
   legopt_msg::lease Lease() const {
     legopt_msg::lease lease = SampleLease(1);
     lease.dataset_hash = dataset_->content_hash();
@@ -117,7 +117,7 @@ TEST_F(JobRunnerTest, ALaterWindowIsNumberedAsInTheWholeMotion) {
   job_.problem_id = 0;
   const JobResult whole = RunJob(dataset_, job_);
   ASSERT_EQ(whole.solve.windows_solved, 3);
-  // Stopped by its effort within the second window, which begins with the last stance of the first one.
+  // Stopped by the effort limit within the second window, which begins with the last stance of the first one.
   JobResult part;
   for (job_.effort_limit = whole.solve.term_evaluations / 2; job_.effort_limit > 0; job_.effort_limit /= 2) {
     part = RunJob(dataset_, job_);

@@ -1,8 +1,8 @@
 // A job process for the supervision tests, and a supervisor that a test can kill.
 //
-//   misbehaving_process SUPERVISOR_PID ok|input_error|crash|garbage   job process; the word says how it starts
-//   misbehaving_process supervise                                     supervisor with one endless job; prints the pid
-//   of its process
+// misbehaving_process SUPERVISOR_PID ok|input_error|crash|garbage   job process; the word selects its start
+// misbehaving_process supervise                                     supervisor with one endless job; prints the pid
+//                                                                   of its process
 
 #include <spdlog/sinks/null_sink.h>
 #include <unistd.h>
@@ -28,7 +28,7 @@
 namespace legopt::worker {
 namespace {
 
-// Keeps the optimiser from seeing through the misdeeds.
+// Keeps the optimizer from removing the faulty code.
 volatile std::size_t sink = 0;
 
 [[noreturn]] void LoopForEver() {
@@ -160,7 +160,7 @@ int Supervise(const char* program) {
   options.child_command = {program, std::to_string(getpid()), "ok"};
   spdlog::logger logger("test", std::make_shared<spdlog::sinks::null_sink_st>());
   Supervisor supervisor(server, options, logger);
-  // Told from within Run: the process is at work.
+  // Called from within Run: the process is solving.
   server.on_wait = [&] {
     if (supervisor.pool().num_running() == 0) return;
     std::printf("%d\n", supervisor.child_pid(0));

@@ -18,11 +18,11 @@
 
 namespace legopt::worker {
 
-/// A server inside the test's process: leases the queued jobs, keeps the results, and queues again what is given back,
-/// as a busy machine makes a worker do. Real clock, no network.
+/// A server inside the test's process: leases the queued jobs, keeps the results, and re-queues released jobs, which a
+/// worker on a busy machine may release. Real clock, no network.
 class PlayedServer final : public ServerLink {
  public:
-  /// Adds a job that misbehaves so; returns its id.
+  /// Adds a job with this misbehaviour; returns its id.
   std::int64_t Queue(Misbehaviour what, microseconds wall_limit = std::chrono::seconds(60),
                      std::int64_t memory_limit_bytes = std::int64_t{256} << 20) {
     legopt_msg::lease lease = SampleLease(next_id_++);
@@ -57,10 +57,10 @@ class PlayedServer final : public ServerLink {
     poll(extra.data(), extra.size(), answers.empty() ? static_cast<int>(milliseconds) : 0);
   }
 
-  std::map<std::int64_t, legopt_msg::result_request> results;  ///< by job id, of what was not given back
+  std::map<std::int64_t, legopt_msg::result_request> results;  ///< job id -> result, without released jobs
   std::vector<legopt_msg::result_request> given_back;
-  std::map<std::int64_t, legopt_msg::lease> leases;  ///< the last of each job, by its id
-  std::map<std::int64_t, LeaseVerdict> verdicts;     ///< of heartbeats, by job id; kContinue where absent
+  std::map<std::int64_t, legopt_msg::lease> leases;  ///< job id -> its last lease
+  std::map<std::int64_t, LeaseVerdict> verdicts;     ///< sent in heartbeats, by job id; kContinue if absent
   std::function<void()> on_wait;
 
  private:
@@ -101,7 +101,7 @@ class PlayedServer final : public ServerLink {
     }
   }
 
-  // False for a result that is there already.
+  // Returns false for a result that exists already.
   bool Keep(const legopt_msg::result_request& result) {
     const bool is_given_back =
         result.outcome == static_cast<int>(ReportedOutcome::kCancelled) && !verdicts.contains(result.job_id);
@@ -136,7 +136,7 @@ class PlayedServer final : public ServerLink {
   std::vector<std::pair<std::function<void(bus::CallResult&&)>, bus::CallResult>> pending_;
 };
 
-/// Options for a supervisor on a PlayedServer: leaves when all jobs are done.
+/// Returns options for a supervisor on a PlayedServer, which leaves when all jobs are done.
 inline PoolOptions TestPoolOptions(int slots) {
   PoolOptions options;
   options.slots = slots;

@@ -1,5 +1,5 @@
-// The end of a worker: orders to stop, draining, idleness, and what job processes die of meanwhile. What a worker
-// leaves behind costs no attempt as long as it can still be given back. Pool against a played server, in virtual time.
+// The end of a worker: stop signals, draining, idleness, and deaths of job processes in the meantime. An unfinished
+// job costs no attempt as long as it can be released. Pool with a simulated server, in virtual time.
 
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ PoolOptions WithIdleTimeout(microseconds idle_timeout) {
   return options;
 }
 
-// Lets time pass with a server that renews every lease, has no further job and hears nothing else.
+// Lets time pass with a server that renews every lease, has no further job and receives nothing else.
 void RunRenewed(PoolHarness& harness, microseconds duration) {
   const microseconds end = harness.now + duration;
   while (harness.now < end && !harness.exit_code) {
@@ -234,8 +234,8 @@ TEST(PoolDrainTest, AfterTheDrainASecondSignalStillEndsItAtOnce) {
   EXPECT_EQ(harness.exit_code, ExitCode::kInterrupted);
 }
 
-// The jobs of a worker that leaves for another reason, e.g. a dataset that has changed, may finish; a first signal then
-// gives them the usual time, as it would have otherwise.
+// A worker that leaves for another reason, e.g. a changed dataset, lets its jobs finish. A first signal then gives
+// them the usual drain time.
 TEST(PoolDrainTest, TheFirstSignalIsTheFirstWhateverTheWorkerLeavesFor) {
   PoolHarness harness(WithDrain(seconds(5)));
   harness.StartJobs({SampleLease(1)});
@@ -291,7 +291,7 @@ TEST(PoolIdleTest, LeavesWhenThereWasNoJobForSoLong) {
   harness.Run(seconds(1000));
   EXPECT_FALSE(harness.exit_code) << "loading the datasets does not count";
   harness.ChildrenReady();
-  harness.ReplyHello();  // to the hello without datasets
+  harness.ReplyHello();  // answers the hello without datasets
   harness.ReplyHello();
   RunRenewed(harness, seconds(299));
   EXPECT_FALSE(harness.exit_code);
@@ -351,7 +351,7 @@ TEST(PoolIdleTest, WhatIsLeasedToAWorkerThatLeavesIsGivenBack) {
   harness.Run(milliseconds(4'500));
   harness.pool.OnLeaseReply(harness.now, nullptr, "no answer");
   harness.Collect();
-  harness.Run(milliseconds(600));  // asks again, and is idle for too long before the answer
+  harness.Run(milliseconds(600));  // registers again, and is idle for too long before the answer
   ASSERT_EQ(harness.Take<CallLease>().size(), 1U);
   EXPECT_FALSE(harness.exit_code);
   harness.ReplyLease({SampleLease(1)});

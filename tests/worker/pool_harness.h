@@ -18,10 +18,10 @@ inline PoolOptions WithSlots(int slots) {
   return options;
 }
 
-/// A Pool in virtual time: collects its actions and plays server and job processes on request.
+/// A Pool in virtual time: collects its actions and simulates server and job processes on request.
 class PoolHarness {
  public:
-  /// Nobody hears the first hello, which the pool says before it has datasets.
+  /// Drops the first hello, which the pool sends before it has datasets.
   explicit PoolHarness(PoolOptions options = {}) : pool(Named(std::move(options)), now) {
     Collect();
     Take<CallHello>();
@@ -44,7 +44,7 @@ class PoolHarness {
     Collect();
   }
 
-  /// Moves on to each deadline in turn, until `duration` has passed.
+  /// Advances to each deadline in turn, until `duration` has passed.
   void Run(microseconds duration) {
     const microseconds end = now + duration;
     while (pool.next_deadline() < end) {
@@ -65,7 +65,7 @@ class PoolHarness {
     }
   }
 
-  /// Actions of one kind since the last Take of any kind of it; removes them.
+  /// Removes and returns the actions of one kind since the last Take of that kind.
   template <class Kind>
   std::vector<Kind> Take() {
     std::vector<Kind> taken;
@@ -151,7 +151,8 @@ class PoolHarness {
     Collect();
   }
 
-  /// Ready, registered, with the jobs given running or waiting; takes all actions so far except the assignments.
+  /// Makes the pool ready and registered, with the given jobs running or waiting; takes all actions so far except the
+  /// assignments.
   void StartJobs(const std::vector<legopt_msg::lease>& leases) {
     ChildrenReady();
     Take<CallHello>();

@@ -1,4 +1,4 @@
-// Job processes that end, hang, lie or are withdrawn, and results on their way: Pool in virtual time.
+// Job processes that end, hang, lie or are cancelled, and results in flight: Pool in virtual time.
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ class PoolJobTest : public testing::Test {
     job_ = harness_.Take<AssignJob>().at(0);
   }
 
-  // The one result that is offered to the server.
+  // Returns the only result that is offered to the server.
   legopt_msg::result_request OnlyResult() {
     const auto results = harness_.Take<CallResult>();
     EXPECT_EQ(results.size(), 1U);

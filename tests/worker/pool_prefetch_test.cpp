@@ -1,4 +1,4 @@
-// Leases held ready: how many, and what becomes of those that wait. Pool in virtual time.
+// Prefetched leases: their number, and the fate of those that wait. Pool in virtual time.
 
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ TEST(PoolPrefetchTest, GivesBackWhatWouldWaitLong) {
   harness.ReplyResult(harness.Take<CallResult>().at(0).key);
   harness.ReplyLease({SampleLease(2), SampleLease(3), SampleLease(4)});
   ASSERT_EQ(harness.Take<AssignJob>().at(0).lease.job_id, 2) << "begun in the order of the leases";
-  harness.Run(milliseconds(1990));  // this one is no short job
+  harness.Run(milliseconds(1990));  // not a short job
   EXPECT_TRUE(harness.Take<CallResult>().empty());
   harness.Run(milliseconds(20));
   const auto results = harness.Take<CallResult>();

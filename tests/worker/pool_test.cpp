@@ -1,4 +1,4 @@
-// Registration, leases, prefetch, heartbeats, dataset mismatch: Pool against a played server, in virtual time.
+// Registration, leases, prefetch, heartbeats, dataset mismatch: Pool with a simulated server, in virtual time.
 
 #include "worker/pool.h"
 
@@ -218,7 +218,7 @@ TEST(PoolLeaseTest, AsksForOneJobPerIdleSlotAndNotAheadForLongJobs) {
   const auto jobs = harness.Take<AssignJob>();
   ASSERT_EQ(jobs.size(), 3U);
   EXPECT_TRUE(harness.Take<CallLease>().empty());
-  // A job of 5 s: nothing is fetched ahead.
+  // A job of 5 s: nothing is prefetched.
   harness.Run(seconds(1));
   harness.ReplyHeartbeat();
   harness.Advance(seconds(5));
@@ -317,7 +317,7 @@ TEST(PoolLeaseTest, JobsOfAMethodThatTheServerDoesNotKnowAreErrors) {
   EXPECT_EQ(results[0].request->outcome, static_cast<int>(ReportedOutcome::kError));
 }
 
-// The lease counts from before it was asked for, so that a slow reply does not stretch it.
+// The lease is counted from the time of the request, so that a slow reply does not extend it.
 TEST(PoolLeaseTest, StopsAJobBeforeItsUnrenewedLeaseCanEnd) {
   PoolHarness harness;
   harness.ChildrenReady();
@@ -353,7 +353,7 @@ TEST(PoolLeaseTest, HeartbeatsRenewFromWhenTheyWereSent) {
   }
   EXPECT_TRUE(harness.Take<CancelJob>().empty());
   EXPECT_EQ(harness.pool.num_leases(), 1U);
-  // Now the server falls silent.
+  // Now the server becomes silent.
   harness.Run(milliseconds(8'400));
   EXPECT_TRUE(harness.Take<CancelJob>().empty());
   harness.Run(milliseconds(200));

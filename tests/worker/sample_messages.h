@@ -8,10 +8,10 @@
 
 namespace legopt::worker {
 
-/// 64 times the same hexadecimal digit.
+/// Returns 64 times the same hexadecimal digit.
 inline std::string HexHash(char digit) { return std::string(64, digit); }
 
-/// A legal lease of 10 s on dataset HexHash('d') with method HexHash('e').
+/// Returns a legal lease of 10 s on dataset HexHash('d') with method HexHash('e').
 inline legopt_msg::lease SampleLease(std::int64_t job_id) {
   legopt_msg::lease lease{};
   lease.job_id = job_id;

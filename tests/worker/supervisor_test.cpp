@@ -1,5 +1,5 @@
-// A real supervisor and real job processes that misbehave; the server is played. Each misdeed costs one attempt of one
-// job, with evidence, and nothing else.
+// A real supervisor and real job processes that misbehave, with a simulated server. Each misbehaviour costs one
+// attempt of one job, with evidence, and nothing else.
 
 #include "worker/supervisor.h"
 
@@ -34,7 +34,7 @@ std::string MisbehavingProcess() { return BuildFolder() + "/tests/misbehaving_pr
 
 class SupervisorTest : public testing::Test {
  protected:
-  // Works until all queued jobs have a result (or the worker gives up); returns its exit status.
+  // Works until all queued jobs have a result or the worker gives up; returns its exit status.
   ExitCode Run(int slots = 1, const std::string& start = "ok") {
     SupervisorOptions options;
     options.pool = TestPoolOptions(slots);
@@ -43,7 +43,7 @@ class SupervisorTest : public testing::Test {
     return Supervisor(server_, options, logger).Run();
   }
 
-  // Runs one misbehaving job between two good ones, which must not notice.
+  // Runs one misbehaving job between two good ones, which must not be affected.
   legopt_msg::result_request RunOne(Misbehaviour what, microseconds wall_limit = seconds(60)) {
     const std::int64_t before = server_.Queue(Misbehaviour::kNone);
     const std::int64_t job = server_.Queue(what, wall_limit);
@@ -222,7 +222,7 @@ TEST_F(SupervisorTest, SignalsDrainThenKill) {
     return read(pipe_ends[0], &order, 1) == 1;
   };
   server_.on_wait = [&] {
-    // Once the job runs, two signals at once.
+    // Sends two signals at once when the job runs.
     if (supervisor.pool().num_running() == 1) {
       EXPECT_EQ(write(pipe_ends[1], "xx", 2), 2);
       server_.on_wait = nullptr;

@@ -1,4 +1,4 @@
-// Where the figures come from, and how two methods differ.
+// Origin of the figures, and the differences between two methods.
 import type { Experiment, Page } from './data';
 import { go, type State } from './state';
 import { DASH } from './text';

@@ -1,4 +1,4 @@
-// A against B, as `legopt compare` says it.
+// A compared with B, as by `legopt compare`.
 import { dot, line, plot, ruleX, ruleY, text as textMark } from '@observablehq/plot';
 import type { CellComparison, ColumnFigures, Experiment, Page, Pair } from './data';
 import { CurveSet } from './curves';
@@ -13,7 +13,7 @@ const RUNTIMES: Record<string, string> = { equal: 'equal', a: 'A has solved at l
 
 interface Point { x: number; y: number; problem: number; job: number | null; kind: string }
 
-/** Problems by the values of both; what one has not solved lies on the rim, what none solved in the corner. */
+/** Problems by the values of both methods; unsolved by one: on the border, by both: in the corner. */
 function points(figures: ColumnFigures, measure: 'time_ms' | 'cost', rim: number): Point[] {
   const [a, b] = figures.methods;
   return figures.problems.filter((_, i) => a.share[i] !== null && b.share[i] !== null).map((problem) => {

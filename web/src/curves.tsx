@@ -1,4 +1,4 @@
-// Profiles, runtime and cost distributions; drawn here, computed by legopt/statistics.
+// Profiles, runtime and cost distributions; plotted here, computed by legopt/statistics.
 import { dot, line, plot, ruleX, ruleY, text as textMark, type Markish } from '@observablehq/plot';
 import type { ColumnFigures, Curve, Experiment } from './data';
 import { Figure } from './figure';
@@ -8,9 +8,9 @@ import { captionOf } from './table';
 
 export interface Shown { title: string; mark: number; curve: Curve | null; hidden?: boolean }
 
-/** Step curves from `start`, each carried on to the right edge and named there. */
+/** Step curves from `start`, each extended to the right edge and labelled there. */
 export function stepPlot(shown: Shown[], options: { width: number; start: number; log: boolean; label: string; limit?: number }): Element {
-  const all = shown.filter((s) => s.curve && s.curve.x.length > 0), drawn = all.filter((s) => !s.hidden);  // axes are of all
+  const all = shown.filter((s) => s.curve && s.curve.x.length > 0), drawn = all.filter((s) => !s.hidden);  // all: for axes
   const largest = Math.max(options.start * 1.5, ...all.map((s) => s.curve!.x[s.curve!.x.length - 1])) || 1;
   const right = options.log ? largest * 1.15 : largest * 1.05;
   const smallest = all.length > 0 ? Math.min(...all.map((s) => s.curve!.x[0]), largest) : largest / 10;
@@ -50,7 +50,7 @@ export function curveRows(shown: Shown[], x: string): (string | number)[][] {
 
 interface SetProps { figures: ColumnFigures; names: { title: string; mark: number; hidden?: boolean }[]; caption: string; log: boolean; name: string; pool: string; depends: unknown[] }
 
-/** The four figures of one pool of methods on one task from one start. */
+/** The four figures of one pool of methods on one task from one initial guess. */
 export function CurveSet({ figures, names, caption, log, name, pool, depends }: SetProps) {
   const shown = (curves: (Curve | null)[] | undefined): Shown[] =>
     names.map(({ title, mark, hidden }, i) => ({ title, mark, hidden, curve: curves?.[i] ?? null }));
@@ -82,7 +82,7 @@ export function ColumnChoice({ experiment, state }: { experiment: Experiment; st
   );
 }
 
-/** Methods to hide: a click; alone: a double click. What is hidden changes no other curve. */
+/** Methods to hide by a click; a double click shows one alone. Hiding changes no other curve. */
 function Legend({ experiment, hidden }: { experiment: Experiment; hidden: Set<number> }) {
   const put = (next: Set<number>) => go({ hide: next.size > 0 ? [...next].sort().join('.') : undefined }, true);
   return (

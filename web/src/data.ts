@@ -1,4 +1,5 @@
-// The data contract, docs/page-data.md: what C++ wrote into this file, or sends, and how its blocks are read.
+// The data contract, docs/page-data.md: the content that C++ wrote into this file, or sends, and the decoding of its
+// blocks.
 
 export const FORMAT = 1;
 
@@ -32,7 +33,7 @@ export interface TableCell {
   clock_stopped: number; cost: number | null; time_s: number | null;
   by_feasibility?: Record<'certified' | 'infeasible' | 'open', { n: number; solved: number }>;
 }
-/** Successes by another rule than the table's: for each of its rows, by the name of the column. */
+/** Successes by another rule than the table's: for each of its rows, by column name. */
 export interface OtherRule { rule: string; solved: Record<string, number>[] }
 export interface TableRow { method: string; [task: string]: unknown }
 export interface Ratio { n: number; ratio: number | null; interval: (number | null)[]; wilcoxon_p: number; adjusted_p: number; lower: number; change: string }
@@ -101,7 +102,7 @@ export interface Solution {
   experiment: number; job: number; waypoints: number; encoding: 'd32' | 'f64'; offset: number; bytes: number;
   malformed?: boolean; unsolved?: { from: number; waypoints_per_stance: number }; failed_waypoint?: number; findings?: Findings[];
   between?: [number, number, Overlap[]][]; trace: Trace | null;
-  times?: number[];  // of paths: of each configuration, in steps from waypoint to waypoint
+  times?: number[];  // paths: time of each configuration, in steps from waypoint to waypoint
   x: Float64Array[];
 }
 export interface Page {
@@ -162,7 +163,7 @@ export function unpack(bytes: DataView, encoding: 'd32' | 'f64'): Float64Array[]
   return rows;
 }
 
-const chunks = new Map<number, Promise<Solution[]>>();  // by index; of a server by job
+const chunks = new Map<number, Promise<Solution[]>>();  // key: index, or job with a server
 
 function readChunk(index: number): Promise<Solution[]> {
   let chunk = chunks.get(index);
@@ -178,10 +179,10 @@ function readChunk(index: number): Promise<Solution[]> {
   return chunk;
 }
 
-/** An error's own words, for people. */
+/** An error's message for the user. */
 export const reasonOf = (error: unknown): string => (error instanceof Error ? error.message : String(error)).trim();
 
-/** The solution of a job, or null where this file does not hold it. Throws, with the reason, where it cannot be loaded. */
+/** The solution of a job, or null if this file does not contain it. Throws, with the reason, if it cannot be loaded. */
 export async function readSolution(page: Page, experiment: number, job: number): Promise<Solution | null> {
   if (isLive) {
     const sent = await readChunk(job).catch((error) => { chunks.delete(job); throw error; });
@@ -194,7 +195,7 @@ export async function readSolution(page: Page, experiment: number, job: number):
 }
 
 export function holdsSolution(page: Page, experiment: number, job: number): boolean {
-  if (isLive) return true;  // of any job that has one
+  if (isLive) return true;  // any job that has one
   return page.chunks.some((chunk) => chunk.some(([e, j]) => e === experiment && j === job));
 }
 

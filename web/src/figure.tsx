@@ -1,4 +1,4 @@
-// A figure with its caption, and what it shows as SVG and CSV.
+// A figure with its caption, and its content as SVG and CSV.
 import { useEffect, useRef } from 'preact/hooks';
 import { csv, save } from './text';
 import { ink, paper } from './marks';
@@ -11,7 +11,7 @@ interface Props {
   depends: unknown[];
 }
 
-/** The drawing alone, with its colours said and on white, as other programs want it. */
+/** The drawing alone, with explicit colours on white, for other programs. */
 export function standaloneSvg(holder: Element): string {
   const svg = holder.querySelector('svg')!.cloneNode(true) as SVGSVGElement;
   svg.setAttribute('xmlns', 'http://www.w3.org/2000/svg');

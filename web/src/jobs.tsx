@@ -1,4 +1,4 @@
-// All jobs, filtered and sorted; only the rows in sight are drawn, so that 100,000 stay light.
+// All jobs, filtered and sorted; only the visible rows are drawn, so that 100,000 are fast.
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import { holdsSolution, type Experiment, type Jobs, type Page } from './data';
 import { go, href, type State } from './state';
@@ -8,7 +8,7 @@ import { captionOf } from './table';
 const ROW = 28, MARGIN = 20;
 const MOST_PRINTED = 5000;  // rows, some 100 sheets
 
-/** Whether the page is being printed: on paper nothing scrolls. */
+/** Whether the page is being printed: paper does not scroll. */
 function usePrinting(): boolean {
   const [printing, setPrinting] = useState(false);
   useEffect(() => {

@@ -1,4 +1,4 @@
-// What is going on, where a server sends this page: progress, workers, failures as they come.
+// Live status of a page sent by a server: progress, workers, failures.
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { isLive, readPage, reasonOf, type Experiment, type Page } from './data';
 import { href } from './state';
@@ -15,14 +15,14 @@ export interface LiveState {
   failures: { job: number; experiment: number; method: string; task: string; initialization: string; problem: number; outcome: string; at_us: number }[];
 }
 
-/** What tests look at: window.legopt. */
+/** State for tests: window.legopt. */
 export const hooks: Record<string, unknown> = {};
 
 const POLL_MS = 2000, RELOAD_MS = 5000;
 
 /**
- * The state of the server, by its stream; by asking again and again where there is none. `lost`: nothing comes. A
- * hidden page asks for nothing: browsers allow six connections to a host, all tabs together.
+ * The state of the server, by its event stream, or by polling without one. `lost`: no answers arrive. A
+ * hidden page makes no requests: browsers allow six connections to a host, for all tabs together.
  */
 function useServer(): { live: LiveState | null; lost: boolean } {
   const [live, setLive] = useState<LiveState | null>(null), [lost, setLost] = useState(false);
@@ -58,8 +58,8 @@ const finished = (e: LiveExperiment) => e.done + e.failed + e.dead + e.cancelled
 const ended = (e: Experiment) => e.jobs.job.length - e.unfinished;
 
 /**
- * The page's figures, read again while they are of fewer jobs than have ended: the server makes figures anew only now and
- * then. Datasets stay, so that nothing is loaded twice.
+ * The page's figures, read again while they include fewer jobs than have ended: the server recomputes figures only
+ * occasionally. Datasets are kept, so that nothing is loaded twice.
  */
 export function useLive(first: Page): { page: Page; live: LiveState | null; lost: boolean; stale: string } {
   const [page, setPage] = useState(first), [asked, setAsked] = useState(0), [stale, setStale] = useState(''), { live, lost } = useServer();
@@ -86,7 +86,7 @@ export function useLive(first: Page): { page: Page; live: LiveState | null; lost
 
 const duration = (s: number) => (s >= 5400 ? `${(s / 3600).toFixed(1)} h` : s >= 90 ? `${Math.round(s / 60)} min` : `${Math.round(s)} s`);
 
-/** Behind a worker's name: how it is, when that is not as usual. */
+/** Text after a worker's name: its state, unless it is normal. */
 function workerState(w: LiveState['workers'][number]): string {
   const heard = w.silent_s ? duration(w.silent_s) : null;
   if (!w.online) return heard ? ` (offline, heard ${heard} ago)` : ' (offline)';

@@ -1,4 +1,4 @@
-// Entry: reads the page's data and shows the view that the address names.
+// Entry point: reads the page's data and shows the view of the address.
 import { render } from 'preact';
 import { useMemo } from 'preact/hooks';
 import css from './page.css';

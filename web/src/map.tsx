@@ -1,4 +1,4 @@
-// Problems by methods: who solved what, how fast, how cheap; every field leads to its job.
+// Problems by methods: which were solved, how fast, at what cost; every field links to its job.
 import type { Experiment } from './data';
 import { ColumnChoice } from './curves';
 import { go, href, type State } from './state';

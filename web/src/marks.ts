@@ -1,4 +1,4 @@
-// Colours of Okabe and Ito (2008), which colour-blind readers tell apart, each with a shape and a dash of its own.
+// Colours of Okabe and Ito (2008), which colour-blind readers can distinguish, each with its own shape and dash.
 
 const LIGHT = ['#0072b2', '#d55e00', '#009e73', '#a8588a', '#b87f00', '#2b8cbe', '#333333', '#8c510a'];
 const DARK = ['#56b4e9', '#e8743b', '#1fbf92', '#de9cc2', '#e6b030', '#8fd0f5', '#dddddd', '#d8a35d'];

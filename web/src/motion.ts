@@ -16,7 +16,7 @@ export class LinkTree {
     this.axes = robot.joints.map((joint) => new Vector3(...joint.axis));
   }
 
-  /** Poses of all links at a configuration: joints (clamped to their limits, as the judge does), base position, wxyz. */
+  /** Poses of all links at a configuration: joints (clamped to their limits, as by the judge), base position, wxyz. */
   update(x: ArrayLike<number>): Matrix4[] {
     const n = this.robot.dofs.length;
     const q = new Quaternion(x[n + 4], x[n + 5], x[n + 6], x[n + 3]).normalize();
@@ -45,7 +45,7 @@ export class LinkTree {
   }
 }
 
-/** Between two waypoints: joints and base straight, the base's turn by the shortest way (legopt/robot/interpolation.h). */
+/** Interpolates two waypoints: joints and base linearly, the rotation by the shortest path (legopt/robot/interpolation.h). */
 export function between(a: Float64Array, b: Float64Array, s: number): Float64Array {
   const x = new Float64Array(a.length), n = a.length - 7;
   for (let i = 0; i < n + 3; ++i) x[i] = a[i] + s * (b[i] - a[i]);
@@ -55,7 +55,7 @@ export function between(a: Float64Array, b: Float64Array, s: number): Float64Arr
   return x;
 }
 
-/** The largest deviation of a link's pose from what C++ has for the dataset's test configuration: m, and quaternion. */
+/** The largest deviation of a link pose from the C++ result for the dataset's test configuration: m, and quaternion. */
 export function checkPoses(dataset: Dataset): number {
   const tree = new LinkTree(dataset.robot);
   tree.update(dataset.check.x);

@@ -1,4 +1,4 @@
-// The 3D view: scene, robot, a second solution as ghost, and what the judge finds, drawn.
+// The 3D view: scene, robot, a second solution as ghost, and the judge's findings.
 import {
   AmbientLight, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, EdgesGeometry, Group, HemisphereLight, Line, LineBasicMaterial,
   LineLoop, LineSegments, Mesh as Drawn, MeshBasicMaterial, MeshStandardMaterial, PerspectiveCamera, Scene, SphereGeometry, Vector3, WebGLRenderer,
@@ -43,7 +43,7 @@ export class View {
   private readonly disposables: { dispose(): void }[] = [];
   layers: Layers = { convex: false, scene: true, findings: true, steps: true, follow: false };
 
-  /** Throws where the browser has no WebGL. */
+  /** Throws if the browser has no WebGL. */
   constructor(private readonly canvas: HTMLCanvasElement, private readonly dataset: Dataset, private readonly meshes: Mesh[]) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
     this.tree = new LinkTree(dataset.robot);
@@ -155,13 +155,13 @@ export class View {
     this.render();
   }
 
-  /** The same, at the origin of a link: its index or its name. */
+  /** Points the camera at the origin of a link, given by its index or its name. */
   lookAtLink(link: number | string): void {
     const index = typeof link === 'number' ? link : this.dataset.robot.links.findIndex(({ name }) => name === link);
     if (index >= 0 && this.tree.poses[index]) this.look(new Vector3().setFromMatrixPosition(this.tree.poses[index]).toArray());
   }
 
-  /** What a key does to the camera; false for keys that do nothing. */
+  /** Applies a key to the camera; returns false for keys without effect. */
   press({ key, shiftKey, ctrlKey, altKey, metaKey }: KeyboardEvent): boolean {
     if (ctrlKey || altKey || metaKey) return false;
     const way: Record<string, [number, number]> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
@@ -174,7 +174,7 @@ export class View {
     return true;
   }
 
-  /** Around the target: by TURN to the right, and upwards. */
+  /** Rotates around the target: by TURN to the right, and upwards. */
   private turn(right: number, up: number): void {
     const offset = this.camera.position.clone().sub(this.controls.target), radius = offset.length();
     const azimuth = Math.atan2(offset.y, offset.x) + right * TURN;
@@ -186,7 +186,7 @@ export class View {
     this.placeCamera(this.camera.position.clone().sub(this.controls.target).multiplyScalar(factor));
   }
 
-  /** Camera and target, in the plane of the picture. */
+  /** Moves camera and target in the plane of the picture. */
   private move(right: number, up: number): void {
     const offset = this.camera.position.clone().sub(this.controls.target), step = MOVE * offset.length();
     this.controls.target.addScaledVector(new Vector3().setFromMatrixColumn(this.camera.matrix, 0), right * step)
@@ -203,7 +203,7 @@ export class View {
   /** Position and target of the camera, for tests. */
   cameraState(): number[] { return [...this.camera.position.toArray(), ...this.controls.target.toArray()]; }
 
-  /** Without a robot: the middle of the footholds. */
+  /** Without a robot: looks at the mean of the contacts. */
   lookAtFeet(feet: { target: number[] }[]): void {
     if (feet.length === 0) return;
     this.focus = feet.reduce((sum, foot) => sum.add(vector(foot.target)), new Vector3()).divideScalar(feet.length);
@@ -234,7 +234,7 @@ export class View {
     group.clear();
   }
 
-  /** Footholds: the present stance green, all others of the problem faint. */
+  /** Draws contacts: those of the current stance green, all others of the problem faint. */
   drawTargets(stances: Dataset['problems'][string][string], present: number): void {
     this.clear(this.targets);
     const boxes = new Map(this.dataset.robot.feet.map((foot) => [foot.link, foot]));
@@ -253,7 +253,7 @@ export class View {
     });
   }
 
-  /** `attempt`: the robot is at the best point of a window that was not solved. */
+  /** `attempt`: the robot is at the best point of an unsolved window. */
   drawFindings(findings: Findings | null, overlaps: Overlap[], collides: (o: Overlap) => boolean, x: Float64Array | null, attempt: boolean): void {
     this.clear(this.found);
     const paintLink = (index: number, colour: number) => this.links[index]?.exact.concat(this.links[index].convex)
@@ -299,7 +299,7 @@ export class View {
 
   render(): void { this.renderer.render(this.scene, this.camera); }
 
-  /** Share of the canvas' pixels that are not its background, for tests. */
+  /** Fraction of the canvas' pixels that are not background, for tests. */
   filled(): number {
     const gl = this.renderer.getContext(), { width, height } = this.canvas, pixels = new Uint8Array(4 * width * height);
     this.render();

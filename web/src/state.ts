@@ -1,4 +1,4 @@
-// What is shown, in the address: every view can be bookmarked, sent and gone back to.
+// The shown state, in the address: every view can be bookmarked, shared and revisited.
 import { useEffect, useState } from 'preact/hooks';
 
 export type State = Record<string, string>;
@@ -9,7 +9,7 @@ function parse(): State {
   return state;
 }
 
-/** The address of a state: `changes` over the present one; undefined takes a key away. */
+/** The address of a state: the current one with `changes`; undefined removes a key. */
 export function href(changes: Record<string, string | number | undefined>, from: State = parse()): string {
   const next = new URLSearchParams();
   for (const [key, value] of Object.entries({ ...from, ...changes })) {
@@ -18,7 +18,7 @@ export function href(changes: Record<string, string | number | undefined>, from:
   return `#${next.toString()}`;
 }
 
-/** Goes there; `quietly`: without a step of the history. */
+/** Goes to a state; `quietly`: without a step of the history. */
 export function go(changes: Record<string, string | number | undefined>, quietly = false): void {
   const to = href(changes);
   if (to === location.hash) return;

@@ -1,4 +1,4 @@
-// The benchmark table: what the page opens with.
+// The benchmark table, shown when the page opens.
 import type { Experiment, OtherRule, Statistics, TableCell } from './data';
 import { go, href, type State } from './state';
 import { DASH, INFINITY, MISSING, csv, number, save, time, words } from './text';
@@ -8,7 +8,7 @@ interface Charge {
   key: string; label: string; says: string;
   time: (s: Statistics, c: TableCell) => string; cost: (s: Statistics, c: TableCell) => string;
 }
-/** A quantile over all problems: empty where more than that share was not solved. */
+/** A quantile over all problems: infinite if too few were solved. */
 const quantile = (value: number | null, s: Statistics, show: (v: number) => string) =>
   value === null ? (s.n > 0 ? INFINITY : DASH) : show(value);
 
@@ -60,7 +60,7 @@ function Causes({ causes }: { causes: Record<string, number> | null }) {
   return <>{entries.map(([cause, n]) => <span class="cause" key={cause}>{n} {words(cause)}</span>)}</>;
 }
 
-/** Of the problems that can be solved for certain, where that is not all of them. */
+/** The success among the certified problems, unless all problems are certified. */
 function Certified({ cell }: { cell: TableCell }) {
   const known = cell.by_feasibility;
   if (!known || known.certified.n === cell.n) return null;
@@ -110,7 +110,7 @@ function Group({ experiment, index, column, charge }: { experiment: Experiment; 
   );
 }
 
-/** What is said of a task and start besides its rows. */
+/** The notes below a task and initial guess. */
 function belowText(column: Experiment['statistics']['columns'][number]): string {
   const parts = [`intervals, medians, means and tests: ${column.complete} problem${column.complete === 1 ? '' : 's'} that all rows have completed`];
   if (column.left_out && column.left_out.length > 0) parts.push(`left out, without one: ${column.left_out.join(', ')}`);

@@ -1,9 +1,9 @@
-// Numbers and words for people.
+// Numbers and words for users.
 
 export const DASH = '\u2013';
 export const INFINITY = '\u221e';
 
-/** Three significant digits, plain where that is short. */
+/** Three significant digits, in plain notation if short. */
 export function number(value: number | null | undefined): string {
   if (value === null || value === undefined || Number.isNaN(value)) return DASH;
   if (!Number.isFinite(value)) return INFINITY;
@@ -14,7 +14,7 @@ export function number(value: number | null | undefined): string {
   return value.toPrecision(3);
 }
 
-/** Milliseconds, or seconds where that is shorter. */
+/** Milliseconds, or seconds if shorter. */
 export function time(ms: number | null | undefined): string {
   if (ms === null || ms === undefined) return DASH;
   return ms >= 1e4 ? `${number(ms / 1e3)} s` : `${number(ms)} ms`;
@@ -31,7 +31,7 @@ export function interval(range: (number | null)[]): string {
   return `[${range.map((v) => (v === null ? INFINITY : number(v))).join(', ')}]`;
 }
 
-/** States of jobs that have not ended: they count nowhere, and are no failures. */
+/** States of jobs that have not ended: they are not counted, and are no failures. */
 export const MISSING = ['queued', 'leased', 'cancelled'];
 
 export function words(text: string): string { return text.replace(/_/g, ' '); }

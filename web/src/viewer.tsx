@@ -1,4 +1,4 @@
-// One solution: the 3D view, and beside it what the judge finds, listed.
+// One solution: the 3D view, and a list of the judge's findings.
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import { dot, line, plot, ruleY } from '@observablehq/plot';
 import { readGeometry, readSolution, reasonOf, type Dataset, type Findings, type Mesh, type Overlap, type Page, type Solution, type Trace } from './data';
@@ -10,8 +10,8 @@ import { View, type Layers } from './scene';
 import { go, href, type State } from './state';
 import { length, number, save, words } from './text';
 
-const SAMPLES = 11;  // ten between two waypoints, as the judge looks
-const RATE = 10;     // waypoints a second at speed 1
+const SAMPLES = 11;  // ten between two waypoints, like the judge
+const RATE = 10;     // waypoints per second at speed 1
 const CONTROLS = '3D view. Drag or arrow keys turn, right drag or Shift with arrow keys moves, wheel or + and - zoom, Home shows the whole robot.';
 
 export interface Subject {
@@ -26,15 +26,15 @@ const geometryOf = (dataset: Dataset) => {
 };
 
 const RULES = ['literal', 'strict', 'solid'];
-/** Whether a pair is a collision by a rule: each demands what the one before does, and more. */
+/** Whether a pair is a collision by a rule: each rule includes the previous one. */
 const failsBy = (rule: string) => (overlap: Overlap) => overlap.fails !== null && RULES.indexOf(overlap.fails) <= RULES.indexOf(rule);
 
-/** Where the violation is that decided a verdict: a point in the world, or a link by name or index. */
+/** The place of the violation that decided a verdict: a point in the world, or a link by name or index. */
 function decisiveViolation(verdict: string | null, findings: Findings | null, colliding: Overlap[]): { point?: number[]; link?: string | number } | null {
   const largest = <T,>(list: T[], size: (item: T) => number) => list.reduce<T | null>((best, item) => (best === null || size(item) > size(best) ? item : best), null);
   const depth = (o: Overlap) => o.depth_m ?? o.inside_m;
   const overlapOf = (list: Overlap[]) => { const o = largest(list, depth); return o && (o.points ? { point: o.points[0] } : { link: o.link }); };
-  const any = verdict === 'window_unsolved';  // which of them, the detail says
+  const any = verdict === 'window_unsolved';  // the detail names the reason
   if (verdict === 'foot_pose' || any) { const foot = largest((findings?.feet ?? []).filter((f) => f.violated), (f) => f.error); if (foot) return { link: foot.link }; }
   if ((verdict === 'com' || any) && findings?.com_violated) return { point: findings.com };
   if (verdict === 'joint_limit' || any) { const limit = largest((findings?.limits ?? []).filter((l) => l.violated), (l) => l.excess); if (limit) return { link: limit.link }; }
@@ -109,20 +109,21 @@ function Convergence({ traces, state, unknown }: { traces: { title: string; mark
   );
 }
 
-/** The sample nearest to a place of the slider, in [0, 1). */
+/** The sample nearest to a slider position, in [0, 1). */
 const overlapsAt = (solution: Solution, at: number): Overlap[] => {
   const w = Math.floor(at + 1e-9), s = at - w;
   if (s < 1e-6) return solution.findings?.[w]?.overlaps ?? [];
   return solution.between?.find(([from, share]) => from === w && Math.abs(share - s) < 0.5 / SAMPLES)?.[2] ?? [];
 };
 
-/** The last place of the slider: the number of waypoints, less one. */
+/** The last slider position: the number of waypoints minus one. */
 const lastOf = ({ x, times }: Solution): number => Math.max(0, times ? times[times.length - 1] ?? 0 : x.length - 1);
 
-/** At a place of the slider, in steps from waypoint to waypoint: there is one. */
+/** Configuration at a slider position, in steps from waypoint to waypoint. */
 const configuration = ({ x, times }: Solution, at: number): Float64Array => {
   const stamp = (i: number) => times?.[i] ?? i;
-  let i = Math.min(Math.floor(at + 1e-9), x.length - 1);  // not behind it: no path has fewer points than waypoints
+  let i = Math.min(Math.floor(at + 1e-9), x.length - 1);  // limited to the last point: no path has fewer points than
+                                                          // waypoints
   while (i + 1 < x.length && stamp(i + 1) <= at + 1e-9) ++i;
   const s = i + 1 < x.length ? (at - stamp(i)) / (stamp(i + 1) - stamp(i)) : 0;
   return s < 1e-6 ? x[i] : between(x[i], x[i + 1], s);
@@ -132,8 +133,8 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
   const canvas = useRef<HTMLCanvasElement>(null), view = useRef<View | null>(null);
   const [solution, setSolution] = useState<Solution | null | undefined>(undefined);
   const [ghost, setGhost] = useState<Solution | null>(null);
-  const [problem, setProblem] = useState('');         // why nothing can be drawn
-  const [failure, setFailure] = useState('');         // why the solution could not be loaded
+  const [problem, setProblem] = useState('');         // reason for which nothing can be drawn
+  const [failure, setFailure] = useState('');         // reason for which the solution could not be loaded
   const [ghostFailure, setGhostFailure] = useState('');
   const [at, setAt] = useState(0);
   const [playing, setPlaying] = useState(false);
@@ -221,7 +222,7 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
   }, [ready, solution]);
   useEffect(() => {
     if (!playing) return;
-    let frame = 0, before = performance.now();  // a frame may bear an earlier time
+    let frame = 0, before = performance.now();  // the time of a frame may be earlier
     const step = (now: number) => {
       setAt((a) => { const next = a + Math.max(0, now - before) / 1000 * RATE * speed; before = now; if (next >= last) { setPlaying(false); return last; } return next; });
       frame = requestAnimationFrame(step);
