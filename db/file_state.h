@@ -17,8 +17,9 @@ class LockFile;
 /// The session as this connection sees it; empty before schema version 10.
 std::optional<std::string> SessionOf(Connection& connection);
 
-/// Throws StoreError (kCorrupt) when the log beside `file` was written for another file, which happens when a backup is
-/// copied over a database whose server was killed. Nothing is changed.
+/// Throws StoreError (kCorrupt) when the file or its log is damaged (RequireSoundFiles), or when the log beside `file`
+/// was written for another file, which happens when a backup is copied over a database whose server was killed. Nothing
+/// is changed.
 void RequireOwnLog(const std::filesystem::path& file);
 
 /// Gives the database a new session and writes it to the file and to its lock file. If a reader prevents the log from

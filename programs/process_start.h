@@ -18,8 +18,11 @@ enum class ProcessKind {
 ///   as if they were closed;
 /// * SIGXFSZ is ignored, so that a limit on file sizes is an ordinary write error (EFBIG); services and jobs ignore
 ///   SIGPIPE, SIGUSR1 and SIGUSR2, with which batch systems warn, as well;
+/// * SIGTERM ends commands and services although the parent ignored it;
 /// * SIGCHLD has its default action and, except for jobs, no signal is blocked, whatever the parent left;
-/// * the soft limit on open files (RLIMIT_NOFILE) is raised to the hard one.
+/// * the soft limit on open files (RLIMIT_NOFILE) is raised to the hard one;
+/// * the soft limit on processor time (RLIMIT_CPU) is a second below the hard one, so that SIGXCPU ends the process: at
+///   the hard limit it would be SIGKILL, which does not tell the cause.
 /// Throws std::system_error (EMFILE, ENFILE) when fewer than kFewestDescriptors can be opened, whatever the cause.
 void PrepareProcess(ProcessKind kind);
 
@@ -30,7 +33,7 @@ inline constexpr std::size_t kFewestDescriptors = 40;
 std::size_t FreeDescriptors(std::size_t most);
 
 /// Undoes PrepareProcess in a child that becomes another program: signals as this program found them, except that
-/// SIGINT and SIGTERM have their default action; the former limit on open files. Only makes calls that are safe between
+/// SIGINT and SIGTERM have their default action; the former limits. Only makes calls that are safe between
 /// fork and exec.
 void RestoreStartState();
 

@@ -22,6 +22,9 @@ int ReportException(const std::string& program);
 /// reported as the cause of what looks like a problem with a file, with kUsage.
 int ReportFailure(const std::string& program, ExitCode code, const std::string& message);
 
+/// Why standard output cannot be written: it is closed, a limit on file sizes is reached, or perhaps the disk is full.
+std::string OutputFault();
+
 /// Whether the folder that relative paths start from exists no more.
 bool WorkingDirectoryWasRemoved();
 

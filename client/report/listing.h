@@ -25,9 +25,10 @@ struct Listing {
   std::size_t Column(std::string_view name) const;
   /// The cell of a row by column name.
   const nlohmann::json& At(std::size_t row, std::string_view column) const;
-  /// The same, of a column of texts.
+  /// The same, of a column of texts. Throws ClientError (kDatabaseUnusable) if it is no text.
   std::string Text(std::size_t row, std::string_view column) const;
-  /// The value whose word stands there. Throws ClientError (kInternal) for a word of another release.
+  /// The value whose word stands there. Throws ClientError (kDatabaseUnusable) for an unknown word:
+  /// of a damaged database, or of another release.
   template <Worded Enum>
   Enum WordAt(std::size_t row, std::string_view column) const;
 
