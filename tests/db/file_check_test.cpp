@@ -106,6 +106,7 @@ TEST_F(FileCheck, ATornLastCommitIsNotDamage) {
   RequireSoundFiles(path_);
   fs::resize_file(log_, size - 100);
   RequireSoundFiles(path_);
+  fs::remove(path_.string() + "-shm");
   EXPECT_EQ(Experiments(), 2);
   fs::resize_file(log_, kLogHeader);
   RequireSoundFiles(path_);
