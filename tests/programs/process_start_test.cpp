@@ -108,14 +108,14 @@ TEST(ProcessStart, AChildIsHandedWhatThisProgramFound) {
 TEST(ProcessStart, TheProcessorTimeLimitEndsWithItsOwnSignal) {
   const std::string found = CallIsolated(
       [] {
-        const rlimit both{1000, 1000};
+        const rlimit both{20, 20};  // below that of an isolated call
         ::setrlimit(RLIMIT_CPU, &both);
         PrepareProcess(ProcessKind::kService);
         rlimit separate{}, restored{};
         ::getrlimit(RLIMIT_CPU, &separate);
         RestoreStartState();
         ::getrlimit(RLIMIT_CPU, &restored);
-        return Digits({separate.rlim_cur == 999, separate.rlim_max == 1000, restored.rlim_cur == 1000});
+        return Digits({separate.rlim_cur == 19, separate.rlim_max == 20, restored.rlim_cur == 20});
       },
       {});
   EXPECT_EQ(found, "111");
