@@ -108,14 +108,14 @@ TEST(ProcessStart, AChildIsHandedWhatThisProgramFound) {
 TEST(ProcessStart, TheProcessorTimeLimitEndsWithItsOwnSignal) {
   const std::string found = CallIsolated(
       [] {
-        const rlimit both{20, 20};  // below that of an isolated call
+        const rlimit both{8, 8};  // below that of an isolated call
         ::setrlimit(RLIMIT_CPU, &both);
         PrepareProcess(ProcessKind::kService);
         rlimit separate{}, restored{};
         ::getrlimit(RLIMIT_CPU, &separate);
         RestoreStartState();
         ::getrlimit(RLIMIT_CPU, &restored);
-        return Digits({separate.rlim_cur == 19, separate.rlim_max == 20, restored.rlim_cur == 20});
+        return Digits({separate.rlim_cur == 7, separate.rlim_max == 8, restored.rlim_cur == 8});
       },
       {});
   EXPECT_EQ(found, "111");
