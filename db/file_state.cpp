@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "db/connection.h"
+#include "db/file_check.h"
 #include "db/lock_file.h"
 
 namespace legopt::db {
@@ -69,6 +70,7 @@ void RequireOwnLog(const std::filesystem::path& path) {
   std::error_code error;
   const std::filesystem::path canonical = std::filesystem::canonical(path, error);
   const std::filesystem::path& file = error ? path : canonical;  // side files are next to the real file
+  RequireSoundFiles(file);
   std::vector<std::string> named = LockFile::SessionsFor(file);
   while (HasLog(file)) {
     const std::optional<std::string> in_file = SessionInFile(file);

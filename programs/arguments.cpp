@@ -12,6 +12,7 @@
 #include "programs/command_line.h"
 #include "programs/exit_codes.h"
 #include "programs/printable.h"
+#include "programs/program_main.h"
 
 namespace legopt::programs {
 namespace {
@@ -178,7 +179,7 @@ int WrongUsage(const CLI::App& app, const NamedCommand& command, const std::stri
 int Print(const CLI::App& app, const std::string& text, int status) {
   std::cout << text << std::flush;
   if (std::cout) return status;
-  ReportError(app.get_name(), "standard output cannot be written; is the disk full?");
+  ReportError(app.get_name(), OutputFault());
   return kWrongUsage;
 }
 

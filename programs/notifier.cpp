@@ -13,6 +13,7 @@
 
 #include "legopt/classic_stream.h"
 #include "legopt/input_error.h"
+#include "programs/signal_meaning.h"
 
 extern char** environ;
 
@@ -133,8 +134,8 @@ std::string Notifier::Reap(Clock::time_point now) {
             std::to_string(std::chrono::duration_cast<std::chrono::seconds>(limits_.longest).count()) + " s";
   } else if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
     fault = "--notify: " + command_.front() +
-            (WIFEXITED(status) ? " ended with " + std::to_string(WEXITSTATUS(status))
-                               : " was ended by signal " + std::to_string(WTERMSIG(status)));
+            (WIFEXITED(status) ? " ended with " + ExitCodeMeaning(WEXITSTATUS(status))
+                               : " was ended by " + SignalMeaning(WTERMSIG(status)));
   }
   pid_ = -1;
   return fault;

@@ -23,7 +23,7 @@ constexpr std::array<int, 6> kChangedSignals = {SIGXFSZ, SIGPIPE, SIGUSR1, SIGUS
 struct StartState {
   bool known = false;
   std::array<bool, kChangedSignals.size()> ignored{};  // one for each of kChangedSignals
-  rlimit open_files{};
+  rlimit open_files{}, processor_time{};
 };
 StartState start_state;
 
@@ -32,7 +32,8 @@ void RememberStartState() {
     struct sigaction action {};
     start_state.ignored[i] = ::sigaction(kChangedSignals[i], nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
   }
-  start_state.known = ::getrlimit(RLIMIT_NOFILE, &start_state.open_files) == 0;
+  start_state.known = ::getrlimit(RLIMIT_NOFILE, &start_state.open_files) == 0 &&
+                      ::getrlimit(RLIMIT_CPU, &start_state.processor_time) == 0;
 }
 
 // Opens closed standard descriptors in the wrong direction, so that each use fails with EBADF, as glibc does for
@@ -54,6 +55,7 @@ void SetSignals(ProcessKind kind) {
   ::signal(SIGCHLD, SIG_DFL);
   if (kind == ProcessKind::kJob) return;
   UnblockSignals();
+  ::signal(SIGTERM, SIG_DFL);
   if (kind == ProcessKind::kCommand) return;
   for (const int number : {SIGPIPE, SIGUSR1, SIGUSR2}) ::signal(number, SIG_IGN);
 }
@@ -62,6 +64,16 @@ void RaiseOpenFiles() {
   rlimit limit = start_state.open_files;
   limit.rlim_cur = limit.rlim_max;
   ::setrlimit(RLIMIT_NOFILE, &limit);
+}
+
+// A hard limit of one second leaves no room.
+void SeparateProcessorTimeLimits() {
+  rlimit limit = start_state.processor_time;
+  if (!start_state.known || limit.rlim_max == RLIM_INFINITY || limit.rlim_cur < limit.rlim_max || limit.rlim_max < 2) {
+    return;
+  }
+  limit.rlim_cur = limit.rlim_max - 1;
+  ::setrlimit(RLIMIT_CPU, &limit);
 }
 
 std::filesystem::path Existing(const std::filesystem::path& file) {
@@ -77,6 +89,7 @@ void PrepareProcess(ProcessKind kind) {
   RememberStartState();
   SetSignals(kind);
   RaiseOpenFiles();
+  SeparateProcessorTimeLimits();
   const std::size_t free = FreeDescriptors(kFewestDescriptors);
   if (free >= kFewestDescriptors) return;
   rlimit limit{};
@@ -106,6 +119,7 @@ void RestoreStartState() {
     ::signal(kChangedSignals[i], start_state.ignored[i] ? SIG_IGN : SIG_DFL);
   }
   ::setrlimit(RLIMIT_NOFILE, &start_state.open_files);
+  ::setrlimit(RLIMIT_CPU, &start_state.processor_time);
 }
 
 std::filesystem::path ProgramFile() {

@@ -15,12 +15,14 @@ enum class ProcessKind {
 
 /// Prepares the process. Must be the first statement of every `main`, before any thread starts:
 /// * opens closed descriptors 0 to 2, so that no file or socket gets their numbers; reading and writing them fails as
-/// if
-///   they were closed;
+///   if they were closed;
 /// * ignores SIGXFSZ, so that the limit on file sizes causes an ordinary write error (EFBIG); services and jobs also
 ///   ignore SIGPIPE, SIGUSR1 and SIGUSR2; batch systems use the latter two as warnings;
+/// * gives SIGTERM its default action in commands and services, even if the parent ignored it;
 /// * gives SIGCHLD its default action and, except for jobs, unblocks all signals, regardless of the parent's settings;
-/// * raises the soft limit on open files (RLIMIT_NOFILE) to the hard one.
+/// * raises the soft limit on open files (RLIMIT_NOFILE) to the hard one;
+/// * lowers the soft limit on processor time (RLIMIT_CPU) to a second below the hard one, so that SIGXCPU ends the
+///   process; at the hard limit it would be SIGKILL, which hides the cause.
 /// Throws std::system_error (EMFILE, ENFILE) if fewer than kFewestDescriptors can be opened.
 void PrepareProcess(ProcessKind kind);
 
@@ -30,9 +32,8 @@ inline constexpr std::size_t kFewestDescriptors = 40;
 /// Returns the number of descriptors that can still be opened, counting up to `most`.
 std::size_t FreeDescriptors(std::size_t most);
 
-/// Undoes PrepareProcess in a child that becomes another program: restores the signal actions (except for SIGINT and
-/// SIGTERM, which get their default action) and the limit on open files. Only makes calls that are safe between fork
-/// and exec.
+/// Undoes PrepareProcess in a child that becomes another program: restores the limits and the signal actions (except for
+/// SIGINT and SIGTERM, which get their default action). Only makes calls that are safe between fork and exec.
 void RestoreStartState();
 
 /// Absolute path of the running program, from the kernel or, without /proc, from the name by which it was started.

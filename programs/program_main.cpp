@@ -1,5 +1,8 @@
 #include "programs/program_main.h"
 
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -45,6 +48,20 @@ int ReportRefusal(const std::string& program, const std::filesystem::filesystem_
 bool WorkingDirectoryWasRemoved() {
   std::array<char, PATH_MAX> folder{};
   return ::getcwd(folder.data(), folder.size()) == nullptr && errno == ENOENT;
+}
+
+std::string OutputFault() {
+  const std::string start = "standard output cannot be written; ";
+  const int flags = ::fcntl(STDOUT_FILENO, F_GETFL);
+  // PrepareProcess opens a closed one for reading.
+  if (flags < 0 || (flags & O_ACCMODE) == O_RDONLY) return start + "it is closed: send it to a file or to /dev/null";
+  struct stat status {};
+  rlimit size{};
+  const bool known = ::fstat(STDOUT_FILENO, &status) == 0 && ::getrlimit(RLIMIT_FSIZE, &size) == 0;
+  if (known && S_ISREG(status.st_mode) && static_cast<rlim_t>(status.st_size) >= size.rlim_cur) {
+    return start + files::Explain(EFBIG);
+  }
+  return start + "is the disk full?";
 }
 
 ExitCode CodeOf(const bus::BusError& error) {

@@ -22,6 +22,10 @@ int ReportException(const std::string& program);
 /// reported as the cause of an apparent problem with a file, with kUsage.
 int ReportFailure(const std::string& program, ExitCode code, const std::string& message);
 
+/// Returns the reason why standard output cannot be written: it is closed, a limit on file sizes is reached, or perhaps
+/// the disk is full.
+std::string OutputFault();
+
 /// Whether the working directory, from which relative paths start, no longer exists.
 bool WorkingDirectoryWasRemoved();
 

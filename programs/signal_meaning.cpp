@@ -36,9 +36,20 @@ std::string SignalMeaning(int signal) {
     default:
       break;
   }
+  if (signal >= SIGRTMIN && signal <= SIGRTMAX) {
+    return "SIGRTMIN+" + std::to_string(signal - SIGRTMIN) + " (real-time signal)";
+  }
   const char* const name = ::sigabbrev_np(signal);
-  const std::string number = "signal " + std::to_string(signal);
-  return name == nullptr ? number : number + " (SIG" + name + ")";
+  if (name == nullptr) return "SIG" + std::to_string(signal) + " (a signal without a name)";
+  return std::string("SIG") + name + " (" + ::sigdescr_np(signal) + ")";
+}
+
+std::string ExitCodeMeaning(int code) {
+  constexpr int kShellAdds = 128;
+  const std::string text = "exit code " + std::to_string(code);
+  const int signal = code - kShellAdds;
+  if (signal < 1 || signal > SIGRTMAX) return text;
+  return text + ", with which a shell reports " + SignalMeaning(signal);
 }
 
 }  // namespace legopt::programs

@@ -64,7 +64,7 @@ int Execute(const Invocation& invocation) {
   try {
     const ExitCode code = invocation.body();
     std::cout.flush();
-    if (!std::cout) return Report(ExitCode::kUsage, "standard output cannot be written; is the disk full?");
+    if (!std::cout) return Report(ExitCode::kUsage, programs::OutputFault());
     const bool about_a_file = code == ExitCode::kUsage || code == ExitCode::kDatabaseUnusable;
     if (about_a_file && programs::WorkingDirectoryWasRemoved()) return Report(code, "relative paths lead nowhere");
     return static_cast<int>(code);

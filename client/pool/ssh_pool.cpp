@@ -41,14 +41,8 @@ std::string LogName(const std::string& host) {
   return name + ".log";
 }
 
-std::string StateOf(const std::optional<ChildExit>& exit) {
-  if (!exit) return "connected";
-  if (exit->signal != 0) return "ended by us";
-  if (exit->code == kSshFailed) return "no connection";
-  return exit->code == 0 ? "left" : "ended with " + exit->Describe();
-}
-
 ExitCode CodeOf(const ChildExit& exit) {
+  if (exit.signal != 0) return ExitCode::kEngineRefused;
   if (exit.code == kNotFound || exit.code == kNotExecutable) return ExitCode::kMachine;
   const auto named = static_cast<ExitCode>(exit.code);
   const bool known = std::any_of(programs::kExitCodeTexts.begin(), programs::kExitCodeTexts.end(),
@@ -69,12 +63,14 @@ std::string LastLine(std::string text) {
   return begin == std::string::npos ? text : text.substr(begin + 1);
 }
 
-// Returns the last line of ssh or the remote shell if they failed, else the error that the worker reported.
+// Returns an empty text if a signal ended ssh. Otherwise returns the last line of ssh or the remote shell if they failed,
+// else the error that the worker reported.
 std::string CauseIn(const fs::path& log, const ChildExit& exit) {
+  if (exit.signal != 0) return {};
   const std::string text = EndOf(log);
   const bool no_worker = exit.code == kSshFailed || exit.code == kNotFound || exit.code == kNotExecutable;
   const std::string cause = no_worker ? LastLine(text) : LastWords("legopt-worker", text);
-  return cause.empty() ? "no error in " + log.string() : cause;
+  return ": " + (cause.empty() ? "no error in " + log.string() : cause);
 }
 
 }  // namespace
@@ -109,6 +105,14 @@ SshPool::Connection SshPool::Connect(const PoolFile& pool, const PoolAccess& acc
   return connection;
 }
 
+std::string SshPool::StateOf(const Connection& connection) {
+  if (!connection.exit) return "connected";
+  const ChildExit& exit = *connection.exit;
+  if (exit.signal != 0) return connection.closed ? "ended by us" : "ssh ended with " + exit.Describe();
+  if (exit.code == kSshFailed) return "no connection";
+  return exit.code == 0 ? "left" : "ended with " + exit.Describe();
+}
+
 bool SshPool::Look() {
   bool news = false;
   for (Connection& connection : connections_) {
@@ -127,7 +131,7 @@ bool SshPool::over() const {
 
 std::vector<SshPool::Host> SshPool::hosts() const {
   std::vector<Host> hosts;
-  for (const Connection& each : connections_) hosts.push_back({each.name, StateOf(each.exit), each.since});
+  for (const Connection& each : connections_) hosts.push_back({each.name, StateOf(each), each.since});
   return hosts;
 }
 
@@ -140,6 +144,7 @@ void SshPool::OrderToStop() {
 void SshPool::Close() {
   for (Connection& connection : connections_) {
     connection.orders.Close();
+    connection.closed = true;
     connection.ssh->Signal(SIGTERM);
   }
 }
@@ -147,10 +152,9 @@ void SshPool::Close() {
 std::vector<SshPool::Failure> SshPool::Failures() const {
   std::vector<Failure> failures;
   for (const Connection& each : connections_) {
-    if (!each.exit || each.exit->signal != 0 || each.exit->code == 0) continue;
+    if (!each.exit || (each.exit->signal != 0 ? each.closed : each.exit->code == 0)) continue;
     if (each.exit->code == StatusOf(ExitCode::kInterrupted)) continue;  // caused by the second order to stop
-    failures.push_back(
-        {CodeOf(*each.exit), each.name + ": " + StateOf(each.exit) + ": " + CauseIn(each.log, *each.exit)});
+    failures.push_back({CodeOf(*each.exit), each.name + ": " + StateOf(each) + CauseIn(each.log, *each.exit)});
   }
   return failures;
 }

@@ -55,8 +55,11 @@ class SshPool {
     programs::Descriptor orders;  ///< standard input of the worker
     std::unique_ptr<ChildProcess> ssh;
     std::optional<ChildExit> exit = {};
+    bool closed = false;  ///< by Close()
     std::chrono::system_clock::time_point since = {};
   };
+
+  static std::string StateOf(const Connection& connection);
 
   Connection Connect(const PoolFile& pool, const PoolAccess& access, const std::string& host) const;
 

@@ -94,11 +94,17 @@ const nlohmann::json& Listing::At(std::size_t row, std::string_view column) cons
   return rows.at(row).at(Column(column));
 }
 
-std::string Listing::Text(std::size_t row, std::string_view column) const { return At(row, column).get<std::string>(); }
+std::string Listing::Text(std::size_t row, std::string_view column) const {
+  const nlohmann::json& cell = At(row, column);
+  if (!cell.is_string()) RefuseWord(column, Dump(cell));
+  return cell.get<std::string>();
+}
 
 void Listing::RefuseWord(std::string_view column, const std::string& word) {
-  throw ClientError(ExitCode::kInternal, "the results have " + std::string(column) + " '" + word +
-                                             "', which this legopt does not know; use the release that wrote them");
+  throw ClientError(ExitCode::kDatabaseUnusable,
+                    "the results have " + std::string(column) + " '" + programs::Printable(word) +
+                        "', which this legopt does not know: the database is damaged ('legopt doctor --db FILE' checks "
+                        "it; restore a backup), or another release wrote it");
 }
 
 std::string RenderListing(const Listing& listing, ListingFormat format, const TextLayout& layout) {

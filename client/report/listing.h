@@ -25,9 +25,10 @@ struct Listing {
   std::size_t Column(std::string_view name) const;
   /// Returns the cell of a row by column name.
   const nlohmann::json& At(std::size_t row, std::string_view column) const;
-  /// Returns the text of a cell by column name.
+  /// Returns the text of a cell by column name. Throws ClientError (kDatabaseUnusable) if the cell is not a text.
   std::string Text(std::size_t row, std::string_view column) const;
-  /// Returns the enumerator named in a cell. Throws ClientError (kInternal) for a name of another release.
+  /// Returns the enumerator named in a cell. Throws ClientError (kDatabaseUnusable) for an unknown name, which indicates
+  /// a damaged database or another release.
   template <Worded Enum>
   Enum WordAt(std::size_t row, std::string_view column) const;
 

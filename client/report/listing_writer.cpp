@@ -7,6 +7,7 @@
 #include "client/client_error.h"
 #include "client/report/json_text.h"
 #include "client/report/listing.h"
+#include "programs/program_main.h"
 #include "programs/value_list.h"
 
 namespace legopt::client {
@@ -28,7 +29,7 @@ void ListingWriter::Begin(const std::vector<std::string>& columns) {
 }
 
 void ListingWriter::Row(const std::vector<nlohmann::json>& row) {
-  if (!std::cout) throw ClientError(ExitCode::kUsage, "standard output cannot be written; is the disk full?");
+  if (!std::cout) throw ClientError(ExitCode::kUsage, programs::OutputFault());
   std::vector<nlohmann::json> cells;
   for (const std::size_t position : positions_) cells.push_back(row[position]);
   if (format_ == Format::kCsv) {

@@ -24,7 +24,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kPollInterval{20};
 constexpr int kCannotStart = 127;
 constexpr std::size_t kKeptOutputBytes = 1U << 20;
-constexpr off_t kTailBytes = 2000;
+constexpr off_t kTailBytes = 64 << 10;  // warnings may follow an error
 
 [[noreturn]] void Fail(const std::filesystem::path& program, const std::string& what) {
   throw ClientError(ExitCode::kMachine, "cannot start " + program.string() + ": " + what);
@@ -60,7 +60,7 @@ programs::Descriptor Holding(const std::string& text) {
 }  // namespace
 
 std::string ChildExit::Describe() const {
-  if (signal == 0) return "exit code " + std::to_string(code);
+  if (signal == 0) return programs::ExitCodeMeaning(code);
   return "signal " + std::to_string(signal) + ", " + programs::SignalMeaning(signal);
 }
 

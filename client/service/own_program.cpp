@@ -26,14 +26,38 @@ bool NamesACause(int code) {
 }
 
 // Returns the message of a line that reports an error: "[date] [PROGRAM] [error] MESSAGE" or "PROGRAM: error: MESSAGE".
+// Messages of other levels may quote such a line.
 std::optional<std::string> ErrorIn(const std::string& line, const std::string& program) {
-  const std::string logged = "[" + program + "] [error] ";
-  if (const auto found = line.find(logged); line.starts_with('[') && found != std::string::npos) {
-    return line.substr(found + logged.size());
+  const std::string logged = " [" + program + "] [error] ";
+  const auto date_end = line.find(']');
+  if (line.starts_with('[') && date_end != std::string::npos &&
+      line.compare(date_end + 1, logged.size(), logged) == 0) {
+    return line.substr(date_end + 1 + logged.size());
   }
   const std::string reported = program + ": error: ";
   if (line.starts_with(reported)) return line.substr(reported.size());
   return std::nullopt;
+}
+
+// Signals sent by users, batch systems and resource limits are not defects of the program.
+ExitCode CodeOfSignal(int signal) {
+  switch (signal) {
+    case SIGKILL:
+    case SIGXCPU:
+      return ExitCode::kMachine;
+    case SIGTERM:
+    case SIGINT:
+    case SIGHUP:
+    case SIGQUIT:
+      return ExitCode::kInterrupted;
+    default:
+      return ExitCode::kInternal;
+  }
+}
+
+ExitCode CodeOf(const ChildExit& exit) {
+  if (exit.signal != 0) return CodeOfSignal(exit.signal);
+  return NamesACause(exit.code) ? static_cast<ExitCode>(exit.code) : ExitCode::kInternal;
 }
 
 // Throws if the program ended orderly without an order of this process: a user wants the run to end.
@@ -72,16 +96,15 @@ bool OwnProgram::WasKilled() {
   std::fprintf(stderr, "\nlegopt: warning: %s ended with %s; starting it again\n", name_.c_str(),
                exit->Describe().c_str());
   if (++restarts_ > kMaxRestarts) {
-    throw ClientError(
-        exit->signal == SIGKILL ? ExitCode::kMachine : ExitCode::kInternal,
-        name_ + " was killed again and again, at last by " + exit->Describe() + "; run with --verbose to see why");
+    throw ClientError(CodeOfSignal(exit->signal), name_ + " was killed again and again, at last by " +
+                                                      exit->Describe() + "; run with --verbose to see why");
   }
   return true;
 }
 
 void OwnProgram::Fail() {
   const ChildExit exit = child_->Poll().value_or(ChildExit{});
-  const auto code = exit.signal == 0 && NamesACause(exit.code) ? static_cast<ExitCode>(exit.code) : ExitCode::kInternal;
+  const ExitCode code = CodeOf(exit);
   const std::string words = LastWords(name_, child_->ErrorTail());
   if (exit.signal == 0 && !words.empty()) throw ClientError(code, name_ + ": " + words);
   throw ClientError(code, name_ + " ended with " + exit.Describe() +

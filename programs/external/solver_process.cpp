@@ -52,7 +52,7 @@ int MillisecondsUntil(LineChannel::Clock::time_point deadline) {
 
 std::string HowItEnded(const ProcessEnd& end, std::int64_t memory_bytes) {
   if (end.killed) return "closed its standard output before its solution";
-  if (!WIFSIGNALED(end.status)) return "ended with exit code " + std::to_string(WEXITSTATUS(end.status));
+  if (!WIFSIGNALED(end.status)) return "ended with " + programs::ExitCodeMeaning(WEXITSTATUS(end.status));
   const int number = WTERMSIG(end.status);
   const std::string ended = "was ended by signal " + std::to_string(number) + ", " + programs::SignalMeaning(number);
   if (number == SIGXFSZ)

@@ -1,6 +1,7 @@
 // Policy: a listing has the same cells in each of its four formats.
 #include "client/report/listing.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,9 +10,12 @@
 #include <sstream>
 
 #include "client/client_error.h"
+#include "words/job.h"
 
 namespace legopt::client {
 namespace {
+
+using testing::HasSubstr;
 
 Listing ExampleListing() {
   Listing listing;
@@ -244,6 +248,20 @@ TEST(KeepColumns, InTheOrderAskedFor) {
   } catch (const ClientError& error) {
     EXPECT_EQ(error.code(), ExitCode::kUsage);
     EXPECT_NE(std::string(error.what()).find("did you mean 'worker'?"), std::string::npos) << error.what();
+  }
+}
+
+TEST(Listing, AnUnknownWordIsDamageOfTheDatabase) {
+  const Listing listing{{"state"}, {{std::string("do\0e", 4)}, {nullptr}}};
+  for (std::size_t row = 0; row < 2; ++row) {
+    try {
+      (void)listing.WordAt<JobState>(row, "state");
+      ADD_FAILURE() << "row " << row;
+    } catch (const ClientError& error) {
+      EXPECT_EQ(error.code(), ExitCode::kDatabaseUnusable);
+      EXPECT_THAT(error.what(), HasSubstr(row == 0 ? "state 'do" : "state 'null'"));
+      EXPECT_THAT(error.what(), HasSubstr("the database is damaged"));
+    }
   }
 }
 

@@ -423,6 +423,9 @@ TEST(LastWords, AnErrorComesBeforeWhatFollowsFromIt) {
   EXPECT_EQ(LastWords("legopt-worker", stamp + "[warning] slot 1: exited"), "");
   EXPECT_EQ(LastWords("legopt-worker", stamp + "[warning] no key\nlegopt-worker: 2 slots"), "");
   EXPECT_EQ(LastWords("legopt-worker", "error: of another program"), "");
+  EXPECT_EQ(LastWords("legopt-worker", stamp + "[warning] [legopt-worker] [error] quoted"), "");
+  EXPECT_EQ(LastWords("legopt-worker", stamp + "[error] [legopt-worker] [error] twice"),
+            "[legopt-worker] [error] twice");
   EXPECT_EQ(LastWords("legopt-server", "legopt-server: error: a [b] c"), "a [b] c");
   EXPECT_EQ(LastWords("legopt-server", ""), "");
 }

@@ -138,6 +138,50 @@ class ProcessTest(unittest.TestCase):
         self.assertIn("SIGXFSZ", err)
         self.assertNotIn("no key", err)
 
+    def test_a_signal_from_outside_is_no_defect(self):
+        folder = os.path.join(self.folder, "programs-of-signals")
+        os.mkdir(folder)
+        shutil.copy(os.path.join(BUILD, "legopt"), folder)
+        os.symlink(os.path.join(BUILD, "legopt-data"), os.path.join(folder, "legopt-data"))
+        server = os.path.join(folder, "legopt-server")
+        for name, expected in (("KILL", 71), ("XCPU", 71), ("TERM", 8), ("HUP", 8), ("SEGV", 70)):
+            with self.subTest(name):
+                with open(server, "w", encoding="utf-8") as file:
+                    file.write(f"#!/bin/sh\necho '[2026] [legopt-server] [warning] [legopt-server] [error] quoted' >&2\nkill -{name} $$\n")
+                os.chmod(server, 0o755)
+                code, _, err = self.run_to_end(os.path.join(folder, "legopt"), "run", "s.yaml", "--db", "o.sqlite")
+                self.assertEqual(code, expected, err)
+                self.assertIn("SIG" + name, err)
+                self.assertNotIn("quoted", err)
+
+    def test_a_signal_that_ends_ssh_is_the_cause(self):
+        self.assertEqual(self.run_to_end(*self.command("keygen", "lab.key"))[0], 0)
+        server = self.start(os.path.join(BUILD, "legopt-server"), "--db", "lab.sqlite", "--listen", "127.0.0.1:7801", "--access",
+                            "lab.access", "--key-file", "lab.key", stdout=subprocess.PIPE)
+        server.stdout.readline()
+        os.mkdir(os.path.join(self.folder, "bin"))
+        with open(os.path.join(self.folder, "pool.yaml"), "w", encoding="utf-8") as file:
+            file.write("ssh: {hosts: [one]}\n")
+        ssh = os.path.join(self.folder, "bin", "ssh")
+        try:
+            for end, meaning in (("kill -SEGV $$", "ssh ended with signal 11, SIGSEGV"), ("exit 137", "a shell reports SIGKILL")):
+                with open(ssh, "w", encoding="utf-8") as file:
+                    file.write(f"#!/bin/sh\n{end}\n")
+                os.chmod(ssh, 0o755)
+                code, _, err = self.run_to_end("env", f"PATH={os.path.dirname(ssh)}:{os.environ['PATH']}", *self.command(
+                    "pool", "ssh", "pool.yaml", "--access", "lab.access", "--key-file", "lab.key", "--folder", "lab"))
+                self.assertEqual(code, 14, err)
+                self.assertIn(meaning, err)
+        finally:
+            server.terminate()
+            server.communicate(timeout=environment_test.END_S)
+
+    def test_closed_standard_output_is_not_a_full_disk(self):
+        code, _, err = self.run_to_end("sh", "-c", f"exec {os.path.join(BUILD, 'legopt')} --version >&-")
+        self.assertEqual(code, 2)
+        self.assertIn("it is closed", err)
+        self.assertNotIn("disk", err)
+
     def test_slots_are_reduced_to_what_descriptors_allow(self):
         limit = 64
         worker = self.start(os.path.join(BUILD, "legopt-worker"), "--slots", "60", stdout=subprocess.PIPE,

@@ -64,7 +64,13 @@ TEST_F(NotifierTest, ACommandThatHangsIsKilledAndTheNextOneStarts) {
 TEST_F(NotifierTest, AFailureIsReported) {
   Notifier notifier(Script("exit 7"), quick_);
   notifier.Add("a");
-  EXPECT_THAT(WorkUntilIdle(notifier), HasSubstr("ended with 7"));
+  EXPECT_THAT(WorkUntilIdle(notifier), HasSubstr("ended with exit code 7"));
+}
+
+TEST_F(NotifierTest, ASignalIsNamed) {
+  Notifier notifier(Script("kill -SEGV $$"), quick_);
+  notifier.Add("a");
+  EXPECT_THAT(WorkUntilIdle(notifier), HasSubstr("was ended by SIGSEGV (segmentation fault)"));
 }
 
 TEST_F(NotifierTest, WhatCannotWaitIsDroppedAndCounted) {

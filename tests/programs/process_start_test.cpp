@@ -105,6 +105,35 @@ TEST(ProcessStart, AChildIsHandedWhatThisProgramFound) {
   EXPECT_EQ(found, "111000");
 }
 
+TEST(ProcessStart, TheProcessorTimeLimitEndsWithItsOwnSignal) {
+  const std::string found = CallIsolated(
+      [] {
+        const rlimit both{8, 8};  // below that of an isolated call
+        ::setrlimit(RLIMIT_CPU, &both);
+        PrepareProcess(ProcessKind::kService);
+        rlimit separate{}, restored{};
+        ::getrlimit(RLIMIT_CPU, &separate);
+        RestoreStartState();
+        ::getrlimit(RLIMIT_CPU, &restored);
+        return Digits({separate.rlim_cur == 7, separate.rlim_max == 8, restored.rlim_cur == 8});
+      },
+      {});
+  EXPECT_EQ(found, "111");
+}
+
+TEST(ProcessStart, TermEndsAProgramAlthoughTheParentIgnoredIt) {
+  for (const ProcessKind kind : {ProcessKind::kCommand, ProcessKind::kService}) {
+    const std::string found = CallIsolated(
+        [kind] {
+          std::signal(SIGTERM, SIG_IGN);
+          PrepareProcess(kind);
+          return Digits({IsIgnored(SIGTERM)});
+        },
+        {});
+    EXPECT_EQ(found, "0");
+  }
+}
+
 TEST(ProcessStart, TooFewDescriptorsAreRefusedWithTheirNumber) {
   for (const rlim_t limit : {rlim_t{6}, rlim_t{20}, rlim_t{kFewestDescriptors}}) {
     const std::string found = CallIsolated(
