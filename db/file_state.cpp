@@ -7,6 +7,7 @@
 
 #include "db/connection.h"
 #include "db/lock_file.h"
+#include "db/private_copy.h"
 
 namespace legopt::db {
 namespace {
@@ -42,7 +43,9 @@ std::optional<std::string> SessionInFile(const std::filesystem::path& file) {
 // The session of file and log together. A log of another file makes a database that is malformed in any place.
 std::optional<std::string> SessionWithLog(const std::filesystem::path& file) {
   try {
-    Connection connection(file, Connection::Mode::kReadOnly);
+    std::optional<PrivateCopy> copy;
+    if (WouldLeaveSideFiles(file)) copy.emplace(file);
+    Connection connection(copy ? copy->path() : file, Connection::Mode::kReadOnly);
     return SessionOf(connection).value_or("");
   } catch (const StoreError& error) {
     if (error.code() == StoreErrorCode::kCorrupt || error.code() == StoreErrorCode::kNotLegopt) ThrowForeignLog(file);

@@ -4,11 +4,17 @@
 
 namespace legopt::db {
 
+/// True if SQLite would create a `-shm` of this user beside the file of another user. A reader does not remove it, and
+/// the file's owner cannot write to it: no server could open the database any more. Always false for root, whose side
+/// files SQLite gives to the file's owner. Such a file is read without side files: the file alone, or a PrivateCopy.
+bool WouldLeaveSideFiles(const std::filesystem::path& file);
+
 /// A database file and its log, copied into a new folder of TMPDIR that only this user can read; removed by the
 /// destructor. Connections that are open by then keep reading it.
 ///
-/// For a database whose log has to be read where SQLite cannot create its side file `-shm`: on a read-only disk, or in
-/// a folder of another user. Must not be used by a process that has the database open: closing a file drops its locks.
+/// For a database whose log has to be read where SQLite cannot create its side file `-shm`, or must not
+/// (WouldLeaveSideFiles): on a read-only disk, in a folder of another user, or beside a file of another user. Must not
+/// be used by a process that has the database open: closing a file drops its locks.
 class PrivateCopy {
  public:
   /// Throws StoreError: kUnwritable (no folder can be made), kFull (no room), kBusy (a server is writing the file).

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <string_view>
 #include <utility>
 
@@ -12,6 +13,7 @@
 #include "db/file_state.h"
 #include "db/migrations.h"
 #include "db/private_copy.h"
+#include "files/file_error.h"
 #include "legopt/nearest_name.h"
 
 namespace legopt::db {
@@ -104,6 +106,16 @@ std::unique_ptr<Connection> OpenAndRead(const std::filesystem::path& path, const
   return connection;
 }
 
+std::unique_ptr<Connection> OpenWithoutSideFiles(const std::filesystem::path& path) {
+  std::error_code error;
+  const std::filesystem::path real = std::filesystem::canonical(path, error);
+  if (!std::filesystem::exists(real.string() + "-wal", error)) {
+    return std::make_unique<Connection>(path, Connection::Mode::kImmutable);
+  }
+  const PrivateCopy copy(path);
+  return OpenAndRead(copy.path(), path);
+}
+
 }  // namespace
 
 std::unique_ptr<Connection> OpenForReading(const std::filesystem::path& path, Log log) {
@@ -115,18 +127,17 @@ std::unique_ptr<Connection> OpenForReading(const std::filesystem::path& path, Lo
   if (!std::filesystem::is_regular_file(status)) {
     throw StoreError(StoreErrorCode::kNotLegopt, path.string() + ": not a file; name the database file");
   }
+  if (::access(path.c_str(), R_OK) != 0) {
+    throw StoreError(StoreErrorCode::kUnwritable, path.string() + ": cannot be read: " + files::Explain(errno));
+  }
   if (log == Log::kChecked) RequireOwnLog(path);
+  if (WouldLeaveSideFiles(path)) return OpenWithoutSideFiles(path);
   try {
     return OpenAndRead(path, path);
   } catch (const StoreError& e) {
     // Only a folder that cannot be written is no obstacle: side files cannot be made there.
-    if (e.code() != StoreErrorCode::kUnwritable || ::access(path.c_str(), R_OK) != 0) throw;
-    const std::filesystem::path real = std::filesystem::canonical(path, error);
-    if (!std::filesystem::exists(real.string() + "-wal", error)) {
-      return std::make_unique<Connection>(path, Connection::Mode::kImmutable);
-    }
-    const PrivateCopy copy(path);
-    return OpenAndRead(copy.path(), path);
+    if (e.code() != StoreErrorCode::kUnwritable) throw;
+    return OpenWithoutSideFiles(path);
   }
 }
 

@@ -54,9 +54,10 @@ enum class Log {
   kTrusted,  ///< this process writes the database: it has checked the log, and a check would drop its locks
 };
 
-/// A read-only connection, also to a live database. If the folder cannot be written, a log is read in a private copy.
-/// Throws StoreError: kNotFound, kNotLegopt (not a file), kUnwritable (not readable), kCorrupt (damaged, or the log is
-/// of another file), kFull (no room for the copy).
+/// A read-only connection, also to a live database. If the folder cannot be written, or the file belongs to another
+/// user and has no `-shm` yet, no side file is created: a log is read in a private copy. Throws StoreError: kNotFound,
+/// kNotLegopt (not a file), kUnwritable (not readable), kCorrupt (damaged, or the log is of another file), kFull (no
+/// room for the copy).
 std::unique_ptr<Connection> OpenForReading(const std::filesystem::path& path, Log log = Log::kChecked);
 /// Throws StoreError: kNotLegopt, kNewerSchema, kOlderSchema, kCorrupt (something of the schema is missing).
 void RequireCurrentSchema(Connection& connection);

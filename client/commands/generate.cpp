@@ -61,7 +61,7 @@ generate::ScenarioOptions OptionsOf(const ScenarioFlags& flags) {
 /// were proven there, as the same command then goes on with them.
 void MakeFolder(const std::filesystem::path& out, const std::string& identity,
                 const std::function<void(const std::filesystem::path&, const generate::BuildProgress&)>& make) {
-  NewFolder folder(out, identity);
+  NewFolder folder(out, identity, Unfinished::kKept);
   const InterruptGuard guard;
   GenerationProgress progress;
   try {

@@ -99,11 +99,11 @@ ExitCode OutcomeOf(const SshPool& pool) {
   throw ClientError(failures.front().code, text);
 }
 
-void KeepUntilOver(SshPool& pool, const std::string& folder) {
+void KeepUntilOver(SshPool& pool, const HostsFile& file) {
   constexpr std::chrono::milliseconds kInterval{100};
-  TellHosts(folder, pool.hosts());
+  file.Write(pool.hosts());
   for (int orders = 0; !pool.over(); std::this_thread::sleep_for(kInterval)) {
-    if (pool.Look()) TellHosts(folder, pool.hosts());
+    if (pool.Look()) file.Write(pool.hosts());
     if (InterruptCount() == orders) continue;
     orders = InterruptCount();
     constexpr int kGentle = 2;
@@ -139,7 +139,9 @@ ExitCode StartSsh(PoolFlags& flags) {
   std::cout << file.nodes << (file.nodes == 1 ? " worker" : " workers") << ", one to a host; logs in "
             << programs::Printable(flags.folder) << "; Ctrl-C stops them\n"
             << std::flush;
-  KeepUntilOver(pool, flags.folder);
+  const HostsFile hosts(flags.folder, Keeper::ThisProcess());
+  KeepUntilOver(pool, hosts);
+  hosts.Remove();
   return OutcomeOf(pool);
 }
 
@@ -166,8 +168,8 @@ void ListArray(const std::string& job, Listing& listing) {
   }
 }
 
-void ListHosts(const std::string& folder, Listing& listing) {
-  for (const SshPool::Host& host : ToldHosts(folder)) {
+void ListHosts(const HostsFile& file, Listing& listing) {
+  for (const SshPool::Host& host : file.Read()) {
     listing.rows.push_back(
         {host.name, host.state, FormatDuration(std::chrono::system_clock::now() - host.since), host.name});
   }
@@ -180,7 +182,7 @@ ExitCode Status(const FolderFlags& flags) {
     if (member.engine == Engine::kSlurm) {
       ListArray(member.id, listing);
     } else if (const auto keeper = Keeper::FromId(member.id); keeper && keeper->runs()) {
-      ListHosts(flags.folder, listing);
+      ListHosts({flags.folder, *keeper}, listing);
     }
   }
   PrintListing(listing, flags.listing);

@@ -21,6 +21,7 @@ class Keeper {
   /// Of a line of the record; empty when it is none.
   static std::optional<Keeper> FromId(const std::string& id);
 
+  int pid() const { return pid_; }
   std::string id() const { return std::to_string(pid_) + " " + std::to_string(started_); }
   bool runs() const;
   /// Orders it to stop, waits for so long, orders it to give back what runs, waits a moment, and kills it. Returns
@@ -35,9 +36,19 @@ class Keeper {
   std::uint64_t started_;
 };
 
-/// Writes what status shows into the pool's folder, in one step. What cannot be written is not shown.
-void TellHosts(const std::filesystem::path& folder, const std::vector<SshPool::Host>& hosts);
-/// Of the last TellHosts; empty when there is nothing to be read.
-std::vector<SshPool::Host> ToldHosts(const std::filesystem::path& folder);
+/// The hosts of a keeper in the pool's folder. Each keeper has a file of its own: several may use one folder.
+class HostsFile {
+ public:
+  HostsFile(const std::filesystem::path& folder, const Keeper& keeper);
+  /// Writes the states that `legopt pool status` shows, in one step. Does nothing where the file cannot be written.
+  void Write(const std::vector<SshPool::Host>& hosts) const;
+  /// The states of the last Write; empty if the file cannot be read.
+  std::vector<SshPool::Host> Read() const;
+  /// Removes the file. Does nothing if there is none.
+  void Remove() const;
+
+ private:
+  std::filesystem::path path_;
+};
 
 }  // namespace legopt::client
