@@ -49,7 +49,7 @@ int Authorize(void* /*context*/, int action, const char* first, const char* seco
 
 // Bounds on what one statement may ask of the machine, whatever it says.
 void LimitResources(sqlite3* handle) {
-  constexpr int kMaxValueBytes = 64 << 20;
+  constexpr int kMaxValueBytes = kMostMiBOfQueriedValue << 20;
   constexpr int kMaxSqlBytes = 100'000;
   constexpr int kMaxDepth = 200;
   constexpr int kMaxColumns = 500;
