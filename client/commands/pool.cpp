@@ -4,7 +4,9 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "bridge/access_file.h"
@@ -70,6 +72,23 @@ PoolAccess AccessInScript(const PoolFlags& flags, const PoolFile& file, const bu
   return access;
 }
 
+// The folder of a pool; one that was created here is removed again unless the pool is started.
+class StartedFolder {
+ public:
+  explicit StartedFolder(fs::path folder) : folder_(std::move(folder)), created_(fs::create_directories(folder_)) {}
+  ~StartedFolder() {
+    std::error_code ignored;
+    if (created_) fs::remove_all(folder_, ignored);
+  }
+  StartedFolder(const StartedFolder&) = delete;
+  StartedFolder& operator=(const StartedFolder&) = delete;
+  void Keep() { created_ = false; }
+
+ private:
+  fs::path folder_;
+  bool created_;
+};
+
 ExitCode StartSlurm(const PoolFlags& flags) {
   const PoolFile file = ReadPoolFile(flags.file, Engine::kSlurm);
   const bus::LcmOptions network = flags.network.Resolve();
@@ -80,8 +99,9 @@ ExitCode StartSlurm(const PoolFlags& flags) {
     return ExitCode::kOk;
   }
   RequireServer(flags.access, network);
-  fs::create_directories(flags.folder);
+  StartedFolder started(flags.folder);
   const SlurmArray array = SlurmArray::Submit(file, script);
+  started.Keep();  // for the logs of what is submitted
   AddToRecord(flags.folder, {Engine::kSlurm, array.job_id()});
   const std::string folder = programs::Printable(flags.folder);
   std::cout << "Slurm job " << array.job_id() << ": " << file.nodes << (file.nodes == 1 ? " worker" : " workers")
@@ -132,10 +152,11 @@ ExitCode StartSsh(PoolFlags& flags) {
     return ExitCode::kOk;
   }
   RequireServer(flags.access, network);
-  fs::create_directories(flags.folder);
+  StartedFolder started(flags.folder);
   flags.guard = std::make_unique<InterruptGuard>();
   SshPool pool(file, access);
   AddToRecord(flags.folder, {Engine::kSsh, Keeper::ThisProcess().id()});
+  started.Keep();
   std::cout << file.nodes << (file.nodes == 1 ? " worker" : " workers") << ", one to a host; logs in "
             << programs::Printable(flags.folder) << "; Ctrl-C stops them\n"
             << std::flush;

@@ -254,7 +254,8 @@ class Trial:
     def try_services(self):
         """All at once, since they mostly wait."""
         started = []
-        for command, usual in SERVICES + STOPPED:
+        # A run needs seconds to stop: tried where every command is.
+        for command, usual in SERVICES + (STOPPED if self.everything else ()):
             folder = self.fresh_folder()
             started.append((command, usual, folder, set(os.listdir(folder)), self.start(command, folder)))
         shares = self.lowest_shares([process for *_, process in started])
