@@ -109,7 +109,8 @@ TEST(NewFolder, NothingIsOverwrittenAndUnfinishedWorkIsKept) {
     NewFolder first(out, "a", Unfinished::kKept);
     test::WriteText(first.path() / "stage", "1");
   }
-  EXPECT_NE(test::MessageOf([&] { NewFolder other(out, "b", Unfinished::kKept); }).find("other parameters"), std::string::npos);
+  EXPECT_NE(test::MessageOf([&] { NewFolder other(out, "b", Unfinished::kKept); }).find("other parameters"),
+            std::string::npos);
   NewFolder again(out, "a", Unfinished::kKept);
   EXPECT_EQ(test::ReadText(again.path() / "stage"), "1");
   again.Finish();
