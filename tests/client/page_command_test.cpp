@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "command_line_fixture.h"
+#include "tests/folders.h"
 
 namespace legopt::client {
 namespace {
