@@ -31,12 +31,14 @@ class PartialFile {
  public:
   explicit PartialFile(const std::filesystem::path& target)
       : target_(target), path_(target.string() + ".partial-" + std::to_string(::getpid())) {
+    const std::string stem = path_;
     std::error_code ignored;
     if (std::filesystem::exists(std::filesystem::symlink_status(target, ignored))) {
       Fail(StoreErrorCode::kUnwritable, target, "exists already and is not overwritten; choose another name");
     }
     try {
-      files::CreateFile(path_, {});
+      // In a container, a copy that a killed backup has left may have the process id of this one.
+      for (int i = 2; !files::ClaimName(path_); ++i) path_ = stem + "-" + std::to_string(i);
     } catch (const files::FileError& error) {
       throw StoreError(error.shortage() ? StoreErrorCode::kShortage : StoreErrorCode::kUnwritable, error.what());
     }

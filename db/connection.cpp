@@ -73,6 +73,10 @@ Meaning MeaningOf(sqlite3* handle, int code) {
     case SQLITE_PERM:
       return {StoreErrorCode::kUnwritable,
               files::WriteAdvice("check the path, that its folder exists, and the permissions")};
+    case SQLITE_TOOBIG:
+      return {StoreErrorCode::kBadQuery, "a value may have at most " + std::to_string(kMostMiBOfQueriedValue) +
+                                             " MiB in a query; read a part of it, for "
+                                             "example with substr()"};
     case SQLITE_AUTH:
       return {StoreErrorCode::kBadQuery, "the database is read-only here: only SELECT is allowed"};
     case SQLITE_INTERRUPT:

@@ -16,6 +16,9 @@ struct sqlite3_stmt;
 
 namespace legopt::db {
 
+/// Largest value that ReadOnlyDatabase reads.
+inline constexpr int kMostMiBOfQueriedValue = 64;
+
 class Connection;
 
 /// A prepared statement. Bind in any order, then Step until it returns false; Reset before the next use.

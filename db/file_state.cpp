@@ -8,6 +8,7 @@
 #include "db/connection.h"
 #include "db/file_check.h"
 #include "db/lock_file.h"
+#include "db/private_copy.h"
 
 namespace legopt::db {
 namespace {
@@ -43,7 +44,9 @@ std::optional<std::string> SessionInFile(const std::filesystem::path& file) {
 // Returns the session of file and log together. A foreign log makes the database malformed in arbitrary places.
 std::optional<std::string> SessionWithLog(const std::filesystem::path& file) {
   try {
-    Connection connection(file, Connection::Mode::kReadOnly);
+    std::optional<PrivateCopy> copy;
+    if (WouldLeaveSideFiles(file)) copy.emplace(file);
+    Connection connection(copy ? copy->path() : file, Connection::Mode::kReadOnly);
     return SessionOf(connection).value_or("");
   } catch (const StoreError& error) {
     if (error.code() == StoreErrorCode::kCorrupt || error.code() == StoreErrorCode::kNotLegopt) ThrowForeignLog(file);

@@ -1,5 +1,8 @@
 #include "db/private_copy.h"
 
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <array>
 #include <cerrno>
 #include <cstdint>
@@ -39,12 +42,16 @@ std::string CauseOf(const std::error_code& error) {
   return error.message() + "; " + files::WriteAdvice("check the disk: its space and quota, its kernel messages");
 }
 
+[[noreturn]] void ThrowUnreadable(const fs::path& file, const std::error_code& error) {
+  throw StoreError(StoreErrorCode::kUnwritable, file.string() + ": cannot be read: " + files::Explain(error.value()));
+}
+
 [[noreturn]] void ThrowUncopied(const fs::path& file, const fs::path& folder, const std::error_code& error) {
   const bool full = error == std::errc::no_space_on_device || error == std::errc::file_too_large;
   throw StoreError(full ? StoreErrorCode::kFull : StoreErrorCode::kUnwritable,
                    file.string() +
-                       ": its log can only be read in a copy, because its folder cannot be written, and the "
-                       "copy in " +
+                       ": its log can only be read in a copy, because its folder cannot be written or its owner "
+                       "is another user, and the copy in " +
                        folder.string() + " failed: " + CauseOf(error) + ", or set TMPDIR to a folder with room");
 }
 
@@ -59,8 +66,9 @@ bool CopyOnce(const fs::path& file, const fs::path& folder) {
   const auto before = StampsOf(source);
   for (const char* suffix : kCopied) {
     const std::string target = CopyIn(folder).string() + suffix;
-    fs::copy_file(source.string() + suffix, target, kOverwrite, error);  // creates the file; only this process uses the
-                                                                         // folder
+    const std::string part = source.string() + suffix;
+    if (::access(part.c_str(), R_OK) != 0) ThrowUnreadable(part, {errno, std::generic_category()});
+    fs::copy_file(part, target, kOverwrite, error);  // creates: in a private folder of this process
     if (error) ThrowUncopied(file, folder, error);
   }
   return StampsOf(source) == before;
@@ -68,14 +76,21 @@ bool CopyOnce(const fs::path& file, const fs::path& folder) {
 
 }  // namespace
 
+bool WouldLeaveSideFiles(const fs::path& file) {
+  struct stat status {};
+  std::error_code error;
+  if (::geteuid() == 0 || ::stat(file.c_str(), &status) != 0 || status.st_uid == ::geteuid()) return false;
+  return !fs::exists(fs::canonical(file, error).string() + "-shm", error);
+}
+
 PrivateCopy::PrivateCopy(const fs::path& file) : folder_(file) {
   constexpr int kTries = 3;
   for (int attempt = 0; attempt < kTries; ++attempt) {
     if (CopyOnce(file, folder_.path())) return;
   }
   throw StoreError(StoreErrorCode::kBusy, file.string() +
-                                              ": a server is writing to it, and its folder cannot be "
-                                              "written; ask the server instead, without --db");
+                                              ": a server is writing to it, and it can only be read in a "
+                                              "copy; ask the server instead, without --db");
 }
 
 fs::path PrivateCopy::path() const { return CopyIn(folder_.path()); }

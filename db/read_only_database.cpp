@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <string_view>
 #include <utility>
 
@@ -12,6 +13,7 @@
 #include "db/file_state.h"
 #include "db/migrations.h"
 #include "db/private_copy.h"
+#include "files/file_error.h"
 #include "legopt/nearest_name.h"
 
 namespace legopt::db {
@@ -47,7 +49,7 @@ int Authorize(void* /*context*/, int action, const char* first, const char* seco
 
 // Limits the machine resources that a statement can use.
 void LimitResources(sqlite3* handle) {
-  constexpr int kMaxValueBytes = 64 << 20;
+  constexpr int kMaxValueBytes = kMostMiBOfQueriedValue << 20;
   constexpr int kMaxSqlBytes = 100'000;
   constexpr int kMaxDepth = 200;
   constexpr int kMaxColumns = 500;
@@ -104,6 +106,16 @@ std::unique_ptr<Connection> OpenAndRead(const std::filesystem::path& path, const
   return connection;
 }
 
+std::unique_ptr<Connection> OpenWithoutSideFiles(const std::filesystem::path& path) {
+  std::error_code error;
+  const std::filesystem::path real = std::filesystem::canonical(path, error);
+  if (!std::filesystem::exists(real.string() + "-wal", error)) {
+    return std::make_unique<Connection>(path, Connection::Mode::kImmutable);
+  }
+  const PrivateCopy copy(path);
+  return OpenAndRead(copy.path(), path);
+}
+
 }  // namespace
 
 std::unique_ptr<Connection> OpenForReading(const std::filesystem::path& path, Log log) {
@@ -115,18 +127,17 @@ std::unique_ptr<Connection> OpenForReading(const std::filesystem::path& path, Lo
   if (!std::filesystem::is_regular_file(status)) {
     throw StoreError(StoreErrorCode::kNotLegopt, path.string() + ": not a file; name the database file");
   }
+  if (::access(path.c_str(), R_OK) != 0) {
+    throw StoreError(StoreErrorCode::kUnwritable, path.string() + ": cannot be read: " + files::Explain(errno));
+  }
   if (log == Log::kChecked) RequireOwnLog(path);
+  if (WouldLeaveSideFiles(path)) return OpenWithoutSideFiles(path);
   try {
     return OpenAndRead(path, path);
   } catch (const StoreError& e) {
     // Continue only if the folder is not writable, so that side files cannot be created.
-    if (e.code() != StoreErrorCode::kUnwritable || ::access(path.c_str(), R_OK) != 0) throw;
-    const std::filesystem::path real = std::filesystem::canonical(path, error);
-    if (!std::filesystem::exists(real.string() + "-wal", error)) {
-      return std::make_unique<Connection>(path, Connection::Mode::kImmutable);
-    }
-    const PrivateCopy copy(path);
-    return OpenAndRead(copy.path(), path);
+    if (e.code() != StoreErrorCode::kUnwritable) throw;
+    return OpenWithoutSideFiles(path);
   }
 }
 

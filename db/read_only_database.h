@@ -54,9 +54,10 @@ enum class Log {
   kTrusted,  ///< this process writes the database and has checked the log; another check would drop its locks
 };
 
-/// Opens a read-only connection; the database may be live. If the folder is not writable and there is a log, a private
-/// copy is read. Throws StoreError: kNotFound, kNotLegopt (not a file), kUnwritable (not readable), kCorrupt (damaged,
-/// or the log belongs to another file), kFull (no space for the copy).
+/// Opens a read-only connection; the database may be live. If the folder is not writable, or the file belongs to
+/// another user and has no `-shm`, no side file is created: a log is read in a private copy. Throws StoreError:
+/// kNotFound, kNotLegopt (not a file), kUnwritable (not readable), kCorrupt (damaged, or the log belongs to another
+/// file), kFull (no space for the copy).
 std::unique_ptr<Connection> OpenForReading(const std::filesystem::path& path, Log log = Log::kChecked);
 /// Throws StoreError: kNotLegopt, kNewerSchema, kOlderSchema, kCorrupt (part of the schema is missing).
 void RequireCurrentSchema(Connection& connection);

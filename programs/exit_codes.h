@@ -27,7 +27,7 @@ enum class ExitCode : int {
   kCertificateMismatch = 13,  ///< a certificate of feasibility belongs to another dataset, or to another version of it
   kEngineRefused = 14,        ///< the batch system refuses a pool, does not answer, or has ended all its workers
   kNoProgress = 15,           ///< waiting ended by --give-up: no progress for that time
-  kCutShort = 16,             ///< `query`: a limit (rows, bytes or time) was reached before the end of the result
+  kCutShort = 16,             ///< a limit (rows, bytes or time) was reached before the end of the result
   kNotPermitted = 17,         ///< the role of the key does not permit this
   kInternal = 70,             ///< a defect of legopt; please report it
   kMachine = 71,  ///< resources of this machine exhausted: memory or processes; or one of the programs is missing
@@ -57,7 +57,7 @@ inline constexpr std::array<ExitCodeText, 19> kExitCodeTexts{{
     {ExitCode::kCertificateMismatch, "certificate of another dataset"},
     {ExitCode::kEngineRefused, "the batch system refuses or ended the pool"},
     {ExitCode::kNoProgress, "gave up: nothing moved for the time of --give-up"},
-    {ExitCode::kCutShort, "query: a limit cut the result"},
+    {ExitCode::kCutShort, "a limit cut the result"},
     {ExitCode::kNotPermitted, "the role of the key does not permit this"},
     {ExitCode::kInternal, "a defect of legopt"},
     {ExitCode::kMachine, "out of memory or processes, or a program is missing"},

@@ -14,6 +14,7 @@
 #include "client/report/replaced_file.h"
 #include "client/service/interrupt.h"
 #include "client/suite/chosen_files.h"
+#include "files/name_lock.h"
 #include "legopt/certify/certificate.h"
 #include "legopt/certify/dataset_certifier.h"
 #include "legopt/certify/stance_catalogue.h"
@@ -60,6 +61,12 @@ ExitCode Certify(const CertifyFlags& flags) {
   const auto dataset = Dataset::Load(ChooseDatasetFolder(flags.dataset, nullptr), CallIsolated);
   const std::filesystem::path out =
       flags.out.empty() ? dataset->folder() / certify::kCertificateFileName : std::filesystem::path(flags.out);
+  const files::NameLock lock(out);
+  if (!lock.holder().empty()) {
+    throw ClientError(ExitCode::kUsage,
+                      out.string() + ": " + lock.holder() +
+                          " is writing this certificate; wait for that process, or name another --out");
+  }
   const certify::StanceCatalogue catalogue(*dataset);
   std::optional<certify::Certificate> known;
   if (std::filesystem::exists(out)) known = certify::ReadCertificate(out, catalogue, *dataset);

@@ -61,7 +61,7 @@ generate::ScenarioOptions OptionsOf(const ScenarioFlags& flags) {
 /// if stances were proven, because the same command then continues from it.
 void MakeFolder(const std::filesystem::path& out, const std::string& identity,
                 const std::function<void(const std::filesystem::path&, const generate::BuildProgress&)>& make) {
-  NewFolder folder(out, identity);
+  NewFolder folder(out, identity, Unfinished::kKept);
   const InterruptGuard guard;
   GenerationProgress progress;
   try {

@@ -65,7 +65,7 @@ std::map<std::string, std::int64_t> RowsOfMethods(const nlohmann::json& spec) {
 }
 
 void ReadKnownJobs(const nlohmann::json& spec, ResultSource& source, KnownResults* known) {
-  const Listing results = source.Query(Sql(spec));
+  const Listing results = source.Query(Sql(spec), ResultSource::kAllRows);
   known->truncated = results.truncated;
   const auto problems = ProblemsOfTasks(spec);
   auto methods = RowsOfMethods(spec);

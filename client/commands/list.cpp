@@ -1,6 +1,7 @@
 #include <iostream>
 #include <map>
 #include <memory>
+#include <utility>
 
 #include "client/client_error.h"
 #include "client/commands/commands.h"
@@ -127,6 +128,16 @@ void HintAtStoppedJobs(ResultSource& source, std::int64_t experiment_id) {
   if (!warning.empty()) std::cerr << "legopt: " << warning << "\n";
 }
 
+// Either --limit or the bytes of an answer.
+void ReportCut(const ListOptions& options, std::size_t rows) {
+  const bool by_limit = std::cmp_greater_equal(rows, options.limit);
+  std::cerr << "legopt: only the first " << rows << " jobs are shown: "
+            << (by_limit ? "--limit; raise it\n"
+                : options.source.db
+                    ? "256 MiB in memory are the limit; show fewer, for example with --task\n"
+                    : "48 MiB are the limit of a server's answer; show fewer, for example with --task, or use --db\n");
+}
+
 ExitCode List(const ListOptions& options) {
   const auto source = OpenResults(options.source);
   const auto experiment = FindExperiment(*source, options.experiment);
@@ -134,10 +145,10 @@ ExitCode List(const ListOptions& options) {
   Listing jobs = source->Query(Sql(options, experiment, {*source, experiment.id}), options.limit);
   if (!options.source.db) AddProgress(options, experiment.id, &jobs);
   PrintListing(jobs, options.listing);
-  if (jobs.truncated) std::cerr << "legopt: only the first " << jobs.rows.size() << " jobs are shown; raise --limit\n";
+  if (jobs.truncated) ReportCut(options, jobs.rows.size());
   if (options.unsolved) HintAtStoppedJobs(*source, experiment.id);
   if (jobs.rows.empty()) std::cerr << "legopt: no job of experiment " << experiment.id << " is like that\n";
-  return ExitCode::kOk;
+  return jobs.truncated ? ExitCode::kCutShort : ExitCode::kOk;
 }
 
 }  // namespace

@@ -4,7 +4,9 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "bridge/access_file.h"
@@ -70,6 +72,23 @@ PoolAccess AccessInScript(const PoolFlags& flags, const PoolFile& file, const bu
   return access;
 }
 
+// The folder of a pool; one that was created here is removed again unless the pool is started.
+class StartedFolder {
+ public:
+  explicit StartedFolder(fs::path folder) : folder_(std::move(folder)), created_(fs::create_directories(folder_)) {}
+  ~StartedFolder() {
+    std::error_code ignored;
+    if (created_) fs::remove_all(folder_, ignored);
+  }
+  StartedFolder(const StartedFolder&) = delete;
+  StartedFolder& operator=(const StartedFolder&) = delete;
+  void Keep() { created_ = false; }
+
+ private:
+  fs::path folder_;
+  bool created_;
+};
+
 ExitCode StartSlurm(const PoolFlags& flags) {
   const PoolFile file = ReadPoolFile(flags.file, Engine::kSlurm);
   const bus::LcmOptions network = flags.network.Resolve();
@@ -80,8 +99,9 @@ ExitCode StartSlurm(const PoolFlags& flags) {
     return ExitCode::kOk;
   }
   RequireServer(flags.access, network);
-  fs::create_directories(flags.folder);
+  StartedFolder started(flags.folder);
   const SlurmArray array = SlurmArray::Submit(file, script);
+  started.Keep();  // for the logs of what is submitted
   AddToRecord(flags.folder, {Engine::kSlurm, array.job_id()});
   const std::string folder = programs::Printable(flags.folder);
   std::cout << "Slurm job " << array.job_id() << ": " << file.nodes << (file.nodes == 1 ? " worker" : " workers")
@@ -99,11 +119,11 @@ ExitCode OutcomeOf(const SshPool& pool) {
   throw ClientError(failures.front().code, text);
 }
 
-void KeepUntilOver(SshPool& pool, const std::string& folder) {
+void KeepUntilOver(SshPool& pool, const HostsFile& file) {
   constexpr std::chrono::milliseconds kInterval{100};
-  TellHosts(folder, pool.hosts());
+  file.Write(pool.hosts());
   for (int orders = 0; !pool.over(); std::this_thread::sleep_for(kInterval)) {
-    if (pool.Look()) TellHosts(folder, pool.hosts());
+    if (pool.Look()) file.Write(pool.hosts());
     if (InterruptCount() == orders) continue;
     orders = InterruptCount();
     constexpr int kGentle = 2;
@@ -132,14 +152,17 @@ ExitCode StartSsh(PoolFlags& flags) {
     return ExitCode::kOk;
   }
   RequireServer(flags.access, network);
-  fs::create_directories(flags.folder);
+  StartedFolder started(flags.folder);
   flags.guard = std::make_unique<InterruptGuard>();
   SshPool pool(file, access);
   AddToRecord(flags.folder, {Engine::kSsh, Keeper::ThisProcess().id()});
+  started.Keep();
   std::cout << file.nodes << (file.nodes == 1 ? " worker" : " workers") << ", one to a host; logs in "
             << programs::Printable(flags.folder) << "; Ctrl-C stops them\n"
             << std::flush;
-  KeepUntilOver(pool, flags.folder);
+  const HostsFile hosts(flags.folder, Keeper::ThisProcess());
+  KeepUntilOver(pool, hosts);
+  hosts.Remove();
   return OutcomeOf(pool);
 }
 
@@ -166,8 +189,8 @@ void ListArray(const std::string& job, Listing& listing) {
   }
 }
 
-void ListHosts(const std::string& folder, Listing& listing) {
-  for (const SshPool::Host& host : ToldHosts(folder)) {
+void ListHosts(const HostsFile& file, Listing& listing) {
+  for (const SshPool::Host& host : file.Read()) {
     listing.rows.push_back(
         {host.name, host.state, FormatDuration(std::chrono::system_clock::now() - host.since), host.name});
   }
@@ -180,7 +203,7 @@ ExitCode Status(const FolderFlags& flags) {
     if (member.engine == Engine::kSlurm) {
       ListArray(member.id, listing);
     } else if (const auto keeper = Keeper::FromId(member.id); keeper && keeper->runs()) {
-      ListHosts(flags.folder, listing);
+      ListHosts({flags.folder, *keeper}, listing);
     }
   }
   PrintListing(listing, flags.listing);

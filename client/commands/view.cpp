@@ -2,8 +2,11 @@
 #include <sys/wait.h>
 
 #include <array>
+#include <cerrno>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
+#include <iterator>
 #include <memory>
 
 #include "client/client_error.h"
@@ -13,6 +16,8 @@
 #include "client/report/replaced_file.h"
 #include "client/report/result_dataset.h"
 #include "client/suite/chosen_files.h"
+#include "files/file_error.h"
+#include "files/written_file.h"
 #include "programs/checks.h"
 #include "programs/command_line.h"
 #include "programs/isolated_call.h"
@@ -33,9 +38,29 @@ struct ViewOptions {
   programs::BuildFacts build;
 };
 
-std::string DefaultName(const ViewOptions& options) {
-  if (options.job) return "job-" + std::to_string(*options.job) + ".html";
-  return "problem-" + std::to_string(options.problem.value_or(0)) + ".html";
+std::string DefaultStem(const ViewOptions& options) {
+  return options.job ? "job-" + std::to_string(*options.job) : "problem-" + std::to_string(options.problem.value_or(0));
+}
+
+bool HasContent(const std::string& file, const std::string& text) {
+  std::ifstream stream(file, std::ios::binary);
+  return stream && std::string{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()} == text;
+}
+
+// Writes a file whose name nothing has, or leaves one that holds this text: "STEM.html", "STEM-2.html", ... Returns its
+// name.
+std::string WriteUnderFreeName(const std::string& stem, const std::string& text) {
+  for (int i = 1;; ++i) {
+    const std::string name = stem + (i == 1 ? "" : "-" + std::to_string(i)) + ".html";
+    if (HasContent(name, text)) return name;
+    try {
+      files::CreateFile(name, text);
+      return name;
+    } catch (const files::FileError& error) {
+      if (error.error() != EEXIST)
+        throw ClientError(error.shortage() ? ExitCode::kMachine : ExitCode::kUsage, error.what());
+    }
+  }
 }
 
 // Opens the file in the desktop's default browser.
@@ -77,10 +102,10 @@ ExitCode View(const ViewOptions& options) {
   request.build = options.build;
   request.dataset = DatasetToShow(options);
   const Page page = MakeView(request);
-  const std::string out = options.out.value_or(DefaultName(options));
-  ReplaceFile(out, page.text);
-  std::cerr << programs::Printable(out) << " written\n";
-  if (options.open) Open(out);
+  if (options.out) ReplaceFile(*options.out, page.text);
+  const std::string written = options.out ? *options.out : WriteUnderFreeName(DefaultStem(options), page.text);
+  std::cerr << programs::Printable(written) << " written\n";
+  if (options.open) Open(written);
   return ExitCode::kOk;
 }
 
@@ -95,7 +120,8 @@ void AddViewCommand(const programs::Command& program, Invocation* invocation) {
   command.AddWord<Task>("--task", options->task, "Task of the problem (default: posture)");
   command.AddOption("--ghost", options->ghost, "Draw another job of the same problem transparently")
       .Check(programs::WholeNumber(1));
-  command.AddOption("--out", options->out, "File to write (default: job-JOB.html)");
+  command.AddOption("--out", options->out,
+                    "File to write or replace (default: job-JOB.html, or the next free name: job-JOB-2.html)");
   command.AddFlag("--open", options->open, "Open the file in a browser");
   AddDatasetOption(command, &options->dataset);
   AddSourceOptions(command, &options->source);

@@ -8,6 +8,7 @@
 
 #include "client/client_error.h"
 #include "client/compare/method_choice.h"
+#include "legopt/input/utf8.h"
 #include "legopt/number_text.h"
 
 namespace legopt::client {
@@ -48,6 +49,7 @@ std::optional<std::int64_t> ExperimentOf(const std::string& text, ResultSource& 
   const bool number = !text.empty() && text.size() < 18 &&
                       std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
   if (number) return ParseInteger<std::int64_t>(text);
+  if (FirstInvalidByte(text) < text.size()) return std::nullopt;  // names are UTF-8
   const Listing found = source.Query("SELECT max(experiment_id) AS id FROM experiments WHERE name = " + SqlText(text));
   const nlohmann::json& id = found.At(0, "id");
   return id.is_null() ? std::nullopt : std::optional(id.get<std::int64_t>());

@@ -33,8 +33,10 @@ void AddToRecord(const std::filesystem::path& folder, const PoolMember& member) 
   const std::string line = std::string(ToString(member.engine)) + ' ' + member.id + '\n';
   try {
     const programs::Descriptor file(files::OpenToAppend(folder / kRecordFile, files::kReadableByAll));
-    if (::write(file.get(), line.data(), line.size()) == static_cast<ssize_t>(line.size())) return;
-    throw files::FileError(folder / kRecordFile, "cannot be written", errno);
+    const ssize_t count = ::write(file.get(), line.data(), line.size());
+    if (count == static_cast<ssize_t>(line.size())) return;
+    // A limit on file sizes cuts a write without an error.
+    throw files::FileError(folder / kRecordFile, "cannot be written", count < 0 ? errno : EFBIG);
   } catch (const files::FileError& error) {
     const std::string undo =
         member.engine != Engine::kSlurm

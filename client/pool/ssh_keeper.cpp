@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 using std::chrono::milliseconds;
 using std::chrono::system_clock;
 
-constexpr char kHostsFile[] = "hosts";
+constexpr char kHostsFile[] = "hosts-";  // and the keeper's process id
 constexpr milliseconds kKeeperInterval{100};
 constexpr milliseconds kKeeperGivesBack{10'000};  // time for workers to release their jobs and end
 
@@ -78,21 +78,29 @@ void Keeper::Stop(milliseconds patience, bool (*give_up)()) const {
   ::kill(pid_, SIGKILL);
 }
 
-void TellHosts(const fs::path& folder, const std::vector<SshPool::Host>& hosts) {
+HostsFile::HostsFile(const fs::path& folder, const Keeper& keeper)
+    : path_(folder / (kHostsFile + std::to_string(keeper.pid()))) {}
+
+void HostsFile::Remove() const {
+  std::error_code ignored;
+  fs::remove(path_, ignored);
+}
+
+void HostsFile::Write(const std::vector<SshPool::Host>& hosts) const {
   ClassicOutput text;
   for (const SshPool::Host& host : hosts) {
     text << host.name << '\t' << system_clock::to_time_t(host.since) << '\t' << host.state << '\n';
   }
   try {
-    files::ReplaceFile(folder / kHostsFile, text.str(), {files::kReadableByAll, files::Durability::kBuffered});
+    files::ReplaceFile(path_, text.str(), {files::kReadableByAll, files::Durability::kBuffered});
   } catch (const files::FileError&) {
     return;  // display only, never needed
   }
 }
 
-std::vector<SshPool::Host> ToldHosts(const fs::path& folder) {
+std::vector<SshPool::Host> HostsFile::Read() const {
   std::vector<SshPool::Host> hosts;
-  std::ifstream stream(folder / kHostsFile);
+  std::ifstream stream(path_);
   SshPool::Host host;
   for (std::string since; std::getline(stream, host.name, '\t') && std::getline(stream, since, '\t') &&
                           std::getline(stream, host.state);) {

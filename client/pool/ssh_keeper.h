@@ -21,6 +21,7 @@ class Keeper {
   /// Parses the id of a line of the record; nullopt if invalid.
   static std::optional<Keeper> FromId(const std::string& id);
 
+  int pid() const { return pid_; }
   std::string id() const { return std::to_string(pid_) + " " + std::to_string(started_); }
   bool runs() const;
   /// Orders the process to stop, waits for `patience`, orders it to release running jobs, waits a moment, and kills it.
@@ -35,9 +36,21 @@ class Keeper {
   std::uint64_t started_;
 };
 
-/// Writes the hosts' states for 'legopt pool status' into the pool's folder, atomically. Write errors are ignored.
-void TellHosts(const std::filesystem::path& folder, const std::vector<SshPool::Host>& hosts);
-/// Returns the hosts written by the last TellHosts; empty if there is no readable file.
-std::vector<SshPool::Host> ToldHosts(const std::filesystem::path& folder);
+/// File with the states of a keeper's hosts in the pool's folder. Each keeper has its own file, so several can use one
+/// folder.
+class HostsFile {
+ public:
+  HostsFile(const std::filesystem::path& folder, const Keeper& keeper);
+
+  /// Writes the states for `legopt pool status`, atomically. Write errors are ignored.
+  void Write(const std::vector<SshPool::Host>& hosts) const;
+  /// Returns the states of the last Write; empty if the file cannot be read.
+  std::vector<SshPool::Host> Read() const;
+  /// Removes the file, if it exists.
+  void Remove() const;
+
+ private:
+  std::filesystem::path path_;
+};
 
 }  // namespace legopt::client

@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "bus/bus_error.h"
 #include "bus/message_key.h"
 #include "client/client_error.h"
 
@@ -20,6 +21,17 @@ const bus::MessageKey& WorkerKeyOf(const bus::MessageKey& key, const std::string
                                           "legopt keygen FILE --role worker --from FULL_KEY");
 }
 
+// False if another process has written the file meanwhile.
+bool WriteIfNew(const bus::MessageKey& key, const fs::path& file) {
+  try {
+    key.WriteFile(file);
+    return true;
+  } catch (const bus::BusError&) {
+    if (!fs::exists(fs::symlink_status(file))) throw;
+    return false;
+  }
+}
+
 }  // namespace
 
 std::string WorkerKeyText(const std::string& key_file) {
@@ -32,10 +44,9 @@ fs::path WorkerKeyFile(const std::string& key_file, const fs::path& folder) {
   const bus::MessageKey& worker_key = WorkerKeyOf(*key, key_file);
   if (key.get() == &worker_key) return fs::absolute(key_file).lexically_normal();
   const fs::path file = fs::absolute(folder / kFileName).lexically_normal();
-  if (!fs::exists(fs::symlink_status(file))) {
-    fs::create_directories(folder);
-    worker_key.WriteFile(file);
-  } else if (bus::MessageKey::Load(file)->FileText() != worker_key.FileText()) {
+  fs::create_directories(folder);
+  if (!fs::exists(fs::symlink_status(file)) && WriteIfNew(worker_key, file)) return file;
+  if (bus::MessageKey::Load(file)->FileText() != worker_key.FileText()) {
     throw ClientError(ExitCode::kUsage, "key file \"" + file.string() + "\": is not the worker's key of \"" + key_file +
                                             "\"; remove it, or name another --folder");
   }

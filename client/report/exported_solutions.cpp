@@ -94,7 +94,6 @@ void ReadWaypoints(ResultSource& source, std::vector<ResultRow>* rows) {
       const auto job_id = listing.At(i, "job_id").get<std::int64_t>();
       by_job.at(job_id)->waypoints.push_back(WaypointAt(listing, i, "x", "job " + std::to_string(job_id)));
     }
-    if (listing.truncated) throw ClientError(ExitCode::kInternal, "the solutions are too large for one query");
     ReadUnsolved(source, jobs, by_job);
     first = last;
   }

@@ -64,6 +64,7 @@ class FileSource final : public ResultSource {
   }
 
   std::string flags() const override { return " --db " + file_; }
+  bool reads_file() const override { return true; }
 
  private:
   std::string file_;
@@ -90,6 +91,17 @@ class ServerSource final : public ResultSource {
   ServerConnection server_;
 };
 
+[[noreturn]] void ThrowCut(std::size_t rows, bool of_file) {
+  std::string limit = std::to_string(ResultSource::kAllRows) + " rows that one query may read";
+  if (rows < static_cast<std::size_t>(ResultSource::kAllRows)) {
+    limit = of_file ? "256 MiB that a result may take in memory" : "48 MiB of a server's answer";
+  }
+  throw ClientError(ExitCode::kCutShort,
+                    "the data of this experiment exceed the " + limit + ", so nothing is computed from them; " +
+                        (of_file ? "read them with 'legopt query --format csv', which has no limit, or ask for a part"
+                                 : "read the server's database file with --db, or ask for a part"));
+}
+
 }  // namespace
 
 std::unique_ptr<ResultSource> OpenResults(const SourceOptions& options) {
@@ -99,7 +111,9 @@ std::unique_ptr<ResultSource> OpenResults(const SourceOptions& options) {
 
 Listing ResultSource::Query(const std::string& sql) {
   try {
-    return Query(sql, kAllRows);
+    Listing listing = Query(sql, kAllRows);
+    if (listing.truncated) ThrowCut(listing.rows.size(), reads_file());
+    return listing;
   } catch (const db::StoreError& error) {
     if (error.code() != db::StoreErrorCode::kBadQuery) throw;
     const std::string what = error.what();

@@ -32,7 +32,8 @@ class ResultSource {
   virtual Listing Query(const std::string& sql, int max_rows, double limit_s) = 0;
   Listing Query(const std::string& sql, int max_rows) { return Query(sql, max_rows, kDefaultLimit_s); }
   /// Runs one of legopt's own statements on all rows. Throws db::StoreError with kCorrupt if a file's contents make it
-  /// fail, for example text that should be JSON.
+  /// fail, for example text that should be JSON, and ClientError with kCutShort if a limit of rows or bytes would cut
+  /// the result: figures are never computed from a part of the rows.
   Listing Query(const std::string& sql);
 
   /// Limits of Stream.
@@ -47,6 +48,8 @@ class ResultSource {
 
   /// Arguments that select this source in another command: " --db FILE", or empty for the server.
   virtual std::string flags() const = 0;
+  /// Whether it reads a file itself; false: a server answers.
+  virtual bool reads_file() const { return false; }
 
   static constexpr int kAllRows = 1'000'000;
   static constexpr double kDefaultLimit_s = 30;

@@ -11,9 +11,11 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <string_view>
 #include <utility>
 
 #include "client/client_error.h"
+#include "files/file_error.h"
 #include "programs/process_start.h"
 #include "programs/signal_meaning.h"
 
@@ -48,12 +50,28 @@ constexpr off_t kTailBytes = 64 << 10;  // warnings may follow an error
   ::_exit(kCannotStart);
 }
 
+// Returns 0 or errno. The limit on file sizes also applies to memory files, and cuts a write without an error.
+int WriteAll(int fd, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t count = ::write(fd, text.data(), text.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return count < 0 ? errno : EIO;
+    text.remove_prefix(static_cast<std::size_t>(count));
+  }
+  return 0;
+}
+
 // Returns a readable file that contains `text`.
-programs::Descriptor Holding(const std::string& text) {
+programs::Descriptor Holding(const std::filesystem::path& program, const std::string& text) {
   if (text.empty()) return programs::Descriptor(::open("/dev/null", O_RDONLY | O_CLOEXEC));
   programs::Descriptor memory(::memfd_create("legopt-child-input", MFD_CLOEXEC));
-  if (::write(memory.get(), text.data(), text.size()) != static_cast<ssize_t>(text.size())) memory.Close();
-  if (memory.open()) ::lseek(memory.get(), 0, SEEK_SET);
+  if (!memory.open()) return memory;
+  if (const int error = WriteAll(memory.get(), text); error != 0) {
+    throw ClientError(files::IsShortage(error) ? ExitCode::kMachine : ExitCode::kUsage,
+                      "the input of " + program.string() + " (" + std::to_string(text.size()) +
+                          " bytes) cannot be written: " + files::Explain(error));
+  }
+  ::lseek(memory.get(), 0, SEEK_SET);
   return memory;
 }
 
@@ -68,7 +86,7 @@ ChildProcess::ChildProcess(const std::filesystem::path& program, const std::vect
                            const std::string& input, std::span<const int> kept) {
   std::optional<programs::Pipe> output = programs::MakePipe();
   if (!output) Fail(program, std::strerror(errno));
-  const programs::Descriptor given = Holding(input);
+  const programs::Descriptor given = Holding(program, input);
   if (!given.open()) Fail(program, std::strerror(errno));
   if (quiet) error_ = programs::Descriptor(::memfd_create("legopt-child-errors", MFD_CLOEXEC));
   if (error_.open()) ::fcntl(error_.get(), F_SETFL, O_APPEND);

@@ -162,7 +162,13 @@ class ReadOnlyFile:
         except (sqlite3.Error, OSError) as error:
             raise self._fault(error) from error
 
+    def _would_leave_side_files(self) -> bool:
+        """As db/private_copy.h: a -shm of the reader would lock the owner's server out."""
+        return os.geteuid() not in (0, os.stat(self._real_path).st_uid) and not os.path.exists(self._real_path + "-shm")
+
     def _open(self, mode: str) -> sqlite3.Connection:
+        if "immutable" not in mode and self._would_leave_side_files():
+            return self._open_copy()
         connection = sqlite3.connect(_uri(self._real_path, mode), uri=True, isolation_level=None)
         try:
             connection.execute("PRAGMA user_version").fetchall()  # the first read opens the side files
@@ -197,7 +203,9 @@ class ReadOnlyFile:
                 return []
 
         def session_of(mode: str) -> str | None:
-            with contextlib.closing(sqlite3.connect(_uri(self._real_path, mode), uri=True)) as connection:
+            whole = "immutable" not in mode and self._would_leave_side_files()
+            with contextlib.closing(self._open_copy() if whole else
+                                    sqlite3.connect(_uri(self._real_path, mode), uri=True)) as connection:
                 try:
                     return connection.execute("SELECT session FROM file_state").fetchone()[0]
                 except (sqlite3.Error, TypeError):

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "files/name_lock.h"
 #include "program_run.h"
 #include "programs/exit_codes.h"
 #include "tests/dataset/test_data.h"
@@ -33,6 +34,19 @@ class CertifyCommand : public testing::Test {
 
   test::TemporaryFolder folder_;
 };
+
+// The one that ends last would replace what the other has found out.
+TEST_F(CertifyCommand, ACertificateHasOneWriter) {
+  {
+    const files::NameLock other(folder_.path() / "c.json");
+    const ProgramResult refused = Certify({"small", "--starts", "5", "--out", "c.json"});
+    EXPECT_EQ(refused.exit_code, static_cast<int>(ExitCode::kUsage));
+    EXPECT_THAT(refused.err, HasSubstr("is writing this certificate"));
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "c.json"));
+  EXPECT_EQ(Certify({"small", "--starts", "5", "--out", "c.json"}).exit_code, 0);
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "c.json.lock"));
+}
 
 TEST_F(CertifyCommand, WritesOneFileInTheDatasetAndCounts) {
   const ProgramResult made = Certify({"small", "--starts", "60"});

@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "command_line_fixture.h"
+#include "tests/folders.h"
 
 namespace legopt::client {
 namespace {
@@ -45,6 +46,19 @@ TEST_F(PageCommand, AJobWithoutASolutionSaysWhereItsProblemIs) {
   ExpectError(Run({"view", "3", "--db", file_}), 2, "job 3 has no solution to draw (queued)");
   ExpectError(Run({"view", "77", "--db", file_}), 2, "there is no job 77");
   EXPECT_FALSE(Exists("job-2.html") || Exists("job-3.html"));
+}
+
+TEST_F(PageCommand, AFileThatNobodyNamedIsNotReplaced) {
+  Write("problem-1.html", "mine");
+  const std::string dataset = SourceFolder() + "/data/garage-small";
+  for (int again = 0; again < 2; ++again) {
+    const auto result = Run({"view", "--problem", "1", "--dataset", dataset});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("problem-1-2.html written"));
+  }
+  EXPECT_EQ(Text("problem-1.html"), "mine");
+  EXPECT_THAT(Text("problem-1-2.html"), testing::StartsWith("<!doctype html>"));
+  EXPECT_FALSE(Exists("problem-1-3.html"));
 }
 
 TEST_F(PageCommand, ADatasetThatIsGoneOrAnotherIsRefused) {

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdio>
+#include <sstream>
 
 #include "command_line_fixture.h"
 #include "tests/dataset/test_data.h"
@@ -358,10 +359,35 @@ TEST_F(PoolCommand, AnEngineThatDoesNotAnswerIsNotWaitedForForEver) {
   ExpectError(result, kRefused, "Slurm does not say how job 17 is");
 }
 
+// Another program of this machine that runs: its number and start, as the record has them.
+std::string StartOf(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()}, word;
+  std::istringstream fields(text.substr(text.rfind(')') + 1));
+  constexpr int kStart = 20;  // number of the field after the name
+  for (int i = 0; i < kStart; ++i) fields >> word;
+  return word;
+}
+
+TEST_F(PoolCommand, KeepersOfOneFolderHaveHostsOfTheirOwn) {
+  fs::create_directory(folder_ / "pool");
+  std::string jobs;
+  for (const pid_t pid : {getpid(), getppid()}) {
+    jobs += "ssh " + std::to_string(pid) + " " + StartOf(pid) + "\n";
+    Write("pool/hosts-" + std::to_string(pid), "of-" + std::to_string(pid) + "\t0\tconnected\n");
+  }
+  Write("pool/jobs", jobs);
+  const ProgramResult status = Run({"pool", "status", "pool", "--format", "csv"});
+  EXPECT_EQ(status.exit_code, 0) << status.err;
+  for (const pid_t pid : {getpid(), getppid()}) {
+    EXPECT_THAT(status.out, HasSubstr("\nof-" + std::to_string(pid) + ",connected,"));
+  }
+}
+
 TEST_F(PoolCommand, AKeeperThatHasEndedHasNoHosts) {
   fs::create_directory(folder_ / "pool");
   Write("pool/jobs", "ssh " + std::to_string(getpid()) + " 1\n");  // our process id with a different start time
-  Write("pool/hosts", "one\t0\tconnected\n");
+  Write("pool/hosts-" + std::to_string(getpid()), "one\t0\tconnected\n");
   const ProgramResult status = Run({"pool", "status", "pool", "--format", "csv"});
   EXPECT_EQ(status.exit_code, 0) << status.err;
   EXPECT_EQ(status.out, "worker,state,time,node\n");

@@ -71,6 +71,15 @@ TEST_F(ResultCommands, AQueryIsWholeOrSaysWhatCutIt) {
   EXPECT_THAT(text.err, HasSubstr("cut after 100000 rows"));
 }
 
+TEST_F(ResultCommands, AListThatALimitCutsSaysSo) {
+  const auto cut = Run({"list", "1", "--db", Database(), "--limit", "1"});
+  EXPECT_EQ(cut.exit_code, 16);
+  EXPECT_THAT(cut.err, HasSubstr("only the first 1 jobs are shown: --limit; raise it"));
+  const auto large = Run({"query", "SELECT hex(zeroblob(50000000)) AS x", "--db", Database()});
+  ExpectError(large, 2, "at most 64 MiB");
+  ExpectError(Run({"compare", "m\xfc", "SQP", "--db", Database()}), 2, "'m\\xfc' is no database file, no experiment");
+}
+
 TEST_F(ResultCommands, ATimeLimitLeavesJsonThatCanBeRead) {
   constexpr char kEndless[] =
       "SELECT 1 AS a UNION ALL SELECT count(*) FROM (WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) "

@@ -47,6 +47,19 @@ TEST_F(ResultSourceTest, ReadsTheBenchmarkTable) {
             (BenchmarkCell{2, 1, 0, std::nullopt, std::nullopt, 0, 0, 0, 2, 1}));
 }
 
+// A table of a part of the rows would be wrong without a word.
+TEST_F(ResultSourceTest, NothingIsComputedFromAResultThatALimitHasCut) {
+  const std::string rows = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT i FROM n LIMIT ";
+  EXPECT_EQ(source_->Query(rows + "1000000").rows.size(), 1'000'000U);
+  try {
+    source_->Query(rows + "1000001");
+    ADD_FAILURE() << "cut without a word";
+  } catch (const ClientError& error) {
+    EXPECT_EQ(error.code(), ExitCode::kCutShort);
+    EXPECT_THAT(error.what(), testing::HasSubstr("exceed the 1000000 rows"));
+  }
+}
+
 TEST_F(ResultSourceTest, TheExperimentsRuleIsTheDefault) {
   EXPECT_EQ(RuleFor(*source_, std::nullopt, std::nullopt), Rule::kSolid) << "a suite that names none";
   AlterDatabase(file_, "results_are_final", "UPDATE experiments SET rule = 'literal'");

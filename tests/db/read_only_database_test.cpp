@@ -303,6 +303,67 @@ TEST_F(ReadOnly, ALogInAFolderThatCannotBeWrittenIsReadInACopy) {
   std::filesystem::permissions(folder, std::filesystem::perms::owner_all);
 }
 
+// The effective user of this process; root again at the end.
+class AsUser {
+ public:
+  explicit AsUser(uid_t user) { EXPECT_EQ(::seteuid(user), 0); }
+  ~AsUser() { EXPECT_EQ(::seteuid(0), 0); }
+  AsUser(const AsUser&) = delete;
+  AsUser& operator=(const AsUser&) = delete;
+};
+
+// Its owner could not open the database any more.
+TEST_F(ReadOnly, AReaderLeavesNoSideFilesBesideTheFileOfAnotherUser) {
+  if (geteuid() != 0) GTEST_SKIP() << "needs two users";
+  constexpr uid_t kOwner = 1001, kReader = 54321;
+  std::filesystem::permissions(folder_.path(), std::filesystem::perms::all);
+  const char* const usual = std::getenv("TMPDIR");
+  const std::string usual_tmpdir = usual != nullptr ? usual : "/tmp";
+  ::setenv("TMPDIR", folder_.path().c_str(), 1);  // writable for both
+  const auto shared = folder_ / "shared";
+  const std::string file = shared / "results.sqlite";
+  for (const bool with_log : {true, false}) {
+    std::filesystem::create_directory(shared);
+    std::filesystem::permissions(shared, std::filesystem::perms::all);
+    if (!with_log) store_.reset();  // moves the log into the file
+    for (const char* suffix : {"", "-wal"}) {
+      if (!std::filesystem::exists(path_.string() + suffix)) continue;
+      std::filesystem::copy_file(path_.string() + suffix, file + suffix);
+      EXPECT_EQ(::chown((file + suffix).c_str(), kOwner, kOwner), 0);
+    }
+    EXPECT_EQ(std::filesystem::exists(file + "-wal"), with_log);
+    {
+      const AsUser reader(kReader);
+      EXPECT_EQ(ReadOnlyDatabase(file).Query("SELECT 1 FROM experiments").rows.size(), 1U);
+    }
+    EXPECT_FALSE(std::filesystem::exists(file + "-shm"));
+    EXPECT_EQ(std::filesystem::exists(file + "-wal"), with_log);
+    {
+      const AsUser owner(kOwner);
+      OpenSqliteStore(file)->Apply(std::vector<StoreOp>{CreateExperiment{SampleExperiment(2, 5, 3)}});
+    }
+    std::filesystem::remove_all(shared);
+  }
+  ::setenv("TMPDIR", usual_tmpdir.c_str(), 1);
+}
+
+// The error names the file that is closed, and the cause.
+TEST_F(ReadOnly, APartThatCannotBeReadIsNamed) {
+  const auto folder = folder_ / "closed";
+  std::filesystem::create_directory(folder);
+  const std::string file = folder / "results.sqlite";
+  std::filesystem::copy_file(path_, file);
+  std::filesystem::create_symlink("/nowhere", file + "-wal");  // root reads every file that exists
+  try {
+    const PrivateCopy copy(file);
+    ADD_FAILURE();
+  } catch (const StoreError& error) {
+    EXPECT_EQ(error.code(), StoreErrorCode::kUnwritable);
+    EXPECT_NE(std::string(error.what()).find("results.sqlite-wal: cannot be read: No such file"), std::string::npos)
+        << error.what();
+  }
+}
+
 TEST_F(ReadOnly, AnUnknownWordIsPrintable) {
   store_.reset();
   {

@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <fstream>
 #include <functional>
 
 #include "db/audit.h"
@@ -76,6 +77,26 @@ TEST_F(RestoreTest, ABackupHasASessionOfItsOwn) {
   Connection one(path_, Connection::Mode::kReadOnly), other(backup_, Connection::Mode::kReadOnly);
   ASSERT_TRUE(SessionOf(one) && SessionOf(other));
   EXPECT_NE(SessionOf(one), SessionOf(other));
+}
+
+// In a container, a program often has the process id of the one that was killed.
+TEST_F(RestoreTest, WhatAnEarlierProcessOfThisIdHasLeftStaysAndBlocksNothing) {
+  { OpenSqliteStore(path_); }
+  const std::string pid = std::to_string(getpid());
+  const std::string left[] = {backup_.string() + ".partial-" + pid, path_.string() + ".restored-" + pid};
+  for (const std::string& file : left) std::ofstream(file) << "left";
+  BackUp(path_, backup_);
+  Restore(backup_, path_);
+  EXPECT_EQ(Experiments(path_), 0);
+  for (const std::string& file : left) {
+    EXPECT_EQ(fs::file_size(file), 4U);
+    fs::remove(file);
+  }
+  for (const auto& entry : fs::directory_iterator(path_.parent_path())) {
+    const std::string name = entry.path().filename();
+    EXPECT_EQ(name.find(".partial-"), std::string::npos) << name;
+    EXPECT_EQ(name.find(".restored-"), std::string::npos) << name;
+  }
 }
 
 TEST_F(RestoreTest, AFileAndItsOwnLogGoOnAfterAKill) {

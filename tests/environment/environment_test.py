@@ -4,7 +4,7 @@
 2. names the true cause in its message if the code differs;
 3. leaves only the requested files behind, and those only on success;
 4. needs less than 2 % of a core when idle (servers, workers, the live page);
-5. ends within 10 s of SIGTERM.
+5. ends within 10 s of SIGTERM: servers, workers, the live page, and waiting commands (STOPPED).
 
 environment_test.py BUILD GROUP [CLOCK_LIBRARY] [--all]: GROUP is one of GROUPS below. By default, every command is
 tried in one or a few of a group's similar environments, and a selection of commands in the others; --all tries all in
@@ -23,7 +23,7 @@ import surroundings
 
 SKIPPED = 77
 EXIT_CODES = os.path.join(os.path.dirname(__file__), "..", "..", "programs", "exit_codes.h")
-DEFECT = 70
+DEFECT, INTERRUPTED = 70, 8
 PATIENCE_S = 120        # time limit of a command on a busy machine
 SETTLING_S = 40         # time until a service is idle
 IDLE_SHARE, IDLE_WINDOW_S = 0.02, 1.5
@@ -35,6 +35,13 @@ problems: "0-1"
 initializations: [good]
 methods: [{{name: SQP, solver: sqp}}]
 """
+LONG_SUITE = SUITE.replace("{{name: SQP, solver: sqp}}", "{{solver: sleeper}}")
+POOL = """slurm: {nodes: 1}
+ssh: {hosts: [here]}
+"""
+# The programs of Slurm and ssh; ssh's host is lost at once, with a worker that has ended well.
+PLAYED = {"sbatch": "cat >/dev/null; echo 17", "squeue": "exit 0", "scancel": "exit 0", "ssh": "exit 0"}
+ACCESS = "lab.access"  # of the server that the bench runs
 GROUPS = {
     "descriptors": ("usual", "closed_", "descriptors_", "inherited_"),
     "file_size": ("usual", "file_size_",),
@@ -63,13 +70,14 @@ class NoRoute(surroundings.Surrounding):
 
 
 class Command:
-    def __init__(self, name, *arguments, creates=(), keeps=(), often=False, writes=False):
+    def __init__(self, name, *arguments, creates=(), keeps=(), often=False, writes=False, on_path=False):
         self.name, self.arguments = name, list(arguments)
         self.creates = set(creates)  # patterns of requested files; created on success, or if only the final report
                                      # failed
         self.keeps = set(keeps)      # patterns of files that hold results and stay in any case
         self.often = often    # tried in every environment
         self.writes = writes  # tried with every limit of file sizes
+        self.on_path = on_path  # needs a program of PATH: left out where there is no PATH
 
 
 def commands(dataset):
@@ -95,11 +103,13 @@ def commands(dataset):
         Command("evaluate", "evaluate", "given.json", *of_dataset),
         Command("replay", "replay", "1", *stored, *of_dataset),
         Command("dataset info", "dataset", "info", dataset, often=True),
-        Command("dataset check", "dataset", "check", dataset), Command("dataset hash", "dataset", "hash", "no-folder"),
+        Command("dataset check", "dataset", "check", dataset), Command("dataset hash", "dataset", "hash", dataset),
         Command("dataset pack", "dataset", "pack", dataset, "--out", ".", creates=[r"\w+\.legopt-dataset"], writes=True),
         Command("import", "import", "no-folder", "--out", "imported"),
-        Command("generate", "generate", "candidates", "--from", "no-folder", "--out", "generated"),
-        Command("certify", "certify", "--dataset", "no-folder"),
+        Command("generate", "generate", "candidates", "--from", dataset, "--stances", "2", "--threads", "1", "--out", "generated",
+                creates=["generated"], writes=True),
+        Command("certify", "certify", dataset, "--starts", "5", "--threads", "1", "--out", "certificate.json",
+                creates=["certificate.json"], writes=True),
         Command("solver check", "solver", "check", "solver.json", *of_dataset),
         Command("doctor", "doctor", *stored, often=True),
         Command("backup", "backup", *stored, "copy.sqlite", creates=["copy.sqlite"], often=True, writes=True),
@@ -107,6 +117,10 @@ def commands(dataset):
         Command("import files", "import", dataset, "--out", "imported", creates=["imported"], writes=True),
         Command("keygen", "keygen", "new.key", creates=["new.key"], writes=True),
         Command("pool status", "pool", "status", "no-folder"),
+        Command("pool slurm", "pool", "slurm", "pool.yaml", "--access", ACCESS, "--folder", "array", creates=["array"], writes=True,
+                on_path=True),
+        Command("pool ssh", "pool", "ssh", "pool.yaml", "--access", ACCESS, "--folder", "hosts", creates=["hosts"], writes=True,
+                on_path=True),
         Command("dry run", "run", "s.yaml", "--dry-run"),
         Command("tap", "tap", "--seconds", "0.1"),
         *absent,
@@ -115,8 +129,14 @@ def commands(dataset):
     ]
 
 
-SERVICES = (["legopt-server", "--db", "served.sqlite"], ["legopt-worker", "--slots", "1"],
-            ["legopt", "serve", "--db", "small.sqlite", "--http-port", "0"])
+# With the exit code after SIGTERM.
+SERVICES = (
+    (["legopt-server", "--db", "served.sqlite"], 0), (["legopt-worker", "--slots", "1"], 0),
+    (["legopt", "serve", "--db", "small.sqlite", "--http-port", "0"], 0),
+    (["legopt-server", "--db", "reached.sqlite", "--port", "17690", "--listen", "127.0.0.1:17692", "--access", "reached.access"], 0))
+STOPPED = (
+    (["legopt", "run", "long.yaml", "--db", "stopped.sqlite", "--workers", "1", "--solver", "sleeper.json"], INTERRUPTED),
+    (["legopt", "watch", "1", "--access", ACCESS], INTERRUPTED))
 
 
 def processor_seconds(process):
@@ -216,47 +236,57 @@ class Trial:
         self.judge_files(command.name, folder, before, command, code)
         return None
 
-    def becomes_idle(self, process):
+    @staticmethod
+    def shares_of_a_core(processes):
+        """Of each in one window of time; 0 for one that has ended."""
+        before, begin = [processor_seconds(each.pid) for each in processes], time.monotonic()
+        time.sleep(IDLE_WINDOW_S)
+        after = [processor_seconds(each.pid) for each in processes]
+        window_s = time.monotonic() - begin
+        return [0.0 if None in pair else (pair[1] - pair[0]) / window_s for pair in zip(before, after)]
+
+    def lowest_shares(self, processes):
+        """The share of each once all have nothing to do."""
         end = time.monotonic() + SETTLING_S
-        share = 1.0
-        while time.monotonic() < end:
-            before, begin = processor_seconds(process.pid), time.monotonic()
-            time.sleep(IDLE_WINDOW_S)
-            after = processor_seconds(process.pid)
-            if before is None or after is None:
-                return None
-            share = (after - before) / (time.monotonic() - begin)
-            if share < IDLE_SHARE:
-                return None
-        return share
+        lowest = [1.0] * len(processes)
+        while max(lowest) >= IDLE_SHARE and time.monotonic() < end:
+            lowest = [min(pair) for pair in zip(lowest, self.shares_of_a_core(processes))]
+        return lowest
 
     def try_services(self):
         """Tries all services at once, since they mostly wait."""
         started = []
-        for command in SERVICES:
+        # A run needs seconds to stop: tried where every command is.
+        for command, usual in SERVICES + (STOPPED if self.everything else ()):
             folder = self.fresh_folder()
-            started.append((command, folder, self.start(command, folder)))
-        shares = [self.becomes_idle(process) for _, _, process in started]
-        for (command, folder, process), share in zip(started, shares):
-            name = " ".join(command[:2]) if command[1] == "serve" else command[0]
-            if share is not None:
-                self.fault(name, f"{share:.0%} of a core with nothing to do")
+            started.append((command, usual, folder, set(os.listdir(folder)), self.start(command, folder)))
+        shares = self.lowest_shares([process for *_, process in started])
+        for *_, process in started:
             process.terminate()
-            try:
-                message = process.communicate(timeout=END_S)[0].decode("utf-8", "replace")
-            except subprocess.TimeoutExpired:
-                os.killpg(process.pid, signal.SIGKILL)
-                process.wait()
-                self.fault(name, f"still runs {END_S} s after SIGTERM")
-                continue
-            code = process.returncode
-            self.judge_end(name, code, message, 0)
-            if os.path.exists(os.path.join(folder, "served.sqlite.lock")):
-                self.fault(name, "leaves its lock file")
+        for (command, usual, folder, before, process), share in zip(started, shares):
+            name = " ".join(command[:2]) if command[0] == "legopt" else command[0]
+            if share >= IDLE_SHARE:
+                self.fault(name, f"{share:.0%} of a core with nothing to do")
+            self.judge_service(name, usual, process)
+            for left in sorted(set(os.listdir(folder)) - before):
+                if left.endswith(".lock"):
+                    self.fault(name, f"leaves {left}")
+
+    def judge_service(self, name, usual, process):
+        try:
+            message = process.communicate(timeout=END_S)[0].decode("utf-8", "replace")
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+            self.fault(name, f"still runs {END_S} s after SIGTERM")
+            return
+        self.judge_end(name, process.returncode, message, usual)
 
     def run(self):
         folder = self.fresh_folder()
         for command in self.bench.commands:
+            if command.on_path and "PATH" not in self.surrounding.variables(self.bench.environment()):
+                continue
             of_sizes = self.surrounding.name.startswith("file_size_") and command.writes
             if self.everything or command.often or of_sizes:
                 self.try_command(command, folder)
@@ -278,21 +308,45 @@ class Bench:
         self.usual = {}
         self.template = os.path.join(self.scratch, "template")
         os.mkdir(self.template)
-        with open(os.path.join(self.template, "s.yaml"), "w", encoding="utf-8") as file:
-            file.write(SUITE.format(dataset=dataset))
-        with open(os.path.join(self.template, "solver.json"), "w", encoding="utf-8") as file:
-            file.write('{"name": "silent", "command": ["/bin/true"]}\n')
+        self.write("s.yaml", SUITE.format(dataset=dataset))
+        self.write("long.yaml", LONG_SUITE.format(dataset=dataset))
+        self.write("pool.yaml", POOL)
+        self.write("solver.json", '{"name": "silent", "command": ["/bin/true"]}\n')
+        self.write("sleeper.json", '{"name": "sleeper", "command": ["/bin/sleep", "1000"]}\n')
+        self.played = os.path.join(self.scratch, "bin")
+        os.mkdir(self.played)
+        for name, body in PLAYED.items():
+            program = os.path.join(self.played, name)
+            with open(program, "w", encoding="utf-8") as file:
+                file.write(f"#!/bin/sh\n{body}\n")
+            os.chmod(program, 0o755)
         self.legopt("run", "s.yaml", "--db", "small.sqlite", "--workers", "1")
         self.legopt("export", "1", "--db", "small.sqlite", "--dataset", dataset, "--out", "given.json")
+        self.server = self.start_server()
+
+    def write(self, name, text):
+        with open(os.path.join(self.template, name), "w", encoding="utf-8") as file:
+            file.write(text)
+
+    def start_server(self):
+        """A server that ACCESS leads to, with an experiment that nobody works on."""
+        served = os.path.join(self.scratch, "lab.sqlite")
+        command = [os.path.join(self.build, "legopt-server"), "--db", served, "--port", "17680", "--listen", "127.0.0.1:17682",
+                   "--access", os.path.join(self.template, ACCESS)]
+        server = subprocess.Popen(command, cwd=self.scratch, env=self.environment(), stdout=subprocess.DEVNULL)
+        self.legopt("submit", "s.yaml", "--port", "17680", "--timeout", "30")
+        return server
 
     def environment(self):
-        return {"PATH": os.environ.get("PATH", ""), "HOME": self.scratch, "LEGOPT_PORT": "17667", "LC_ALL": "C"}
+        return {"PATH": self.played + ":" + os.environ.get("PATH", ""), "HOME": self.scratch, "LEGOPT_PORT": "17667", "LC_ALL": "C"}
 
     def legopt(self, *arguments):
         subprocess.run([os.path.join(self.build, "legopt"), *arguments], cwd=self.template, env=self.environment(), check=True,
                        stdout=subprocess.DEVNULL, timeout=PATIENCE_S)
 
     def remove(self):
+        self.server.terminate()
+        self.server.wait(END_S)
         shutil.rmtree(self.scratch, ignore_errors=True)
 
 

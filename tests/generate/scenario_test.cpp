@@ -69,19 +69,53 @@ TEST(Scenario, ManifestNamesEveryFileWithItsHash) {
   EXPECT_LT(share, 1.05);  // removed walls add a little ground
 }
 
+TEST(NewFolder, HasOneMaker) {
+  const test::TemporaryFolder folder;
+  const auto out = folder.path() / "out";
+  {
+    const NewFolder first(out, "a", Unfinished::kKept);
+    EXPECT_NE(test::MessageOf([&] { NewFolder other(out, "a", Unfinished::kKept); }).find(" is making it"),
+              std::string::npos);
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "out.partial.lock"));
+}
+
+TEST(NewFolder, FilesOfAnEarlierProcessAreRemovedIfNothingContinuesThem) {
+  const test::TemporaryFolder folder;
+  const auto out = folder.path() / "out";
+  {
+    const NewFolder killed(out, "a", Unfinished::kRemoved);
+    test::WriteText(killed.path() / "stale", "1");
+  }
+  NewFolder again(out, "a", Unfinished::kRemoved);
+  again.Finish();
+  EXPECT_TRUE(std::filesystem::is_empty(out));
+}
+
+// A folder of that name made meanwhile is not replaced, even if it is empty.
+TEST(NewFolder, ANameTakenMeanwhileIsLeftAlone) {
+  const test::TemporaryFolder folder;
+  const auto out = folder.path() / "out";
+  NewFolder made(out, "a", Unfinished::kKept);
+  std::filesystem::create_directory(out);
+  EXPECT_NE(test::MessageOf([&] { made.Finish(); }).find("exists by now"), std::string::npos);
+  EXPECT_TRUE(std::filesystem::is_empty(out));
+}
+
 TEST(NewFolder, NothingIsOverwrittenAndUnfinishedWorkIsKept) {
   const test::TemporaryFolder folder;
   const auto out = folder.path() / "out";
   {
-    NewFolder first(out, "a");
+    NewFolder first(out, "a", Unfinished::kKept);
     test::WriteText(first.path() / "stage", "1");
   }
-  EXPECT_NE(test::MessageOf([&] { NewFolder other(out, "b"); }).find("other parameters"), std::string::npos);
-  NewFolder again(out, "a");
+  EXPECT_NE(test::MessageOf([&] { NewFolder other(out, "b", Unfinished::kKept); }).find("other parameters"),
+            std::string::npos);
+  NewFolder again(out, "a", Unfinished::kKept);
   EXPECT_EQ(test::ReadText(again.path() / "stage"), "1");
   again.Finish();
   EXPECT_TRUE(std::filesystem::exists(out / "stage"));
-  EXPECT_NE(test::MessageOf([&] { NewFolder third(out, "a"); }).find("exists"), std::string::npos);
+  EXPECT_NE(test::MessageOf([&] { NewFolder third(out, "a", Unfinished::kKept); }).find("exists"), std::string::npos);
 }
 
 }  // namespace
