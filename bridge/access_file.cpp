@@ -21,9 +21,9 @@ using bus::BusError;
 using bus::BusErrorCode;
 
 constexpr const char* kFirstLine = "legopt-access 1";
-constexpr std::size_t kMostAddresses = 64;
+constexpr std::size_t kMaxAddresses = 64;
 constexpr std::size_t kLongestLine = 200;
-constexpr std::size_t kMostFileBytes = 2 * kMostAddresses * kLongestLine;
+constexpr std::size_t kMostFileBytes = 2 * kMaxAddresses * kLongestLine;
 
 [[noreturn]] void Refuse(const std::string& file, const std::string& why) {
   throw BusError(BusErrorCode::kInvalidOption, "access file " + file + ": " + why);
@@ -49,7 +49,7 @@ std::string TakeLine(const std::string& line, Access& access) {
     return "";
   }
   if (word != "address") return "unknown word '" + word + "'";
-  if (access.addresses.size() == kMostAddresses) return "more than " + std::to_string(kMostAddresses) + " addresses";
+  if (access.addresses.size() == kMaxAddresses) return "more than " + std::to_string(kMaxAddresses) + " addresses";
   try {
     access.addresses.push_back(ParseLinkAddress(value));
   } catch (const BusError& error) {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "bridge/passage.h"
+#include "bridge/link_end.h"
 
 /// @file
 /// Access files: how a worker on another host finds the server. Written by the server, read by `legopt-worker

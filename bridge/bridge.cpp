@@ -22,7 +22,7 @@
 namespace legopt::bridge {
 namespace {
 
-constexpr int kMostPerRound = 256;  // maximum number of link datagrams per round, so that the bus is not starved
+constexpr int kMaxPerRound = 256;  // maximum number of link datagrams per round, so that the bus is not starved
 constexpr microseconds kLongestRound = std::chrono::seconds(1);
 
 // Starts a thread that blocks all signals, so that the program's own thread handles them.
@@ -40,12 +40,12 @@ std::thread StartWithoutSignals(std::function<void()> work) {
 // Thread with the sockets. The link end decides what to do with datagrams.
 class Bridge::Loop final : private Carrier, private bus::DatagramReceiver {
  public:
-  using MakeEnd = std::function<std::unique_ptr<LinkEnd>(const Membership&, Carrier&)>;
+  using MakeEnd = std::function<std::unique_ptr<LinkEnd>(const DeploymentIdentity&, Carrier&)>;
 
   Loop(const bus::LcmOptions& bus, LinkSocket socket, const MakeEnd& make_end)
       : bus_(bus), socket_(std::move(socket)), stop_fd_(::eventfd(0, EFD_CLOEXEC)) {
     if (stop_fd_ < 0) throw bus::BusError(bus::BusErrorCode::kNetworkUnusable, "no descriptor for a bridge's end");
-    end_ = make_end(Membership{bus_.deployment(), bus_.key()}, *this);
+    end_ = make_end(DeploymentIdentity{bus_.deployment(), bus_.key()}, *this);
     bus_.SetReceiver(this, 0);
     thread_ = StartWithoutSignals([this] { Run(); });
   }
@@ -59,7 +59,7 @@ class Bridge::Loop final : private Carrier, private bus::DatagramReceiver {
   Loop(const Loop&) = delete;
   Loop& operator=(const Loop&) = delete;
 
-  PassageCounters counters() const {
+  LinkCounters counters() const {
     const std::lock_guard lock(mutex_);
     return published_;
   }
@@ -82,7 +82,7 @@ class Bridge::Loop final : private Carrier, private bus::DatagramReceiver {
   void DrainLink() {
     // One byte larger than the largest envelope, to detect datagrams that are too large.
     std::array<std::uint8_t, kMaxEnvelopeBytes + 1> room{};
-    for (int i = 0; i < kMostPerRound; ++i) {
+    for (int i = 0; i < kMaxPerRound; ++i) {
       LinkAddress from = 0;
       const std::size_t bytes = socket_.Receive(room, from);
       if (bytes == 0) return;
@@ -101,7 +101,7 @@ class Bridge::Loop final : private Carrier, private bus::DatagramReceiver {
   int stop_fd_;
   std::unique_ptr<LinkEnd> end_;
   mutable std::mutex mutex_;
-  PassageCounters published_;
+  LinkCounters published_;
   std::atomic<bool> linked_{false};
   std::thread thread_;
 };
@@ -109,18 +109,18 @@ class Bridge::Loop final : private Carrier, private bus::DatagramReceiver {
 Bridge::Bridge(std::unique_ptr<Loop> loop) : loop_(std::move(loop)) {}
 Bridge::~Bridge() = default;
 
-PassageCounters Bridge::counters() const { return loop_->counters(); }
+LinkCounters Bridge::counters() const { return loop_->counters(); }
 bool Bridge::linked() const { return loop_->linked(); }
 
 std::unique_ptr<Bridge> Bridge::RunHub(const bus::LcmOptions& bus, LinkSocket socket) {
-  const auto make = [](const Membership& membership, Carrier& carrier) -> std::unique_ptr<LinkEnd> {
+  const auto make = [](const DeploymentIdentity& membership, Carrier& carrier) -> std::unique_ptr<LinkEnd> {
     return std::make_unique<Hub>(membership, bus::RandomSeed(), carrier);
   };
   return std::unique_ptr<Bridge>(new Bridge(std::make_unique<Loop>(bus, std::move(socket), make)));
 }
 
 std::unique_ptr<Bridge> Bridge::RunSpoke(const bus::LcmOptions& bus, LinkSocket socket, std::vector<LinkAddress> hub) {
-  const auto make = [&hub](const Membership& membership, Carrier& carrier) -> std::unique_ptr<LinkEnd> {
+  const auto make = [&hub](const DeploymentIdentity& membership, Carrier& carrier) -> std::unique_ptr<LinkEnd> {
     return std::make_unique<Spoke>(membership, std::move(hub), bus::RandomSeed(), carrier);
   };
   return std::unique_ptr<Bridge>(new Bridge(std::make_unique<Loop>(bus, std::move(socket), make)));

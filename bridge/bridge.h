@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
+#include "bridge/link_end.h"
 #include "bridge/link_socket.h"
-#include "bridge/passage.h"
 #include "bus/lcm_transport.h"
 
 namespace legopt::bridge {
@@ -23,7 +23,7 @@ class Bridge {
   Bridge& operator=(const Bridge&) = delete;
 
   /// Recent counters. Callable from any thread.
-  PassageCounters counters() const;
+  LinkCounters counters() const;
   /// Whether the other end answered recently; always true for a hub. Callable from any thread.
   bool linked() const;
 

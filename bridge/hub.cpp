@@ -15,7 +15,7 @@ std::int64_t DrawLife(std::uint64_t seed) {
 
 }  // namespace
 
-Hub::Hub(const Membership& membership, std::uint64_t seed, Carrier& carrier, const HubOptions& options)
+Hub::Hub(const DeploymentIdentity& membership, std::uint64_t seed, Carrier& carrier, const HubOptions& options)
     : membership_(membership),
       options_(options),
       carrier_(carrier),
@@ -25,17 +25,17 @@ Hub::Hub(const Membership& membership, std::uint64_t seed, Carrier& carrier, con
 }
 
 void Hub::OnBus(bus::Port port, std::span<const std::uint8_t> datagram, microseconds /*now*/) {
-  const Way way = WayOf(datagram);
-  if (way.direction != Direction::kDown) {
+  const FrameRoute frame_route = FrameRouteOf(datagram);
+  if (frame_route.direction != Direction::kDown) {
     ++counters_.not_for_the_bridge;
     return;
   }
-  const auto route = routes_.find(way.party);
+  const auto route = routes_.find(frame_route.party);
   if (route == routes_.end()) {
     ++counters_.no_route;
     return;
   }
-  const std::optional<bus::KeyRole> role = MayPass(datagram, membership_, counters_);
+  const std::optional<bus::KeyRole> role = CheckFrameTag(datagram, membership_, counters_);
   if (!role) return;
   if (*role != route->second.party_role) {
     ++counters_.rejected_direction;
@@ -91,21 +91,21 @@ void Hub::OnLink(LinkAddress from, std::span<const std::uint8_t> datagram, micro
       break;
   }
   if (header.kind == EnvelopeKind::kKnock) Answer(from, header, EnvelopeKind::kAlive, header.nonce);
-  if (header.kind == EnvelopeKind::kFrame) TakeFrame(from, envelope, now);
+  if (header.kind == EnvelopeKind::kFrame) HandleUpFrame(from, envelope, now);
 }
 
-void Hub::TakeFrame(LinkAddress from, const EnvelopeView& envelope, microseconds now) {
-  const Way way = WayOf(envelope.frame);
-  if (way.direction != Direction::kUp) {
+void Hub::HandleUpFrame(LinkAddress from, const EnvelopeView& envelope, microseconds now) {
+  const FrameRoute frame_route = FrameRouteOf(envelope.frame);
+  if (frame_route.direction != Direction::kUp) {
     ++counters_.rejected_direction;
     return;
   }
-  const std::optional<bus::KeyRole> role = MayPass(envelope.frame, membership_, counters_);
+  const std::optional<bus::KeyRole> role = CheckFrameTag(envelope.frame, membership_, counters_);
   if (!role) return;
   // A spoke with a derived key may send only frames made with that key.
   const bus::KeyRole link_role = envelope.header.role;
   const bool is_of_link = link_role == bus::KeyRole::kOperator || link_role == *role;
-  if (!is_of_link || !Learn(way.party, {from, envelope.header.link, link_role, *role, now, {}})) {
+  if (!is_of_link || !UpdateRoute(frame_route.party, {from, envelope.header.link, link_role, *role, now, {}})) {
     ++counters_.rejected_direction;
     return;
   }
@@ -114,7 +114,7 @@ void Hub::TakeFrame(LinkAddress from, const EnvelopeView& envelope, microseconds
 }
 
 // Stores the route to a party. Returns false if the address belongs to a party with a key of another role.
-bool Hub::Learn(bus::EndpointId party, const Route& route) {
+bool Hub::UpdateRoute(bus::EndpointId party, const Route& route) {
   const auto found = routes_.find(party);
   if (found != routes_.end()) {
     if (found->second.party_role != route.party_role) return false;
@@ -124,13 +124,13 @@ bool Hub::Learn(bus::EndpointId party, const Route& route) {
     recency_.splice(recency_.end(), recency_, recency);
     return true;
   }
-  while (routes_.size() >= options_.max_routes) ForgetOldest();
+  while (routes_.size() >= options_.max_routes) EvictOldestRoute();
   const auto learnt = routes_.emplace(party, route).first;
   learnt->second.recency = recency_.insert(recency_.end(), party);
   return true;
 }
 
-void Hub::ForgetOldest() {
+void Hub::EvictOldestRoute() {
   routes_.erase(recency_.front());
   recency_.pop_front();
 }
@@ -153,7 +153,7 @@ void Hub::SendDown(LinkAddress to, EnvelopeHeader header, std::span<const std::u
 }
 
 void Hub::Tick(microseconds now) {
-  while (!recency_.empty() && now - routes_.at(recency_.front()).heard >= options_.route_life) ForgetOldest();
+  while (!recency_.empty() && now - routes_.at(recency_.front()).heard >= options_.route_life) EvictOldestRoute();
 }
 
 microseconds Hub::next_deadline() const {

@@ -6,7 +6,7 @@
 #include <unordered_map>
 
 #include "bridge/envelope.h"
-#include "bridge/passage.h"
+#include "bridge/link_end.h"
 #include "bus/replay_guard.h"
 
 namespace legopt::bridge {
@@ -26,13 +26,13 @@ class Hub final : public LinkEnd {
  public:
   /// `carrier` must outlive the hub. `seed` must differ after each restart: the challenge and the hub's number are
   /// derived from it.
-  Hub(const Membership& membership, std::uint64_t seed, Carrier& carrier, const HubOptions& options = {});
+  Hub(const DeploymentIdentity& membership, std::uint64_t seed, Carrier& carrier, const HubOptions& options = {});
 
   void OnBus(bus::Port port, std::span<const std::uint8_t> datagram, microseconds now) override;
   void OnLink(LinkAddress from, std::span<const std::uint8_t> datagram, microseconds now) override;
   void Tick(microseconds now) override;
   microseconds next_deadline() const override;
-  const PassageCounters& counters() const override { return counters_; }
+  const LinkCounters& counters() const override { return counters_; }
   bool linked() const override { return true; }
 
   std::size_t num_routes() const { return routes_.size(); }  ///< number of parties that can be reached now
@@ -47,13 +47,13 @@ class Hub final : public LinkEnd {
     std::list<bus::EndpointId>::iterator recency;
   };
 
-  void TakeFrame(LinkAddress from, const EnvelopeView& envelope, microseconds now);
-  bool Learn(bus::EndpointId party, const Route& route);
-  void ForgetOldest();
+  void HandleUpFrame(LinkAddress from, const EnvelopeView& envelope, microseconds now);
+  bool UpdateRoute(bus::EndpointId party, const Route& route);
+  void EvictOldestRoute();
   void Answer(LinkAddress to, const EnvelopeHeader& question, EnvelopeKind kind, std::int64_t value);
   void SendDown(LinkAddress to, EnvelopeHeader header, std::span<const std::uint8_t> frame);
 
-  Membership membership_;
+  DeploymentIdentity membership_;
   HubOptions options_;
   Carrier& carrier_;
   bus::ReplayGuard guard_;
@@ -61,7 +61,7 @@ class Hub final : public LinkEnd {
   std::int64_t nonce_ = 0;
   std::unordered_map<bus::EndpointId, Route> routes_;
   std::list<bus::EndpointId> recency_;  // silent for the longest time first
-  PassageCounters counters_;
+  LinkCounters counters_;
 };
 
 }  // namespace legopt::bridge

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "bridge/passage.h"
+#include "bridge/link_end.h"
 
 /// @file
 /// UDP socket of one end of a link. IPv4, like LCM's multicast group.

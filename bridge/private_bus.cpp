@@ -73,7 +73,7 @@ std::string Try(const std::string& group) {
 
 }  // namespace
 
-std::string EnterPrivateBus(const std::string& group) {
+std::string EnterIsolatedNetwork(const std::string& group) {
   if (const std::string refused = Try(group); !refused.empty()) return refused;
   // Entering a user namespace may clear the signal that ends this process when its parent ends.
   int signal_of_the_parents_end = 0;

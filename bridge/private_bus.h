@@ -12,6 +12,6 @@ namespace legopt::bridge {
 /// owners of other users' files are displayed as unknown. Files whose owner is checked, above all key files, must be
 /// read before. Existing sockets stay in the old namespace. Returns the failed step, or an empty text on success; on
 /// failure the process stays where it was. Must be called before a second thread starts.
-std::string EnterPrivateBus(const std::string& group);
+std::string EnterIsolatedNetwork(const std::string& group);
 
 }  // namespace legopt::bridge

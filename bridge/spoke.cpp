@@ -7,7 +7,7 @@
 
 namespace legopt::bridge {
 
-Spoke::Spoke(const Membership& membership, std::vector<LinkAddress> hub, std::uint64_t seed, Carrier& carrier,
+Spoke::Spoke(const DeploymentIdentity& membership, std::vector<LinkAddress> hub, std::uint64_t seed, Carrier& carrier,
              const SpokeOptions& options)
     : membership_(membership),
       options_(options),
@@ -20,7 +20,7 @@ Spoke::Spoke(const Membership& membership, std::vector<LinkAddress> hub, std::ui
 }
 
 void Spoke::OnBus(bus::Port port, std::span<const std::uint8_t> datagram, microseconds /*now*/) {
-  if (WayOf(datagram).direction != Direction::kUp) {
+  if (FrameRouteOf(datagram).direction != Direction::kUp) {
     ++counters_.not_for_the_bridge;
     return;
   }
@@ -28,7 +28,7 @@ void Spoke::OnBus(bus::Port port, std::span<const std::uint8_t> datagram, micros
     ++counters_.no_route;
     return;
   }
-  if (!MayPass(datagram, membership_, counters_)) return;
+  if (!CheckFrameTag(datagram, membership_, counters_)) return;
   ++counters_.forwarded_up;
   EnvelopeHeader header;
   header.kind = EnvelopeKind::kFrame;
@@ -66,10 +66,10 @@ void Spoke::OnLink(LinkAddress from, std::span<const std::uint8_t> datagram, mic
       SendUp(from, EnvelopeKind::kProof, header.value);
       return;
     case EnvelopeKind::kAlive:
-      TakeAlive(from, header, now);
+      HandleAlive(from, header, now);
       return;
     case EnvelopeKind::kFrame:
-      TakeFrame(envelope, now);
+      HandleDownFrame(envelope, now);
       return;
     case EnvelopeKind::kKnock:
     case EnvelopeKind::kProof:
@@ -80,7 +80,7 @@ void Spoke::OnLink(LinkAddress from, std::span<const std::uint8_t> datagram, mic
 
 // The answer contains a nonce of this spoke that was not answered before, so it was made after that knock and is no
 // recording. Accepting only addresses of the hub prevents another party from relaying answers from elsewhere.
-void Spoke::TakeAlive(LinkAddress from, const EnvelopeHeader& header, microseconds now) {
+void Spoke::HandleAlive(LinkAddress from, const EnvelopeHeader& header, microseconds now) {
   if (header.value <= answered_ || header.value > nonce_) {
     ++counters_.rejected_replay;
     return;
@@ -103,18 +103,18 @@ void Spoke::TakeAlive(LinkAddress from, const EnvelopeHeader& header, microsecon
   next_knock_ = now + Jittered(options_.keep_alive);
 }
 
-void Spoke::TakeFrame(const EnvelopeView& envelope, microseconds now) {
+void Spoke::HandleDownFrame(const EnvelopeView& envelope, microseconds now) {
   if (envelope.header.hub != hub_ || !window_.Take(envelope.header.nonce)) {
     ++counters_.rejected_replay;
     if (envelope.header.hub != hub_) KnockSoon(now);  // the hub may have been restarted, and its first answer lost
     return;
   }
   last_heard_ = now;
-  if (WayOf(envelope.frame).direction != Direction::kDown) {
+  if (FrameRouteOf(envelope.frame).direction != Direction::kDown) {
     ++counters_.rejected_direction;
     return;
   }
-  if (!MayPass(envelope.frame, membership_, counters_)) return;
+  if (!CheckFrameTag(envelope.frame, membership_, counters_)) return;
   ++counters_.forwarded_down;
   carrier_.ToBus(envelope.header.port, envelope.frame);
 }

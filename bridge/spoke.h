@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "bridge/envelope.h"
-#include "bridge/passage.h"
+#include "bridge/link_end.h"
 #include "bus/replay_guard.h"
 
 namespace legopt::bridge {
@@ -27,28 +27,28 @@ class Spoke final : public LinkEnd {
  public:
   /// `carrier` must outlive the spoke. `hub` are all addresses at which the hub may be reached, in the order in which
   /// they are displayed. `seed` must differ after each restart.
-  Spoke(const Membership& membership, std::vector<LinkAddress> hub, std::uint64_t seed, Carrier& carrier,
+  Spoke(const DeploymentIdentity& membership, std::vector<LinkAddress> hub, std::uint64_t seed, Carrier& carrier,
         const SpokeOptions& options = {});
 
   void OnBus(bus::Port port, std::span<const std::uint8_t> datagram, microseconds now) override;
   void OnLink(LinkAddress from, std::span<const std::uint8_t> datagram, microseconds now) override;
   void Tick(microseconds now) override;
   microseconds next_deadline() const override { return next_knock_; }
-  const PassageCounters& counters() const override { return counters_; }
+  const LinkCounters& counters() const override { return counters_; }
   bool linked() const override { return chosen_.has_value(); }
 
   /// Address that answers; empty if none does.
   std::optional<LinkAddress> connected() const { return chosen_; }
 
  private:
-  void TakeAlive(LinkAddress from, const EnvelopeHeader& header, microseconds now);
-  void TakeFrame(const EnvelopeView& envelope, microseconds now);
+  void HandleAlive(LinkAddress from, const EnvelopeHeader& header, microseconds now);
+  void HandleDownFrame(const EnvelopeView& envelope, microseconds now);
   void KnockSoon(microseconds now);
   microseconds Jittered(microseconds duration);
   void SendUp(LinkAddress to, EnvelopeKind kind, std::int64_t value);
   void SendUp(LinkAddress to, EnvelopeHeader header, std::span<const std::uint8_t> frame);
 
-  Membership membership_;
+  DeploymentIdentity membership_;
   SpokeOptions options_;
   Carrier& carrier_;
   std::vector<LinkAddress> addresses_;
@@ -63,7 +63,7 @@ class Spoke final : public LinkEnd {
   bool unanswered_ = false;  // whether the last knock is unanswered
   microseconds knock_interval_;
   microseconds next_knock_{0};
-  PassageCounters counters_;
+  LinkCounters counters_;
 };
 
 }  // namespace legopt::bridge

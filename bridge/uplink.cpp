@@ -13,12 +13,12 @@ namespace {
 constexpr LinkAddress kAnyAddressAndPort = 0;
 
 // Called after everything outside the namespace has been read and opened.
-void ChooseBus(Uplink& uplink, BusPlace place) {
+void ChooseBus(ServerUplink& uplink, BusLocation place) {
   bus::LcmOptions& network = uplink.network;
   if (!network.key_file.empty()) network.key = bus::MessageKey::Load(network.key_file);
   std::string why_not;
-  if (place == BusPlace::kOwnNamespace) {
-    const std::string refused = EnterPrivateBus(network.group);
+  if (place == BusLocation::kOwnNamespace) {
+    const std::string refused = EnterIsolatedNetwork(network.group);
     if (refused.empty()) {
       uplink.bus = "in a network namespace of its own";
       return;
@@ -32,8 +32,9 @@ void ChooseBus(Uplink& uplink, BusPlace place) {
 
 }  // namespace
 
-Uplink FindUplink(const bus::LcmOptions& network, const std::optional<std::string>& access_file, BusPlace place) {
-  Uplink uplink;
+ServerUplink PrepareUplink(const bus::LcmOptions& network, const std::optional<std::string>& access_file,
+                           BusLocation place) {
+  ServerUplink uplink;
   uplink.network = network;
   if (!access_file) {
     uplink.server_address = network.group + ":" + std::to_string(network.port);
@@ -49,7 +50,7 @@ Uplink FindUplink(const bus::LcmOptions& network, const std::optional<std::strin
   return uplink;
 }
 
-std::unique_ptr<Bridge> RunSpoke(Uplink uplink) {
+std::unique_ptr<Bridge> RunSpoke(ServerUplink uplink) {
   if (!uplink.bridged()) return nullptr;
   return Bridge::RunSpoke(uplink.network, std::move(*uplink.socket), std::move(uplink.hub));
 }

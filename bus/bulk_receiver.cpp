@@ -9,13 +9,13 @@ namespace {
 // Maximum number of datagrams in flight to one receiver, over all senders. Larger bursts must be expected to lose
 // datagrams (docs/reliability.md#what-lcm-and-udp-do).
 constexpr std::size_t kBurst = 60;
-constexpr std::size_t kLeastCredit = 2;
+constexpr std::size_t kMinCredit = 2;
 
 }  // namespace
 
 std::int32_t BulkReceiver::Credit() const {
   const std::size_t share = kBurst / std::max<std::size_t>(objects_.size(), 1);
-  return static_cast<std::int32_t>(std::clamp(share, kLeastCredit, kWindow));
+  return static_cast<std::int32_t>(std::clamp(share, kMinCredit, kWindow));
 }
 
 BulkReceiver::Objects::iterator BulkReceiver::Begin(const ObjectKey& key, const ChunkView& chunk) {
@@ -84,7 +84,7 @@ ChunkAck BulkReceiver::MakeAck(const ObjectKey& key, const Object& object) const
   ack.of_reply = key.of_reply;
   ack.reassembly = object.reassembly;
   ack.received_below = static_cast<std::int32_t>(object.received_below);
-  for (std::int32_t bit = 0; bit < kAckReach; ++bit) {
+  for (std::int32_t bit = 0; bit < kMaxAckDistance; ++bit) {
     const std::size_t index = object.received_below + 1 + static_cast<std::size_t>(bit);
     if (index < object.received.size() && object.received[index]) ack.received_mask |= std::uint64_t{1} << bit;
   }

@@ -12,10 +12,10 @@ constexpr std::size_t kFirstCredit = 8;  // initial value until the receiver has
 constexpr std::int32_t kAckEvery = 8;
 constexpr std::int64_t kReorderTolerance = 3;  // later transmissions acknowledged before a chunk counts as lost
 constexpr microseconds kFirstTimeout = milliseconds(100);
-constexpr microseconds kLeastTimeout = milliseconds(20);
-constexpr microseconds kMostTimeout = seconds(1);
+constexpr microseconds kMinTimeout = milliseconds(20);
+constexpr microseconds kMaxTimeout = seconds(1);
 constexpr microseconds kPatience = seconds(10);
-constexpr int kMostBackOff = 6;
+constexpr int kMaxBackOff = 6;
 
 std::span<const std::uint8_t> Bytes(const std::string& body) {
   return {reinterpret_cast<const std::uint8_t*>(body.data()), body.size()};
@@ -41,7 +41,7 @@ void BulkSender::Start(const ObjectKey& key, std::int16_t type, Body body, micro
   Fill(PeerOf(key), now);
 }
 
-void BulkSender::Remind(const ObjectKey& key, std::int16_t type, const Body& body) {
+void BulkSender::RequestAck(const ObjectKey& key, std::int16_t type, const Body& body) {
   if (Sending(key)) return;
   Object object;
   object.body = body;
@@ -80,7 +80,7 @@ void BulkSender::Remove(Objects::iterator object) {
 
 bool BulkSender::HasMore(const Object& object) {
   return !object.lost.empty() || (object.next_new < static_cast<std::int32_t>(object.acked.size()) &&
-                                  object.next_new - object.first_unacked < kAckReach);
+                                  object.next_new - object.first_unacked < kMaxAckDistance);
 }
 
 // Shares the peer's window among its bodies, one chunk each in turn.
@@ -140,13 +140,13 @@ bool BulkSender::OnAck(const ObjectKey& key, const ChunkAck& ack, microseconds n
   }
   if (ack.reassembly == object.past_reassembly && ack.reassembly != 0) return true;
   if (ack.reassembly != object.reassembly) {
-    if (object.reassembly != 0) StartAfresh(object, peer);
+    if (object.reassembly != 0) RestartTransfer(object, peer);
     object.past_reassembly = object.reassembly;
     object.reassembly = ack.reassembly;
   }
   const std::int32_t below = std::min(ack.received_below, object.next_new);
   for (std::int32_t i = object.first_unacked; i < below; ++i) Acknowledge(object, peer, i, now);
-  for (std::int32_t bit = 0; bit < kAckReach; ++bit) {
+  for (std::int32_t bit = 0; bit < kMaxAckDistance; ++bit) {
     if (((ack.received_mask >> bit) & 1U) == 0) continue;
     const std::int64_t index = std::int64_t{ack.received_below} + 1 + bit;
     if (index < object.next_new) Acknowledge(object, peer, static_cast<std::int32_t>(index), now);
@@ -161,7 +161,7 @@ bool BulkSender::OnAck(const ObjectKey& key, const ChunkAck& ack, microseconds n
 }
 
 // Restarts a body after the receiver has lost its chunks: it was restarted, timed out, or the hash did not match.
-void BulkSender::StartAfresh(Object& object, Peer& peer) {
+void BulkSender::RestartTransfer(Object& object, Peer& peer) {
   peer.in_flight -= object.flights.size();
   object.flights.clear();
   object.lost.clear();
@@ -210,8 +210,8 @@ void BulkSender::DetectLoss(Object& object, Peer& peer, microseconds now) {
 
 microseconds BulkSender::RetransmitTimeout(const Object& object, const Peer& peer) const {
   microseconds timeout = kFirstTimeout;
-  if (peer.smoothed_rtt.count() > 0) timeout = std::max(kLeastTimeout, peer.smoothed_rtt + 4 * peer.rtt_deviation);
-  return std::min(kMostTimeout, timeout * (1 << object.back_off));
+  if (peer.smoothed_rtt.count() > 0) timeout = std::max(kMinTimeout, peer.smoothed_rtt + 4 * peer.rtt_deviation);
+  return std::min(kMaxTimeout, timeout * (1 << object.back_off));
 }
 
 void BulkSender::Rearm(const ObjectKey& key, Object& object, const Peer& peer) {
@@ -244,7 +244,7 @@ void BulkSender::OnTimer(microseconds now) {
       --peer.in_flight;
       return true;
     });
-    if (object.flights.size() < before) object.back_off = std::min(object.back_off + 1, kMostBackOff);
+    if (object.flights.size() < before) object.back_off = std::min(object.back_off + 1, kMaxBackOff);
     Rearm(key, object, peer);
     Fill(PeerOf(key), now);
   }

@@ -52,7 +52,7 @@ class BulkSender {
   /// Starts or restarts sending `body` (not empty).
   void Start(const ObjectKey& key, std::int16_t type, Body body, microseconds now);
   /// Repeats the first chunk, so that the receiver reports its state. Does not wait for an acknowledgement.
-  void Remind(const ObjectKey& key, std::int16_t type, const Body& body);
+  void RequestAck(const ObjectKey& key, std::int16_t type, const Body& body);
   /// Stops sending without calling `done`.
   void Cancel(const ObjectKey& key, microseconds now);
   /// Processes an acknowledgement. Returns false if no body is being sent under `key`.
@@ -104,7 +104,7 @@ class BulkSender {
   bool EmitNext(const ObjectKey& key, Object& object, Peer& peer, microseconds now);
   static bool HasMore(const Object& object);
   void Acknowledge(Object& object, Peer& peer, std::int32_t index, microseconds now);
-  static void StartAfresh(Object& object, Peer& peer);
+  static void RestartTransfer(Object& object, Peer& peer);
   void MeasureRtt(Peer& peer, microseconds sample);
   void DetectLoss(Object& object, Peer& peer, microseconds now);
   microseconds RetransmitTimeout(const Object& object, const Peer& peer) const;

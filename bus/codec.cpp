@@ -30,7 +30,7 @@ constexpr Coder CoderOf() {
   return {.name = &Message::getTypeName,
           .fingerprint = &Message::getHash,
           .layout = kLayout<Message>,
-          .put_right = [](void* message) { fields::PutRight(*static_cast<Message*>(message)); },
+          .put_right = [](void* message) { fields::Sanitize(*static_cast<Message*>(message)); },
           .fault = [](const void* message) { return fields::FaultOf(*static_cast<const Message*>(message)); },
           .encoded_size = [](const void* message) { return static_cast<const Message*>(message)->getEncodedSize(); },
           .encode =

@@ -81,7 +81,7 @@ CallId EndpointCore::Call(EndpointId to, MessageType type, std::string body, con
   call.options = options;
   call.callback = std::move(callback);
   call.deadline = now() + options.timeout;
-  call.interval = patience_.First(options.first_retry, options.max_retry);
+  call.interval = retry_policy_.First(options.first_retry, options.max_retry);
   OpenCall& open = calls_.emplace(id, std::move(call)).first->second;
   ++counters_.calls_started;
   if (open.large || (waiting_.empty() && pacer_.Take(now()))) {
@@ -97,7 +97,7 @@ CallId EndpointCore::Call(EndpointId to, MessageType type, std::string body, con
 
 void EndpointCore::SendRequest(CallId id, const OpenCall& call) {
   if (call.large) {
-    sender_.Start(OwnObject(call.to, id, false), static_cast<std::int16_t>(call.type), call.body, now());
+    sender_.Start(LocalObject(call.to, id, false), static_cast<std::int16_t>(call.type), call.body, now());
     return;
   }
   FrameHeader header =
@@ -126,7 +126,7 @@ microseconds EndpointCore::Jittered(microseconds interval) {
 
 void EndpointCore::ArmRetry(CallId id, OpenCall& call) {
   // While a large body is being sent, its chunks are repeated instead; OnBodyDone arms the retry.
-  if (call.large && sender_.Sending(OwnObject(call.to, id, false))) {
+  if (call.large && sender_.Sending(LocalObject(call.to, id, false))) {
     call.next_retry = call.deadline;
   } else {
     call.next_retry = now() + Jittered(call.interval);
@@ -145,7 +145,7 @@ void EndpointCore::OnCallTimer(CallId id, microseconds now) {
   OpenCall& call = found->second;
   if (now >= call.deadline) {
     ++counters_.calls_timed_out;
-    patience_.Ended(call.options.timeout);
+    retry_policy_.RecordCallEnd(call.options.timeout);
     CallResult result;
     result.status = CallResult::kTimeout;
     result.error = "no answer to " + std::string(ToString(call.type)) + " within " +
@@ -157,7 +157,7 @@ void EndpointCore::OnCallTimer(CallId id, microseconds now) {
   ++counters_.requests_retried;
   call.repeated = true;
   if (call.large) {
-    sender_.Remind(OwnObject(call.to, id, false), static_cast<std::int16_t>(call.type), call.body);
+    sender_.RequestAck(LocalObject(call.to, id, false), static_cast<std::int16_t>(call.type), call.body);
   } else {
     SendRequest(id, call);
   }
@@ -175,14 +175,14 @@ void EndpointCore::OnBodyDone(const ObjectKey& key, bool delivered) {
 void EndpointCore::Finish(Calls::iterator call, CallResult result) {
   if (call->second.large) {
     // Removed from calls_ first: cancelling may send chunks of other calls, whose headers report the finished calls.
-    const ObjectKey key = OwnObject(call->second.to, call->first, false);
+    const ObjectKey key = LocalObject(call->second.to, call->first, false);
     finished_.emplace_back(std::move(call->second.callback), std::move(result));
-    receiver_.Drop(OwnObject(key.peer, key.call_id, true));
+    receiver_.Drop(LocalObject(key.peer, key.call_id, true));
     calls_.erase(call);
     sender_.Cancel(key, now());
     return;
   }
-  receiver_.Drop(OwnObject(call->second.to, call->first, true));
+  receiver_.Drop(LocalObject(call->second.to, call->first, true));
   finished_.emplace_back(std::move(call->second.callback), std::move(result));
   calls_.erase(call);
 }
@@ -190,10 +190,10 @@ void EndpointCore::Finish(Calls::iterator call, CallResult result) {
 void EndpointCore::Abandon(CallId id) {
   const auto call = calls_.find(id);
   if (call == calls_.end()) return;
-  const ObjectKey key = OwnObject(call->second.to, id, false);
+  const ObjectKey key = LocalObject(call->second.to, id, false);
   ++counters_.calls_abandoned;
   calls_.erase(call);
-  receiver_.Drop(OwnObject(key.peer, id, true));
+  receiver_.Drop(LocalObject(key.peer, id, true));
   sender_.Cancel(key, now());
 }
 
@@ -298,7 +298,7 @@ void EndpointCore::OnRequest(const FrameHeader& header, std::string body) {
       ++counters_.requests_refused_busy;
       SendError(key, header.type, ErrorCode::kBusy, "too many open requests");
       return;
-    case ReplyCache::Verdict::kGone:
+    case ReplyCache::Verdict::kEvicted:
       ++counters_.duplicate_requests;
       SendError(key, header.type, ErrorCode::kReplyGone, "handled before; the reply is no longer kept");
       return;
@@ -308,7 +308,7 @@ void EndpointCore::OnRequest(const FrameHeader& header, std::string body) {
       SendReply(key, lookup.reply);
       return;
     case ReplyCache::Verdict::kOpen:
-    case ReplyCache::Verdict::kOver:
+    case ReplyCache::Verdict::kFinishedByCaller:
       ++counters_.duplicate_requests;
       return;
   }

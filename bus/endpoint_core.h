@@ -19,9 +19,9 @@
 #include "bus/bulk_sender.h"
 #include "bus/endpoint.h"
 #include "bus/pacer.h"
-#include "bus/patience.h"
 #include "bus/replay_guard.h"
 #include "bus/reply_cache.h"
+#include "bus/retry_policy.h"
 #include "bus/wire.h"
 
 /// @file
@@ -92,7 +92,9 @@ class EndpointCore final : public DatagramReceiver, public std::enable_shared_fr
   void SendRequest(CallId id, const OpenCall& call);
   void SendReply(const CallKey& key, const ReplyCache::Reply& reply);
   // Returns the key of a body of one of this endpoint's calls.
-  ObjectKey OwnObject(EndpointId peer, CallId id, bool of_reply) const { return {peer, session_, id, of_reply, role_}; }
+  ObjectKey LocalObject(EndpointId peer, CallId id, bool of_reply) const {
+    return {peer, session_, id, of_reply, role_};
+  }
   void SendError(const CallKey& key, std::int16_t type, ErrorCode code, std::string_view text);
   void SendProof(const FrameHeader& challenged, std::int64_t challenge);
   void SendKeyHint(const FrameHeader& header);
@@ -106,14 +108,14 @@ class EndpointCore final : public DatagramReceiver, public std::enable_shared_fr
   void Dispatch(const FrameView& frame);
   void CountFault(FrameFault fault, const FrameView& frame);
   bool Admit(const FrameHeader& header);  // returns false if the request must be dropped (only with a key)
-  bool IsBelieved(const FrameView& frame) const;
+  bool HasExpectedRole(const FrameView& frame) const;
   bool RefuseRole(const FrameHeader& header);
   void OnProof(const FrameView& frame);
   void OnChallenge(Calls::iterator call, const FrameHeader& header, std::span<const std::uint8_t> payload);
   void OnRequest(const FrameHeader& header, std::string body);
   Calls::iterator FindOwnCall(const FrameHeader& header);  // counts frames without an open call
   void OnReply(const FrameHeader& header, std::span<const std::uint8_t> payload);
-  void LearnFromAnswer(const OpenCall& call);
+  void UpdateRetryPolicy(const OpenCall& call);
   void OnError(const FrameHeader& header, std::span<const std::uint8_t> payload);
   void OnChunk(const FrameView& frame);
   void OnRequestChunk(const FrameHeader& header, const ChunkView& chunk);
@@ -154,7 +156,7 @@ class EndpointCore final : public DatagramReceiver, public std::enable_shared_fr
   CallId next_call_ = 1;
   std::priority_queue<Timer, std::vector<Timer>, std::greater<>> timers_;
   Pacer pacer_;
-  Patience patience_;
+  RetryPolicy retry_policy_;
   std::int64_t last_challenge_ = 0;  // last proven challenge; last_proof_ is its time
   microseconds last_proof_{0};
   std::deque<CallId> waiting_;                                // small requests delayed by the pacer

@@ -81,7 +81,7 @@ void EndpointCore::OnChallenge(Calls::iterator call, const FrameHeader& header, 
     ++counters_.rejected_field;
     return;
   }
-  const bool is_proven = challenge == last_challenge_ && now() - last_proof_ < patience_.ProofOnItsWay();
+  const bool is_proven = challenge == last_challenge_ && now() - last_proof_ < retry_policy_.PendingProof();
   if (is_proven && call->second.prompt_repeats > 0) return;
   if (!is_proven) {
     last_challenge_ = challenge;

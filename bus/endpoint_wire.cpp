@@ -105,7 +105,7 @@ void EndpointCore::CountFault(FrameFault fault, const FrameView& frame) {
         SendError(CallerKey(frame.header), frame.header.type, ErrorCode::kVersionRefused,
                   "protocol version " + std::to_string(frame.header.version) + " refused: this party speaks version " +
                       std::to_string(kProtocolVersion) + "; use the same release on both sides");
-      } else if (frame.header.kind == FrameKind::kError && IsBelieved(frame) &&
+      } else if (frame.header.kind == FrameKind::kError && HasExpectedRole(frame) &&
                  frame.header.code == static_cast<std::int16_t>(ErrorCode::kVersionRefused)) {
         OnError(frame.header, frame.payload);
       }
@@ -115,7 +115,7 @@ void EndpointCore::CountFault(FrameFault fault, const FrameView& frame) {
 
 // The server replies with the key of the caller's role. A frame with another role's key, although derived from the same
 // full key, is no answer of the server.
-bool EndpointCore::IsBelieved(const FrameView& frame) const {
+bool EndpointCore::HasExpectedRole(const FrameView& frame) const {
   switch (frame.header.kind) {
     case FrameKind::kReply:
     case FrameKind::kError:
@@ -131,7 +131,7 @@ bool EndpointCore::IsBelieved(const FrameView& frame) const {
 }
 
 void EndpointCore::Dispatch(const FrameView& frame) {
-  if (!IsBelieved(frame)) {
+  if (!HasExpectedRole(frame)) {
     ++counters_.rejected_tag;
     return;
   }
@@ -164,27 +164,27 @@ EndpointCore::Calls::iterator EndpointCore::FindOwnCall(const FrameHeader& heade
   if (call != calls_.end() && call->second.to == header.sender) return call;
   if (header.session == session_ && header.call_id < next_call_) {
     ++counters_.duplicate_replies;
-    patience_.RepeatedInVain(header.call_id);
+    retry_policy_.RecordNeedlessRetry(header.call_id);
   } else {
     ++counters_.rejected_field;
   }
   return calls_.end();
 }
 
-void EndpointCore::LearnFromAnswer(const OpenCall& call) {
+void EndpointCore::UpdateRetryPolicy(const OpenCall& call) {
   if (call.large) return;
   const microseconds took = now() - (call.deadline - call.options.timeout);
   if (call.repeated) {
-    patience_.Ended(took);
+    retry_policy_.RecordCallEnd(took);
   } else {
-    patience_.AnsweredAtOnce(took);
+    retry_policy_.RecordReply(took);
   }
 }
 
 void EndpointCore::OnReply(const FrameHeader& header, std::span<const std::uint8_t> payload) {
   const auto call = FindOwnCall(header);
   if (call == calls_.end()) return;
-  LearnFromAnswer(call->second);
+  UpdateRetryPolicy(call->second);
   ++counters_.calls_completed;
   CallResult result;
   result.status = CallResult::kOk;

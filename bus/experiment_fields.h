@@ -37,7 +37,7 @@ template <>
 struct Description<legopt_msg::store_dataset_request> {
   using M = legopt_msg::store_dataset_request;
   static constexpr std::tuple kRows{Field{"hash", &M::hash, Hash{}},
-                                    Field{"num_bytes", &M::num_bytes, CountOf{&M::archive, kMostStoredArchiveBytes}},
+                                    Field{"num_bytes", &M::num_bytes, CountOf{&M::archive, kMaxStoredArchiveBytes}},
                                     Field{"archive", &M::archive}};
 };
 

@@ -17,14 +17,14 @@
 namespace legopt::bus::fields {
 
 /// Rule of an unrestricted field.
-struct Anything {};
+struct AnyValue {};
 
 /// Checks a condition between a field and others, immediately after the field's own rule.
 template <class Message>
 using Condition = void (*)(const Message& message, FieldCheck& check);
 
 /// Row of a table: name and member as in the .lcm file, the rule (field_rules.h), and an optional condition.
-template <class Message, class Value, class Rule = Anything>
+template <class Message, class Value, class Rule = AnyValue>
 struct Field {
   std::string_view name;  ///< name in errors and JSON
   Value Message::*member;
@@ -42,7 +42,7 @@ template <class Message, class Value, class Rule>
 Field(std::string_view, Value Message::*, Rule, Condition<Message>) -> Field<Message, Value, Rule>;
 
 /// Table of one message: `kRows` is a std::tuple of Field in the order of the .lcm file. Conditions and limits that
-/// depend on other fields are static functions. An optional `static void PutRight(Message&)` applies the sender's
+/// depend on other fields are static functions. An optional `static void Sanitize(Message&)` applies the sender's
 /// corrections that no rule covers, before those of the rules. Using the fields of a message without a description is a
 /// compile error. The tests compare each description with its .lcm file.
 template <class Message>

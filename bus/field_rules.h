@@ -11,11 +11,11 @@
 
 #include "bus/field_check.h"
 #include "bus/text.h"
-#include "words/words.h"
+#include "words/enum_names.h"
 
 /// @file
 /// Rules for the values of fields. Each rule checks a value with Check(). Some also correct values before sending with
-/// PutRight(): counts, texts for humans, numbers that are not available. Thread rule: none, constants.
+/// Sanitize(): counts, texts for humans, numbers that are not available. Thread rule: none, constants.
 
 namespace legopt::bus::fields {
 
@@ -97,24 +97,24 @@ struct NonZero {
 };
 
 /// Rule: number of an enumerator.
-template <Worded Enum>
+template <NamedEnum Enum>
 struct ValueOf {
   /// Requires the number of an enumerator.
   template <class Value, class Message>
   void Check(FieldCheck& check, std::string_view name, Value value, const Message& /*message*/) const {
     static_assert(std::is_same_v<Value, std::underlying_type_t<Enum>>, "the enumeration is as wide as the field");
-    if (!IsValueOf<Enum>(value)) check.Range(name, value, 0, static_cast<std::int64_t>(kNumWords<Enum>) - 1);
+    if (!IsEnumNumber<Enum>(value)) check.Range(name, value, 0, static_cast<std::int64_t>(kNumEnumerators<Enum>) - 1);
   }
 };
 
 /// Rule: name of an enumerator.
-template <Worded Enum>
-struct WordOf {
+template <NamedEnum Enum>
+struct EnumNameOf {
   /// Requires the name of an enumerator; the fault lists all names.
   template <class Message>
   void Check(FieldCheck& check, std::string_view name, const std::string& value, const Message& /*message*/) const {
-    if (ParseWord<Enum>(value)) return;
-    std::string choices = WordChoices<Enum>();
+    if (ParseEnum<Enum>(value)) return;
+    std::string choices = EnumChoices<Enum>();
     std::erase(choices, '\'');
     check.NoneOf(name, value, choices);
   }
@@ -146,7 +146,7 @@ enum class Keep : std::uint8_t {
 /// Rule: text for humans. Its content never prevents delivery: a sender truncates it to `bytes` and cleans it.
 template <class Rule>
 struct Cleaned {
-  std::int64_t bytes = 0;        ///< maximum after PutRight
+  std::int64_t bytes = 0;        ///< maximum after Sanitize
   Rule rule;                     ///< rule checked by the receiver
   Keep keep = Keep::kBeginning;  ///< end of a longer text that is kept
 
@@ -157,7 +157,7 @@ struct Cleaned {
   }
   /// Truncates the text to `bytes` and replaces NUL and invalid UTF-8.
   template <class Message>
-  void PutRight(Message& message, std::string Message::*member) const {
+  void Sanitize(Message& message, std::string Message::*member) const {
     std::string& text = message.*member;
     const auto most = static_cast<std::size_t>(bytes);
     if (keep == Keep::kEnd && text.size() > most) text.erase(0, text.size() - most);
@@ -219,7 +219,7 @@ struct NanOrFinite {
   }
   /// Replaces an infinity by NaN.
   template <class Message>
-  void PutRight(Message& message, double Message::*member) const {
+  void Sanitize(Message& message, double Message::*member) const {
     if (std::isinf(message.*member)) message.*member = std::nan("");
   }
 };
@@ -241,7 +241,7 @@ struct CountOf {
     check.Count(name, value, (message.*array).size(), most);
   }
   /// Sets the value to the size of the array.
-  void PutRight(Message& message, std::int32_t Message::*member) const {
+  void Sanitize(Message& message, std::int32_t Message::*member) const {
     message.*member = static_cast<std::int32_t>((message.*array).size());
   }
 };

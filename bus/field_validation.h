@@ -31,7 +31,7 @@ std::string FaultOf(const Message& message);
 template <class Message, class Value, class Rule>
 void CheckField(const Field<Message, Value, Rule>& field, const Message& message, FieldCheck& check) {
   static_assert(!kIsMessage<Value>, "a message stands within another as an element of an array");
-  if constexpr (!kIsVector<Value> && !std::is_same_v<Rule, Anything>) {
+  if constexpr (!kIsVector<Value> && !std::is_same_v<Rule, AnyValue>) {
     field.rule.Check(check, field.name, message.*field.member, message);
   }
   if (field.condition != nullptr && check.ok()) field.condition(message, check);
@@ -43,7 +43,7 @@ void CheckElements(const Field<Message, std::vector<Element>, Rule>& field, cons
   const std::vector<Element>& elements = message.*field.member;
   if constexpr (kIsMessage<Element>) {
     for (std::size_t i = 0; check.ok() && i < elements.size(); ++i) check.Nested(field.name, i, FaultOf(elements[i]));
-  } else if constexpr (!std::is_same_v<Rule, Anything>) {
+  } else if constexpr (!std::is_same_v<Rule, AnyValue>) {
     for (std::size_t i = 0; check.ok() && i < elements.size(); ++i) {
       field.rule.element.Check(check, field.name, elements[i], message);
     }
@@ -69,10 +69,10 @@ std::string FaultOf(const Message& message) {
 
 /// Corrects a message before sending (field_rules.h): counts, texts for humans, numbers that are not available.
 template <class Message>
-void PutRight(Message& message) {
-  if constexpr (requires { Description<Message>::PutRight(message); }) Description<Message>::PutRight(message);
+void Sanitize(Message& message) {
+  if constexpr (requires { Description<Message>::Sanitize(message); }) Description<Message>::Sanitize(message);
   const auto put_right = [&message](const auto& field) {
-    if constexpr (requires { field.rule.PutRight(message, field.member); }) field.rule.PutRight(message, field.member);
+    if constexpr (requires { field.rule.Sanitize(message, field.member); }) field.rule.Sanitize(message, field.member);
   };
   std::apply([&](const auto&... field) { (put_right(field), ...); }, kFields<Message>);
 }

@@ -13,7 +13,7 @@
 
 namespace legopt::bus::fields {
 
-inline constexpr std::int64_t kMostJobs = 1024;                               ///< jobs in one lease reply
+inline constexpr std::int64_t kMaxJobs = 1024;                                ///< jobs in one lease reply
 inline constexpr std::int64_t kLongestWall_us = 365 * (86'400 * kSecond_us);  ///< a year
 inline constexpr std::int64_t kLongestRetry_us = 3'600 * kSecond_us;          ///< an hour
 
@@ -22,7 +22,7 @@ struct Description<legopt_msg::lease_request> {
   using M = legopt_msg::lease_request;
   static constexpr std::tuple kRows{
       Field{"worker_id", &M::worker_id, AtLeast{1}}, Field{"server_instance", &M::server_instance, AtLeast{1}},
-      Field{"slot", &M::slot, Range{0, kMostSlots - 1}}, Field{"max_jobs", &M::max_jobs, Range{1, kMostJobs}}};
+      Field{"slot", &M::slot, Range{0, kMostSlots - 1}}, Field{"max_jobs", &M::max_jobs, Range{1, kMaxJobs}}};
 };
 
 template <>
@@ -35,8 +35,8 @@ struct Description<legopt_msg::lease> {
                                     Field{"lease_us", &M::lease_us, Range{1, kLongestLease_us}},
                                     Field{"dataset_hash", &M::dataset_hash, Hash{}},
                                     Field{"method_hash", &M::method_hash, Hash{}},
-                                    Field{"task", &M::task, WordOf<Task>{}},
-                                    Field{"initialization", &M::initialization, WordOf<Initialization>{}},
+                                    Field{"task", &M::task, EnumNameOf<Task>{}},
+                                    Field{"initialization", &M::initialization, EnumNameOf<Initialization>{}},
                                     Field{"problem_id", &M::problem_id, AtLeast{0}},
                                     Field{"repetition", &M::repetition, AtLeast{0}},
                                     Field{"experiment_seed", &M::experiment_seed},
@@ -64,9 +64,9 @@ struct Description<legopt_msg::lease_reply> {
       Field{"status", &M::status, ValueOf<LeaseStatus>{}},
       Field{"retry_after_us", &M::retry_after_us, Range{0, kLongestRetry_us}},
       Field{"message", &M::message, ForHumans(kTextBytes)},
-      Field{"num_jobs", &M::num_jobs, CountOf{&M::jobs, kMostJobs}, &JobsComeWithLeased},
+      Field{"num_jobs", &M::num_jobs, CountOf{&M::jobs, kMaxJobs}, &JobsComeWithLeased},
       Field{"jobs", &M::jobs},
-      Field{"wanted_dataset", &M::wanted_dataset, Text{0, kWordBytes}, &DatasetIsWantedWithoutJobs}};
+      Field{"wanted_dataset", &M::wanted_dataset, Text{0, kEnumNameBytes}, &DatasetIsWantedWithoutJobs}};
 };
 
 template <>
@@ -87,15 +87,15 @@ template <>
 struct Description<legopt_msg::dataset_request> {
   using M = legopt_msg::dataset_request;
   static constexpr std::tuple kRows{Field{"hash", &M::hash, Hash{}},
-                                    Field{"offset", &M::offset, Range{0, kMostArchiveBytes}}};
+                                    Field{"offset", &M::offset, Range{0, kMaxArchiveBytes}}};
 };
 
 template <>
 struct Description<legopt_msg::dataset_reply> {
   using M = legopt_msg::dataset_reply;
   static constexpr std::tuple kRows{Field{"status", &M::status, ValueOf<DatasetStatus>{}},
-                                    Field{"archive_bytes", &M::archive_bytes, Range{0, kMostArchiveBytes}},
-                                    Field{"num_bytes", &M::num_bytes, CountOf{&M::piece, kMostPieceBytes}},
+                                    Field{"archive_bytes", &M::archive_bytes, Range{0, kMaxArchiveBytes}},
+                                    Field{"num_bytes", &M::num_bytes, CountOf{&M::piece, kMaxPieceBytes}},
                                     Field{"piece", &M::piece}};
 };
 

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "bus/messages.h"
-#include "words/words.h"
+#include "words/enum_names.h"
 
 /// @file
 /// Roles of keys, and the calls that each role permits. PROTOCOL.md, section 11. Thread rule: none, types and
@@ -28,7 +28,7 @@ inline constexpr std::array<KeyRole, 2> kDerivedRoles = {KeyRole::kWorker, KeyRo
 
 /// Names in key files and on command lines.
 template <>
-inline constexpr auto legopt::kWords<legopt::bus::KeyRole> =
+inline constexpr auto legopt::kEnumNames<legopt::bus::KeyRole> =
     legopt::Words<legopt::bus::KeyRole>({{legopt::bus::KeyRole::kOperator, "operator"},
                                          {legopt::bus::KeyRole::kWorker, "worker"},
                                          {legopt::bus::KeyRole::kClient, "client"}});

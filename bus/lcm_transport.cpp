@@ -23,7 +23,7 @@
 namespace legopt::bus {
 namespace {
 
-constexpr int kMostPerPoll = 256;  // maximum number of datagrams per Poll, so that timers are not starved
+constexpr int kMaxPerPoll = 256;  // maximum number of datagrams per Poll, so that timers are not starved
 constexpr std::chrono::seconds kFollowInterval(1);  // minimum time between two rejoins
 constexpr microseconds kStatisticsInterval = std::chrono::milliseconds(200);
 
@@ -170,7 +170,7 @@ int LcmTransport::Poll(std::span<pollfd> extra, microseconds max_wait) {
     extra[i].revents = ready > 0 ? impl.waiting[links + 1 + i].revents : short{0};
   if (ready > 0 && impl.waiting[links].revents != 0) impl.FollowRoutes();
   // Limits the number of rounds, because a message of another channel is handled but not delivered.
-  for (int round = 0; ready > 0 && round < kMostPerPoll; ++round) {
+  for (int round = 0; ready > 0 && round < kMaxPerPoll; ++round) {
     bool any = false;
     for (std::size_t i = 0; i < links; ++i) {
       if ((impl.waiting[i].revents & POLLIN) == 0) continue;

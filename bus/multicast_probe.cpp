@@ -17,7 +17,7 @@
 
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
-#include "bus/reach.h"
+#include "bus/multicast_interface.h"
 #include "files/file_error.h"
 
 namespace legopt::bus {

@@ -18,9 +18,9 @@
 #include <utility>
 
 #include "bus/bus_error.h"
+#include "bus/multicast_interface.h"
 #include "bus/multicast_probe.h"
 #include "bus/open_files.h"
-#include "bus/reach.h"
 #include "bus/socket_filter.h"
 #include "bus/udp_statistics.h"
 

@@ -9,7 +9,7 @@ bool ReplayWindow::Take(std::int64_t nonce) {
     if (nonce - highest_ >= kReplayWindow) {
       seen_.fill(0);
     } else {
-      for (std::int64_t passed = highest_ + 1; passed <= nonce; ++passed) Forget(passed);
+      for (std::int64_t passed = highest_ + 1; passed <= nonce; ++passed) ClearNonce(passed);
     }
     highest_ = nonce;
   }
@@ -21,16 +21,16 @@ bool ReplayWindow::Take(std::int64_t nonce) {
   return true;
 }
 
-void ReplayWindow::Forget(std::int64_t nonce) {
+void ReplayWindow::ClearNonce(std::int64_t nonce) {
   const std::int64_t bit = nonce % kReplayWindow;
   seen_[static_cast<std::size_t>(bit / kWordBits)] &= ~(std::uint64_t{1} << static_cast<unsigned>(bit % kWordBits));
 }
 
 ReplayGuard::ReplayGuard(std::size_t max_sessions, std::uint64_t seed) : max_sessions_(max_sessions), random_(seed) {
-  DrawChallenge();
+  GenerateChallenge();
 }
 
-void ReplayGuard::DrawChallenge() { challenge_ = static_cast<std::int64_t>(random_() >> 1U) | 1; }
+void ReplayGuard::GenerateChallenge() { challenge_ = static_cast<std::int64_t>(random_() >> 1U) | 1; }
 
 ReplayGuard::Verdict ReplayGuard::Check(EndpointId caller, std::int64_t session, std::int64_t nonce, KeyRole role) {
   const auto found = sessions_.find({caller, session, role});
@@ -48,7 +48,7 @@ bool ReplayGuard::Prove(EndpointId caller, std::int64_t session, std::int64_t no
   while (sessions_.size() >= max_sessions_ && !recency_.empty()) {
     sessions_.erase(recency_.front());
     recency_.pop_front();
-    DrawChallenge();
+    GenerateChallenge();
   }
   // Requests sent before the proof may have been handled before a restart of this endpoint.
   const auto recency = recency_.insert(recency_.end(), key);

@@ -36,7 +36,7 @@ class ReplayWindow {
 
  private:
   static constexpr std::int64_t kWordBits = 64;
-  void Forget(std::int64_t nonce);
+  void ClearNonce(std::int64_t nonce);
 
   std::int64_t highest_;
   std::array<std::uint64_t, kReplayWindow / kWordBits> seen_{};  // bit nonce % kReplayWindow
@@ -69,7 +69,7 @@ class ReplayGuard {
     ReplayWindow window;
     std::list<Key>::iterator recency;
   };
-  void DrawChallenge();
+  void GenerateChallenge();
 
   std::size_t max_sessions_;
   std::mt19937_64 random_;

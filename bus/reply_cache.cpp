@@ -25,8 +25,8 @@ ReplyCache::Lookup ReplyCache::Describe(const Peer& peer, std::int64_t call_id) 
     if (!call->second.answered) return {Verdict::kOpen, {}};
     return {Verdict::kAnswered, call->second.reply};
   }
-  if (call_id < peer.completed_below) return {Verdict::kOver, {}};
-  if (call_id < peer.evicted_below) return {Verdict::kGone, {}};
+  if (call_id < peer.completed_below) return {Verdict::kFinishedByCaller, {}};
+  if (call_id < peer.evicted_below) return {Verdict::kEvicted, {}};
   return {Verdict::kNew, {}};
 }
 
@@ -43,7 +43,7 @@ ReplyCache::Peers::iterator ReplyCache::Touch(const PeerKey& key) {
     return peer;
   }
   peer->second.recency = recency_.insert(recency_.end(), key);
-  if (peers_.size() > limits_.max_peers) ForgetPeer(peers_.find(recency_.front()));
+  if (peers_.size() > limits_.max_peers) EvictPeer(peers_.find(recency_.front()));
   return peer;
 }
 
@@ -51,7 +51,8 @@ ReplyCache::Lookup ReplyCache::Open(const CallKey& key, std::int16_t type, std::
   Peer& peer = Touch({key.caller, key.session, key.role})->second;
   if (completed_below > peer.completed_below) {
     peer.completed_below = completed_below;
-    while (!peer.calls.empty() && peer.calls.begin()->first < completed_below) Forget(peer.calls, peer.calls.begin());
+    while (!peer.calls.empty() && peer.calls.begin()->first < completed_below)
+      EvictReply(peer.calls, peer.calls.begin());
   }
   Lookup lookup = Describe(peer, key.call_id);
   if (lookup.verdict != Verdict::kNew) return lookup;
@@ -78,7 +79,7 @@ std::optional<ReplyCache::Reply> ReplyCache::Answer(const CallKey& key, std::int
   return reply;
 }
 
-void ReplyCache::Forget(std::map<std::int64_t, Entry>& calls, std::map<std::int64_t, Entry>::iterator call) {
+void ReplyCache::EvictReply(std::map<std::int64_t, Entry>& calls, std::map<std::int64_t, Entry>::iterator call) {
   if (call->second.answered) {
     held_bytes_ -= Cost(call->second.reply);
     answered_.erase(call->second.age);
@@ -88,8 +89,8 @@ void ReplyCache::Forget(std::map<std::int64_t, Entry>& calls, std::map<std::int6
   calls.erase(call);
 }
 
-void ReplyCache::ForgetPeer(Peers::iterator peer) {
-  while (!peer->second.calls.empty()) Forget(peer->second.calls, peer->second.calls.begin());
+void ReplyCache::EvictPeer(Peers::iterator peer) {
+  while (!peer->second.calls.empty()) EvictReply(peer->second.calls, peer->second.calls.begin());
   recency_.erase(peer->second.recency);
   peers_.erase(peer);
 }
@@ -100,7 +101,7 @@ void ReplyCache::Evict() {
     const CallKey oldest = answered_.front();
     Peer& peer = peers_.at({oldest.caller, oldest.session, oldest.role});
     peer.evicted_below = std::max(peer.evicted_below, oldest.call_id + 1);
-    Forget(peer.calls, peer.calls.find(oldest.call_id));
+    EvictReply(peer.calls, peer.calls.find(oldest.call_id));
     ++counters_.replies_evicted;
   }
 }

@@ -46,12 +46,12 @@ class ReplyCache {
 
   /// State of the call of an incoming request.
   enum class Verdict {
-    kNew,       ///< opened now: pass it to its handler
-    kOpen,      ///< a handler is processing it
-    kAnswered,  ///< see Lookup::reply
-    kOver,      ///< the caller reported it as finished
-    kGone,      ///< answered, but the reply has been dropped
-    kBusy,      ///< refused: too many open requests
+    kNew,               ///< opened now: pass it to its handler
+    kOpen,              ///< a handler is processing it
+    kAnswered,          ///< see Lookup::reply
+    kFinishedByCaller,  ///< the caller reported it as finished
+    kEvicted,           ///< answered, but the reply has been dropped
+    kBusy,              ///< refused: too many open requests
   };
   /// Stored answer.
   struct Reply {
@@ -101,8 +101,8 @@ class ReplyCache {
   using Peers = std::unordered_map<PeerKey, Peer, PeerKeyHash>;
 
   Peers::iterator Touch(const PeerKey& key);
-  void Forget(std::map<std::int64_t, Entry>& calls, std::map<std::int64_t, Entry>::iterator call);
-  void ForgetPeer(Peers::iterator peer);
+  void EvictReply(std::map<std::int64_t, Entry>& calls, std::map<std::int64_t, Entry>::iterator call);
+  void EvictPeer(Peers::iterator peer);
   void Evict();
   static Lookup Describe(const Peer& peer, std::int64_t call_id);
 

@@ -15,11 +15,11 @@
 
 namespace legopt::bus::fields {
 
-inline constexpr std::int64_t kLogBytes = std::int64_t{64} << 10;       ///< length of the end of a log
-inline constexpr std::int64_t kMostSignals = 64;                        ///< largest number of a signal
-inline constexpr std::int64_t kMostWaypoints = 1'000'000;               ///< waypoints of a solution
-inline constexpr std::int64_t kMostTraceBytes = std::int64_t{1} << 20;  ///< compressed size of a trace
-inline constexpr std::int64_t kMostWaypointNumbers = 4096;              ///< numbers of a waypoint, n + 7
+inline constexpr std::int64_t kLogBytes = std::int64_t{64} << 10;      ///< length of the end of a log
+inline constexpr std::int64_t kMaxSignals = 64;                        ///< largest number of a signal
+inline constexpr std::int64_t kMaxWaypoints = 1'000'000;               ///< waypoints of a solution
+inline constexpr std::int64_t kMaxTraceBytes = std::int64_t{1} << 20;  ///< compressed size of a trace
+inline constexpr std::int64_t kMaxWaypointNumbers = 4096;              ///< numbers of a waypoint, n + 7
 
 template <>
 struct Description<legopt_msg::result_request> {
@@ -42,11 +42,11 @@ struct Description<legopt_msg::result_request> {
     check.Require(whole, "num_unsolved_values: must be a multiple of num_unsolved");
   }
 
-  static void PutRight(M& m) {
+  static void Sanitize(M& m) {
     if (std::all_of(m.waypoints.begin(), m.waypoints.end(), [](double value) { return std::isfinite(value); })) return;
     m.waypoints.clear();
     m.num_waypoints = 0;
-    m.verdict_detail = CleanText(std::move(m.verdict_detail), kTextBytes - kWordBytes);
+    m.verdict_detail = CleanText(std::move(m.verdict_detail), kTextBytes - kEnumNameBytes);
     m.verdict_detail += " [waypoints left out: not finite]";
   }
 
@@ -58,8 +58,8 @@ struct Description<legopt_msg::result_request> {
       Field{"outcome", &M::outcome, ValueOf<ReportedOutcome>{}},
       Field{"message", &M::message, ForHumans(kTextBytes)},
       Field{"log_tail", &M::log_tail, ForHumans(kLogBytes, Keep::kEnd)},
-      Field{"exit_signal", &M::exit_signal, Range{0, kMostSignals}},
-      Field{"solver_status", &M::solver_status, Text{0, kWordBytes}},
+      Field{"exit_signal", &M::exit_signal, Range{0, kMaxSignals}},
+      Field{"solver_status", &M::solver_status, Text{0, kEnumNameBytes}},
       Field{"iterations", &M::iterations, AtLeast{0}},
       Field{"restarts", &M::restarts, AtLeast{0}},
       Field{"starts", &M::starts, AtLeast{0}},
@@ -71,9 +71,9 @@ struct Description<legopt_msg::result_request> {
       Field{"peak_memory_bytes", &M::peak_memory_bytes, AtLeast{0}},
       Field{"solver_cost", &M::solver_cost, NanOrFinite{}},
       Field{"solver_violation", &M::solver_violation, NanOrFinite{}},
-      Field{"verdict_literal", &M::verdict_literal, Text{0, kWordBytes}},
-      Field{"verdict_strict", &M::verdict_strict, Text{0, kWordBytes}},
-      Field{"verdict_solid", &M::verdict_solid, Text{0, kWordBytes}},
+      Field{"verdict_literal", &M::verdict_literal, Text{0, kEnumNameBytes}},
+      Field{"verdict_strict", &M::verdict_strict, Text{0, kEnumNameBytes}},
+      Field{"verdict_solid", &M::verdict_solid, Text{0, kEnumNameBytes}},
       Field{"verdict_detail", &M::verdict_detail, ForHumans(kTextBytes)},
       Field{"failed_waypoint", &M::failed_waypoint, AtLeast{-1}},
       Field{"cost", &M::cost, NanOrFinite{}},
@@ -90,17 +90,17 @@ struct Description<legopt_msg::result_request> {
       Field{"interpolation_free_share", &M::interpolation_free_share, NanOrFinite{}, &InterpolationIsPossible},
       Field{"windows", &M::windows, AtLeast{0}},
       Field{"windows_solved", &M::windows_solved, Range{0, &M::windows}},
-      Field{"num_waypoints", &M::num_waypoints, Range{0, kMostWaypoints}},
-      Field{"waypoint_size", &M::waypoint_size, Range{0, kMostWaypointNumbers}},
+      Field{"num_waypoints", &M::num_waypoints, Range{0, kMaxWaypoints}},
+      Field{"waypoint_size", &M::waypoint_size, Range{0, kMaxWaypointNumbers}},
       Field{"num_values", &M::num_values, CountOf{&M::waypoints, INT32_MAX}, &WaypointsAreWhole},
       Field{"waypoints", &M::waypoints, Each{Finite{}}},
-      Field{"window_verdict", &M::window_verdict, Text{0, kWordBytes}},
-      Field{"first_unsolved", &M::first_unsolved, Range{0, kMostWaypoints}},
-      Field{"num_unsolved", &M::num_unsolved, Range{0, kMostWaypoints}},
+      Field{"window_verdict", &M::window_verdict, Text{0, kEnumNameBytes}},
+      Field{"first_unsolved", &M::first_unsolved, Range{0, kMaxWaypoints}},
+      Field{"num_unsolved", &M::num_unsolved, Range{0, kMaxWaypoints}},
       Field{"num_unsolved_values", &M::num_unsolved_values, CountOf{&M::unsolved, INT32_MAX},
             &UnsolvedWaypointsAreWhole},
       Field{"unsolved", &M::unsolved, Each{Finite{}}},
-      Field{"num_trace_bytes", &M::num_trace_bytes, CountOf{&M::trace, kMostTraceBytes}},
+      Field{"num_trace_bytes", &M::num_trace_bytes, CountOf{&M::trace, kMaxTraceBytes}},
       Field{"trace", &M::trace}};
 };
 

@@ -38,9 +38,9 @@ struct Description<legopt_msg::capability> {
     if (!m.hash.empty()) check.Hash("hash", m.hash);
   }
 
-  static constexpr std::tuple kRows{Field{"kind", &M::kind, Text{1, kWordBytes}},
+  static constexpr std::tuple kRows{Field{"kind", &M::kind, Text{1, kEnumNameBytes}},
                                     Field{"name", &M::name, Text{0, kNameBytes}},
-                                    Field{"hash", &M::hash, Text{0, kWordBytes}, &HashIsEmptyOrWhole}};
+                                    Field{"hash", &M::hash, Text{0, kEnumNameBytes}, &HashIsEmptyOrWhole}};
 };
 
 template <>
@@ -54,12 +54,12 @@ struct Description<legopt_msg::hello_request> {
       Field{"pid", &M::pid, AtLeast{1}},
       Field{"slots", &M::slots, Range{1, kMostSlots}},
       Field{"build", &M::build, ForHumans(kNameBytes)},
-      Field{"build_id", &M::build_id, Text{1, kWordBytes}},
+      Field{"build_id", &M::build_id, Text{1, kEnumNameBytes}},
       Field{"processor", &M::processor, ForHumans(kNameBytes)},
-      Field{"processors", &M::processors, Range{1, kMostProcessors}},
+      Field{"processors", &M::processors, Range{1, kMaxProcessors}},
       Field{"memory_bytes", &M::memory_bytes, AtLeast{0}},
       Field{"load", &M::load, NanOrFinite{}, &LoadIsPossible<M>},
-      Field{"num_capabilities", &M::num_capabilities, CountOf{&M::capabilities, kMostCapabilities}},
+      Field{"num_capabilities", &M::num_capabilities, CountOf{&M::capabilities, kMaxCapabilities}},
       Field{"capabilities", &M::capabilities}};
 };
 

@@ -26,15 +26,15 @@ EndpointId DestinationOf(std::span<const std::uint8_t> datagram) {
 
 }  // namespace
 
-struct SimulatedNetwork::Station {
+struct SimulatedNetwork::SimulatedNode {
   DatagramReceiver* receiver = nullptr;
   int partition = 0;
   TransportCounters counters;
   std::multimap<microseconds, std::pair<Port, Bytes>> inbox;  // datagrams with equal times keep the order of sending
 };
 
-Misfortune Misfortune::StandardChaos() {
-  Misfortune chaos;
+FaultModel FaultModel::StandardChaos() {
+  FaultModel chaos;
   chaos.drop = 0.2;
   chaos.duplicate = 0.05;
   chaos.reorder = 0.1;
@@ -42,8 +42,8 @@ Misfortune Misfortune::StandardChaos() {
   return chaos;
 }
 
-SimulatedNetwork::SimulatedNetwork(std::uint64_t seed, const Misfortune& misfortune)
-    : random_(seed), misfortune_(misfortune) {}
+SimulatedNetwork::SimulatedNetwork(std::uint64_t seed, const FaultModel& fault_model)
+    : random_(seed), fault_model_(fault_model) {}
 SimulatedNetwork::~SimulatedNetwork() = default;
 
 // Does not use std:: distributions, because their results differ between standard libraries.
@@ -59,63 +59,63 @@ void SimulatedNetwork::AdvanceTo(microseconds time) { now_ = std::max(now_, time
 
 std::optional<microseconds> SimulatedNetwork::next_delivery() const {
   std::optional<microseconds> earliest;
-  for (const auto& station : stations_) {
-    if (station->inbox.empty()) continue;
-    const microseconds due = station->inbox.begin()->first;
+  for (const auto& simulated_node : simulated_nodes_) {
+    if (simulated_node->inbox.empty()) continue;
+    const microseconds due = simulated_node->inbox.begin()->first;
     if (!earliest || due < *earliest) earliest = due;
   }
   return earliest;
 }
 
 void SimulatedNetwork::SetPartition(const SimulatedTransport& transport, int partition) {
-  transport.station_->partition = partition;
+  transport.simulated_node_->partition = partition;
 }
 
 void SimulatedNetwork::Inject(Port port, std::span<const std::uint8_t> datagram) { Send(nullptr, port, datagram); }
 
-void SimulatedNetwork::Send(const Station* from, Port port, std::span<const std::uint8_t> datagram) {
+void SimulatedNetwork::Send(const SimulatedNode* from, Port port, std::span<const std::uint8_t> datagram) {
   if (tap_) tap_(port, datagram);
-  const auto reached = [from](const Station& to) { return from == nullptr || from->partition == to.partition; };
+  const auto reached = [from](const SimulatedNode& to) { return from == nullptr || from->partition == to.partition; };
   const auto bytes = std::make_shared<const std::vector<std::uint8_t>>(datagram.begin(), datagram.end());
   if (filtered_) {
-    const auto to = station_of_.find(DestinationOf(datagram));
-    if (to != station_of_.end() && reached(*to->second)) SendTo(*to->second, port, bytes);
+    const auto to = simulated_node_of_.find(DestinationOf(datagram));
+    if (to != simulated_node_of_.end() && reached(*to->second)) SendTo(*to->second, port, bytes);
     return;
   }
-  for (const auto& station : stations_) {
-    if (reached(*station)) SendTo(*station, port, bytes);
+  for (const auto& simulated_node : simulated_nodes_) {
+    if (reached(*simulated_node)) SendTo(*simulated_node, port, bytes);
   }
 }
 
-void SimulatedNetwork::SendTo(Station& to, Port port, const Bytes& bytes) {
-  if (Chance(misfortune_.drop)) return;
+void SimulatedNetwork::SendTo(SimulatedNode& to, Port port, const Bytes& bytes) {
+  if (Chance(fault_model_.drop)) return;
   Deliver(to, port, bytes);
-  if (Chance(misfortune_.duplicate)) Deliver(to, port, bytes);
+  if (Chance(fault_model_.duplicate)) Deliver(to, port, bytes);
 }
 
-void SimulatedNetwork::Deliver(Station& to, Port port, const Bytes& bytes) {
-  if (to.inbox.size() >= misfortune_.receive_buffer) {
+void SimulatedNetwork::Deliver(SimulatedNode& to, Port port, const Bytes& bytes) {
+  if (to.inbox.size() >= fault_model_.receive_buffer) {
     ++to.counters.kernel_drops;
     return;
   }
-  const auto spread = std::max<std::int64_t>(0, (misfortune_.max_delay - misfortune_.min_delay).count());
-  microseconds delay = misfortune_.min_delay;
+  const auto spread = std::max<std::int64_t>(0, (fault_model_.max_delay - fault_model_.min_delay).count());
+  microseconds delay = fault_model_.min_delay;
   if (spread > 0) delay += microseconds(Below(static_cast<std::uint64_t>(spread) + 1));
-  if (Chance(misfortune_.reorder)) {
-    delay += microseconds(Below(static_cast<std::uint64_t>(misfortune_.reorder_delay.count()) + 1));
+  if (Chance(fault_model_.reorder)) {
+    delay += microseconds(Below(static_cast<std::uint64_t>(fault_model_.reorder_delay.count()) + 1));
   }
-  to.inbox.emplace(now_ + delay, std::make_pair(port, Injure(bytes)));
+  to.inbox.emplace(now_ + delay, std::make_pair(port, CorruptDatagram(bytes)));
 }
 
-SimulatedNetwork::Bytes SimulatedNetwork::Injure(const Bytes& bytes) {
-  const bool corrupt = Chance(misfortune_.corrupt);
-  const bool truncate = Chance(misfortune_.truncate);
+SimulatedNetwork::Bytes SimulatedNetwork::CorruptDatagram(const Bytes& bytes) {
+  const bool corrupt = Chance(fault_model_.corrupt);
+  const bool truncate = Chance(fault_model_.truncate);
   if ((!corrupt && !truncate) || bytes->empty()) return bytes;
   std::vector<std::uint8_t> injured = *bytes;
   if (corrupt) {
-    constexpr std::uint64_t kMostChanges = 3;
+    constexpr std::uint64_t kMaxChanges = 3;
     constexpr std::uint64_t kOtherValues = 255;
-    for (std::uint64_t n = 1 + Below(kMostChanges); n > 0; --n) {
+    for (std::uint64_t n = 1 + Below(kMaxChanges); n > 0; --n) {
       auto& byte = injured[Below(injured.size())];
       byte = static_cast<std::uint8_t>(byte ^ (1 + Below(kOtherValues)));
     }
@@ -144,13 +144,14 @@ bool SimulatedNetwork::Run(std::span<Endpoint* const> endpoints, const std::func
 SimulatedTransport::SimulatedTransport(SimulatedNetwork& network, std::int64_t deployment,
                                        std::shared_ptr<const MessageKey> key)
     : network_(&network), deployment_(deployment), key_(std::move(key)) {
-  network.stations_.push_back(std::make_unique<SimulatedNetwork::Station>());
-  station_ = network.stations_.back().get();
+  network.simulated_nodes_.push_back(std::make_unique<SimulatedNetwork::SimulatedNode>());
+  simulated_node_ = network.simulated_nodes_.back().get();
 }
 
 SimulatedTransport::~SimulatedTransport() {
-  std::erase_if(network_->station_of_, [this](const auto& entry) { return entry.second == station_; });
-  std::erase_if(network_->stations_, [this](const auto& station) { return station.get() == station_; });
+  std::erase_if(network_->simulated_node_of_, [this](const auto& entry) { return entry.second == simulated_node_; });
+  std::erase_if(network_->simulated_nodes_,
+                [this](const auto& simulated_node) { return simulated_node.get() == simulated_node_; });
 }
 
 void SimulatedTransport::Send(Port port, std::span<const std::uint8_t> datagram) {
@@ -159,29 +160,29 @@ void SimulatedTransport::Send(Port port, std::span<const std::uint8_t> datagram)
                  kMaxDatagramBytes);
     std::abort();
   }
-  ++station_->counters.datagrams_sent;
-  station_->counters.bytes_sent += datagram.size();
-  network_->Send(station_, port, datagram);
+  ++simulated_node_->counters.datagrams_sent;
+  simulated_node_->counters.bytes_sent += datagram.size();
+  network_->Send(simulated_node_, port, datagram);
 }
 
 void SimulatedTransport::SetReceiver(DatagramReceiver* receiver, EndpointId self) {
-  station_->receiver = receiver;
-  std::erase_if(network_->station_of_, [this](const auto& entry) { return entry.second == station_; });
-  if (receiver != nullptr) network_->station_of_[self] = station_;
+  simulated_node_->receiver = receiver;
+  std::erase_if(network_->simulated_node_of_, [this](const auto& entry) { return entry.second == simulated_node_; });
+  if (receiver != nullptr) network_->simulated_node_of_[self] = simulated_node_;
 }
 
 int SimulatedTransport::Poll(std::span<pollfd> extra, microseconds /*max_wait*/) {
   if (!extra.empty()) ::poll(extra.data(), extra.size(), 0);
   std::size_t delivered = 0;
-  auto& inbox = station_->inbox;
+  auto& inbox = simulated_node_->inbox;
   while (!inbox.empty() && inbox.begin()->first <= network_->now() && delivered < most_per_poll_) {
     const auto [port, bytes] = std::move(inbox.begin()->second);
     inbox.erase(inbox.begin());
-    if (station_->receiver == nullptr) continue;
+    if (simulated_node_->receiver == nullptr) continue;
     ++delivered;
-    ++station_->counters.datagrams_received;
-    station_->counters.bytes_received += bytes->size();
-    station_->receiver->OnDatagram(port, *bytes);
+    ++simulated_node_->counters.datagrams_received;
+    simulated_node_->counters.bytes_received += bytes->size();
+    simulated_node_->receiver->OnDatagram(port, *bytes);
   }
   return static_cast<int>(delivered);
 }
@@ -189,9 +190,9 @@ int SimulatedTransport::Poll(std::span<pollfd> extra, microseconds /*max_wait*/)
 microseconds SimulatedTransport::now() const { return network_->now(); }
 std::int64_t SimulatedTransport::deployment() const { return deployment_; }
 std::optional<microseconds> SimulatedTransport::next_arrival() const {
-  if (station_->inbox.empty()) return std::nullopt;
-  return station_->inbox.begin()->first;
+  if (simulated_node_->inbox.empty()) return std::nullopt;
+  return simulated_node_->inbox.begin()->first;
 }
-TransportCounters SimulatedTransport::counters() const { return station_->counters; }
+TransportCounters SimulatedTransport::counters() const { return simulated_node_->counters; }
 
 }  // namespace legopt::bus

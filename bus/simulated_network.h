@@ -29,7 +29,7 @@ class Endpoint;
 class SimulatedTransport;
 
 /// Fault probabilities per datagram and receiver, each in [0, 1]. The defaults are a perfect network without delay.
-struct Misfortune {
+struct FaultModel {
   double drop = 0;            ///< never delivered
   double duplicate = 0;       ///< delivered a second time, with an independent delay
   double reorder = 0;         ///< delayed additionally by up to `reorder_delay`
@@ -45,20 +45,20 @@ struct Misfortune {
 
   /// Returns the standard faults (docs/reliability.md#the-figures): 20 % loss, 5 % duplication, 10 % reordering, 0 - 50
   /// ms delay.
-  static Misfortune StandardChaos();
+  static FaultModel StandardChaos();
 };
 
 /// Simulated network and clock of all parties.
 class SimulatedNetwork {
  public:
   /// Equal seeds and equal calls give equal histories.
-  explicit SimulatedNetwork(std::uint64_t seed, const Misfortune& misfortune = {});
+  explicit SimulatedNetwork(std::uint64_t seed, const FaultModel& fault_model = {});
   ~SimulatedNetwork();
   SimulatedNetwork(const SimulatedNetwork&) = delete;
   SimulatedNetwork& operator=(const SimulatedNetwork&) = delete;
 
-  microseconds now() const { return now_; }                                        ///< virtual time since the start
-  void set_misfortune(const Misfortune& misfortune) { misfortune_ = misfortune; }  ///< affects future datagrams
+  microseconds now() const { return now_; }                                            ///< virtual time since the start
+  void set_fault_model(const FaultModel& fault_model) { fault_model_ = fault_model; }  ///< affects future datagrams
 
   /// Advances the virtual time to `time`, never backwards. Delivers nothing.
   void AdvanceTo(microseconds time);
@@ -87,22 +87,22 @@ class SimulatedNetwork {
 
  private:
   friend class SimulatedTransport;
-  struct Station;  // one attached transport
+  struct SimulatedNode;  // one attached transport
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
 
-  void Send(const Station* from, Port port, std::span<const std::uint8_t> datagram);
-  void SendTo(Station& to, Port port, const Bytes& bytes);
-  void Deliver(Station& to, Port port, const Bytes& bytes);
-  Bytes Injure(const Bytes& bytes);
+  void Send(const SimulatedNode* from, Port port, std::span<const std::uint8_t> datagram);
+  void SendTo(SimulatedNode& to, Port port, const Bytes& bytes);
+  void Deliver(SimulatedNode& to, Port port, const Bytes& bytes);
+  Bytes CorruptDatagram(const Bytes& bytes);
   bool Chance(double probability);
   std::uint64_t Below(std::uint64_t bound);
 
   std::mt19937_64 random_;
-  Misfortune misfortune_;
+  FaultModel fault_model_;
   microseconds now_{0};
-  std::vector<std::unique_ptr<Station>> stations_;
+  std::vector<std::unique_ptr<SimulatedNode>> simulated_nodes_;
   bool filtered_ = false;
-  std::map<EndpointId, Station*> station_of_;
+  std::map<EndpointId, SimulatedNode*> simulated_node_of_;
   std::function<void(Port, std::span<const std::uint8_t>)> tap_;
 };
 
@@ -132,7 +132,7 @@ class SimulatedTransport final : public Transport {
  private:
   friend class SimulatedNetwork;
   SimulatedNetwork* network_;
-  SimulatedNetwork::Station* station_;
+  SimulatedNetwork::SimulatedNode* simulated_node_;
   std::int64_t deployment_;
   std::shared_ptr<const MessageKey> key_;
   std::size_t most_per_poll_ = SIZE_MAX;

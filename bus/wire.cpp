@@ -93,7 +93,7 @@ FrameFault OpenFrame(std::span<const std::uint8_t> datagram, std::int64_t deploy
   }
   frame.payload = datagram.subspan(kFrameHeaderBytes);
   if (frame.header.deployment != deployment) return FrameFault::kDeployment;
-  if (self != kAnybody && frame.header.destination != self) return FrameFault::kNotForUs;
+  if (self != kAnyDestination && frame.header.destination != self) return FrameFault::kNotForUs;
   const std::optional<KeyRole> role = RoleOfTag(datagram, kTagOffset, key);
   frame.authentic = role.has_value();
   frame.header.role = role.value_or(KeyRole::kOperator);

@@ -35,7 +35,7 @@ inline constexpr std::size_t kChallengeBytes = 8;     ///< payload of a proof, a
 inline constexpr std::size_t kChunkBytes = 1024;      ///< bytes of a body per chunk
 inline constexpr std::size_t kChunkHeaderBytes = 57;  ///< size of a chunk without its data
 /// Largest distance from the first missing chunk to a chunk that an acknowledgement can report.
-inline constexpr std::int32_t kAckReach = 64;
+inline constexpr std::int32_t kMaxAckDistance = 64;
 inline constexpr std::size_t kWindow = 32;           ///< maximum number of chunks in flight to one receiver
 inline constexpr std::size_t kObjectHashBytes = 32;  ///< BLAKE2b-256
 static_assert(kFrameHeaderBytes + kChunkHeaderBytes + kChunkBytes <= kMaxDatagramBytes);
@@ -94,7 +94,7 @@ using DatagramBuffer = std::array<std::uint8_t, kMaxDatagramBytes>;
 std::span<const std::uint8_t> SealFrame(const FrameHeader& header, std::size_t payload_bytes, DatagramBuffer& buffer,
                                         const MessageKey* key = nullptr);
 
-inline constexpr EndpointId kAnybody = 0;  ///< value of `self` that accepts frames for every party
+inline constexpr EndpointId kAnyDestination = 0;  ///< value of `self` that accepts frames for every party
 
 /// Decodes a frame in `datagram` and checks it in this order: size, form, deployment, destination, tag, fields,
 /// version. Sets the header's role to that of the key that made the tag: `key` or one derived from it. kUnsigned means

@@ -129,9 +129,9 @@ class TemporaryFile {
   std::filesystem::path path_;
 };
 
-void CheckIntegrity(Connection& connection, std::vector<Defect>& defects) {
+void CheckIntegrity(Connection& connection, std::vector<AuditDiagnostic>& defects) {
   Statement check(connection, "PRAGMA integrity_check(20)", false);
-  Defect defect{"integrity", "", 0};
+  AuditDiagnostic defect{"integrity", "", 0};
   while (check.Step()) {
     const std::string line = check.column_text(0);
     if (line == "ok") continue;
@@ -140,9 +140,9 @@ void CheckIntegrity(Connection& connection, std::vector<Defect>& defects) {
   if (defect.places > 0) defects.push_back(std::move(defect));
 }
 
-void CheckForeignKeys(Connection& connection, std::vector<Defect>& defects) {
+void CheckForeignKeys(Connection& connection, std::vector<AuditDiagnostic>& defects) {
   Statement check(connection, "PRAGMA foreign_key_check", false);
-  Defect defect{"foreign_keys", "", 0};
+  AuditDiagnostic defect{"foreign_keys", "", 0};
   while (check.Step()) {
     if (defect.places++ > 0) continue;
     defect.detail = "a row refers to one that does not exist: table " + check.column_text(0) + ", row " +
@@ -152,16 +152,16 @@ void CheckForeignKeys(Connection& connection, std::vector<Defect>& defects) {
   if (defect.places > 0) defects.push_back(std::move(defect));
 }
 
-void CheckSchema(Connection& connection, std::vector<Defect>& defects) {
-  const std::vector<SchemaDefect> found = SchemaDefects(connection, SchemaVersion());
+void CheckSchema(Connection& connection, std::vector<AuditDiagnostic>& defects) {
+  const std::vector<SchemaDiagnostic> found = DiagnoseSchema(connection, SchemaVersion());
   if (found.empty()) return;
-  const bool foreign = found.front().kind == SchemaDefect::Kind::kForeign;
+  const bool foreign = found.front().kind == SchemaDiagnostic::Kind::kForeign;
   defects.push_back(
       {"schema", (foreign ? "not legopt's: " : "missing or changed: ") + found.front().entry, std::ssize(found)});
 }
 
-void CheckRule(Connection& connection, const Rule& rule, std::vector<Defect>& defects) {
-  Defect defect{std::string(rule.name), "", 0};
+void CheckRule(Connection& connection, const Rule& rule, std::vector<AuditDiagnostic>& defects) {
+  AuditDiagnostic defect{std::string(rule.name), "", 0};
   try {
     Statement check(connection, rule.sql, false);
     while (check.Step()) {
@@ -183,8 +183,8 @@ std::vector<std::string> AuditRules() {
   return names;
 }
 
-std::vector<Defect> AuditFile(Connection& connection) {
-  std::vector<Defect> defects;
+std::vector<AuditDiagnostic> AuditFile(Connection& connection) {
+  std::vector<AuditDiagnostic> defects;
   CheckIntegrity(connection, defects);
   CheckForeignKeys(connection, defects);
   return defects;
@@ -192,7 +192,7 @@ std::vector<Defect> AuditFile(Connection& connection) {
 
 namespace {
 
-std::vector<Defect> AuditThrough(const std::filesystem::path& file, const std::filesystem::path& temporary) {
+std::vector<AuditDiagnostic> AuditThrough(const std::filesystem::path& file, const std::filesystem::path& temporary) {
   Connection copy(temporary, Connection::Mode::kReadWriteCreate);
   // The copy is discarded after a crash, so durability is not needed.
   copy.Execute("PRAGMA synchronous = OFF; PRAGMA journal_mode = OFF");
@@ -202,7 +202,7 @@ std::vector<Defect> AuditThrough(const std::filesystem::path& file, const std::f
     copy.CopyFrom(*live);
   }
   copy.Execute("PRAGMA journal_mode = DELETE");
-  std::vector<Defect> defects = AuditFile(copy);
+  std::vector<AuditDiagnostic> defects = AuditFile(copy);
   CheckSchema(copy, defects);
   for (const Rule& rule : kRules) CheckRule(copy, rule, defects);
   return defects;
@@ -210,7 +210,7 @@ std::vector<Defect> AuditThrough(const std::filesystem::path& file, const std::f
 
 }  // namespace
 
-std::vector<Defect> Audit(const std::filesystem::path& file) {
+std::vector<AuditDiagnostic> Audit(const std::filesystem::path& file) {
   const TemporaryFile temporary;
   try {
     return AuditThrough(file, temporary.path());

@@ -10,7 +10,7 @@ namespace legopt::db {
 class Connection;
 
 /// A violation of one database rule.
-struct Defect {
+struct AuditDiagnostic {
   std::string rule;         ///< lower_snake name of the rule, e.g. "done_has_result"
   std::string detail;       ///< a sentence for the user; names the first offending row
   std::int64_t places = 1;  ///< number of violating rows; the "integrity" check stops after 20
@@ -31,9 +31,9 @@ std::vector<std::string> AuditRules();
 ///
 /// Throws StoreError: the codes of ReadOnlyDatabase, kFull if the copy does not fit, and SQLite's error if the file is
 /// too damaged to be read.
-std::vector<Defect> Audit(const std::filesystem::path& file);
+std::vector<AuditDiagnostic> Audit(const std::filesystem::path& file);
 
 /// Checks only the rules about the file; works for databases of any schema version.
-std::vector<Defect> AuditFile(Connection& connection);
+std::vector<AuditDiagnostic> AuditFile(Connection& connection);
 
 }  // namespace legopt::db

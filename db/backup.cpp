@@ -38,7 +38,7 @@ class PartialFile {
     }
     try {
       // In a container, a copy that a killed backup has left may have the process id of this one.
-      for (int i = 2; !files::ClaimName(path_); ++i) path_ = stem + "-" + std::to_string(i);
+      for (int i = 2; !files::ReserveFileName(path_); ++i) path_ = stem + "-" + std::to_string(i);
     } catch (const files::FileError& error) {
       throw StoreError(error.shortage() ? StoreErrorCode::kShortage : StoreErrorCode::kUnwritable, error.what());
     }

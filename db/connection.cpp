@@ -74,7 +74,7 @@ Meaning MeaningOf(sqlite3* handle, int code) {
       return {StoreErrorCode::kUnwritable,
               files::WriteAdvice("check the path, that its folder exists, and the permissions")};
     case SQLITE_TOOBIG:
-      return {StoreErrorCode::kBadQuery, "a value may have at most " + std::to_string(kMostMiBOfQueriedValue) +
+      return {StoreErrorCode::kBadQuery, "a value may have at most " + std::to_string(kMaxMiBOfQueriedValue) +
                                              " MiB in a query; read a part of it, for "
                                              "example with substr()"};
     case SQLITE_AUTH:
@@ -240,7 +240,7 @@ std::string Statement::column_text(int column) const {
   return data == nullptr ? std::string() : std::string(static_cast<const char*>(data), static_cast<std::size_t>(size));
 }
 
-void Statement::ThrowUnknownWord(const std::string& text) const {
+void Statement::ThrowUnknownEnumName(const std::string& text) const {
   constexpr std::size_t kMostBytes = 40;
   std::string shown;
   for (const char c : text.substr(0, kMostBytes)) shown += std::isprint(static_cast<unsigned char>(c)) != 0 ? c : '?';

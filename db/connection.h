@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "db/store_error.h"
-#include "words/words.h"
+#include "words/enum_names.h"
 
 struct sqlite3;
 struct sqlite3_stmt;
@@ -17,7 +17,7 @@ struct sqlite3_stmt;
 namespace legopt::db {
 
 /// Largest value that ReadOnlyDatabase reads.
-inline constexpr int kMostMiBOfQueriedValue = 64;
+inline constexpr int kMaxMiBOfQueriedValue = 64;
 
 class Connection;
 
@@ -40,14 +40,14 @@ class Statement {
   Statement& Bind(int parameter, const std::string& text) { return Bind(parameter, std::string_view(text)); }
   Statement& Bind(int parameter, std::optional<std::int64_t> value);
   /// Binds the name of an enumerator; nullopt binds NULL.
-  template <Worded Enum>
+  template <NamedEnum Enum>
   Statement& Bind(int parameter, std::optional<Enum> value) {
     return value ? Bind(parameter, ToString(*value)) : BindNull(parameter);
   }
   Statement& Bind(int parameter, const std::vector<std::uint8_t>& bytes) {
     return BindBlob(parameter, bytes.data(), bytes.size());
   }
-  template <Worded Enum>
+  template <NamedEnum Enum>
   Statement& Bind(int parameter, Enum value) {
     return Bind(parameter, ToString(value));
   }
@@ -80,17 +80,17 @@ class Statement {
   double column_double(int column) const;
   std::string column_text(int column) const;  ///< valid for text and blobs
   /// Returns the enumerator with the column's name. Throws StoreError (kCorrupt) if there is none.
-  template <Worded Enum>
-  Enum column_word(int column) const {
+  template <NamedEnum Enum>
+  Enum column_enum(int column) const {
     const std::string text = column_text(column);
-    if (const std::optional<Enum> value = ParseWord<Enum>(text)) return *value;
-    ThrowUnknownWord(text);
+    if (const std::optional<Enum> value = ParseEnum<Enum>(text)) return *value;
+    ThrowUnknownEnumName(text);
   }
   bool read_only() const;
 
  private:
   friend class Connection;
-  [[noreturn]] void ThrowUnknownWord(const std::string& text) const;
+  [[noreturn]] void ThrowUnknownEnumName(const std::string& text) const;
   void Check(int code, int expected);
   sqlite3* handle_ = nullptr;
   sqlite3_stmt* statement_ = nullptr;

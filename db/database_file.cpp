@@ -26,9 +26,9 @@ namespace {
 std::string Reason() { return std::generic_category().message(errno); }
 
 // Called before any file is created.
-void RequireFitFileSystem(const std::filesystem::path& path) {
+void RequireSupportedFileSystem(const std::filesystem::path& path) {
   const auto type = FileSystemOf(path);
-  const auto unfit = type ? UnfitFileSystem(*type) : std::nullopt;
+  const auto unfit = type ? UnsupportedFileSystemName(*type) : std::nullopt;
   if (!unfit) return;
   Unwritable(path, "is on " + std::string(*unfit) +
                        ", where SQLite's log and locks do not work and databases have been lost; keep it on a local "
@@ -78,7 +78,7 @@ void DatabaseFile::CloseAndRemoveEmpty() {
 }
 
 void DatabaseFile::Open(const std::filesystem::path& path) {
-  RequireFitFileSystem(path);
+  RequireSupportedFileSystem(path);
   std::error_code unknown;
   created_ = !std::filesystem::exists(path, unknown);
   descriptor_ = files::OpenOrCreate(path);

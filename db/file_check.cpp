@@ -32,7 +32,7 @@ constexpr std::size_t kSaltBytes = 8, kWord = 4;
 constexpr std::uint32_t kLogMagic = 0x377f0682;  // the last bit: checksums of big-endian words
 constexpr std::size_t kSmallestPage = 512, kLargestPage = 65536;
 
-std::uint32_t WordAt(Bytes bytes, std::size_t at) {
+std::uint32_t EnumAt(Bytes bytes, std::size_t at) {
   std::uint32_t word = 0;
   for (std::size_t i = 0; i < kWord; ++i) word = word << 8U | bytes[at + i];
   return word;
@@ -72,14 +72,14 @@ struct Checksum {
 
   void Add(Bytes bytes, bool big_endian) {
     for (std::size_t at = 0; at + 2 * kWord <= bytes.size(); at += 2 * kWord) {
-      const std::uint32_t one = WordAt(bytes, at), two = WordAt(bytes, at + kWord);
+      const std::uint32_t one = EnumAt(bytes, at), two = EnumAt(bytes, at + kWord);
       first += (big_endian ? one : Reversed(one)) + second;
       second += (big_endian ? two : Reversed(two)) + first;
     }
   }
 };
 
-Checksum StoredAt(Bytes bytes, std::size_t at) { return {WordAt(bytes, at), WordAt(bytes, at + kWord)}; }
+Checksum StoredAt(Bytes bytes, std::size_t at) { return {EnumAt(bytes, at), EnumAt(bytes, at + kWord)}; }
 
 bool IsPageSize(std::size_t size) { return size >= kSmallestPage && size <= kLargestPage && (size & (size - 1)) == 0; }
 
@@ -103,15 +103,15 @@ class LogReader {
       if (!right && !wrong) wrong = frame;
       if (!right || !wrong) continue;
       if (commit_behind) return "its frame " + std::to_string(*wrong + 1) + " is damaged, and commits follow";
-      commit_behind = WordAt(frame_, kFrameCommitAt) != 0;
+      commit_behind = EnumAt(frame_, kFrameCommitAt) != 0;
     }
     return {};
   }
 
  private:
   bool HeaderIsRight() {
-    const std::uint32_t magic = WordAt(header_, 0);
-    page_size_ = WordAt(header_, kLogPageSizeAt);
+    const std::uint32_t magic = EnumAt(header_, 0);
+    page_size_ = EnumAt(header_, kLogPageSizeAt);
     if ((magic & ~1U) != kLogMagic || !IsPageSize(page_size_)) return false;
     big_endian_ = (magic & 1U) != 0;
     frame_.resize(kFrameHeader + page_size_);

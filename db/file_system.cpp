@@ -15,7 +15,7 @@ struct FileSystem {
 };
 
 // Magic numbers from <linux/magic.h> or, if not listed there, from the file system's sources.
-constexpr std::array<FileSystem, 13> kUnfit = {{
+constexpr std::array<FileSystem, 13> kUnsupportedFileSystems = {{
     {0x6969, "NFS"},
     {0x517b, "SMB"},
     {0xfe534d42, "SMB"},
@@ -33,9 +33,10 @@ constexpr std::array<FileSystem, 13> kUnfit = {{
 
 }  // namespace
 
-std::optional<std::string_view> UnfitFileSystem(std::int64_t type) {
-  const auto found = std::find_if(kUnfit.begin(), kUnfit.end(), [type](const auto& row) { return row.type == type; });
-  return found == kUnfit.end() ? std::nullopt : std::optional(found->name);
+std::optional<std::string_view> UnsupportedFileSystemName(std::int64_t type) {
+  const auto found = std::find_if(kUnsupportedFileSystems.begin(), kUnsupportedFileSystems.end(),
+                                  [type](const auto& row) { return row.type == type; });
+  return found == kUnsupportedFileSystems.end() ? std::nullopt : std::optional(found->name);
 }
 
 std::optional<std::int64_t> FileSystemOf(const std::filesystem::path& file) {

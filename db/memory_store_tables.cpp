@@ -13,7 +13,7 @@ void RequireLegal(bool legal, const std::string& message) {
 
 void MemoryStore::Tables::Do(const CreateExperiment& op) {
   const NewExperiment& e = op.experiment;
-  RequireLegal(!e.jobs.empty() && e.experiment_id > 0 && !e.submission_id.empty() && FaultOfName(e.name).empty() &&
+  RequireLegal(!e.jobs.empty() && e.experiment_id > 0 && !e.submission_id.empty() && ValidateName(e.name).empty() &&
                    e.submitter.size() <= kMaxNameBytes,
                "bad experiment");
   RequireLegal(IsBlake2bHex(e.spec_hash) && IsBlake2bHex(e.dataset.hash), "bad hash");
@@ -111,7 +111,7 @@ void MemoryStore::Tables::Do(const AcceptResult& op) {
   Set(JobOf(op.job_id).state, JobState::kDone);
 }
 
-void MemoryStore::Tables::Do(const TakeResult& op) {
+void MemoryStore::Tables::Do(const ReuseResult& op) {
   MemoryJob& job = JobOf(op.job_id);
   const MemoryJob& source = JobOf(op.source_job_id);
   const auto result = results.find(op.source_job_id);
@@ -141,7 +141,7 @@ void MemoryStore::Tables::Close(std::int64_t experiment_id, ExperimentState stat
   Set(row->second.summary.state, state);
   Set(row->second.summary.finished_at_us, at_us);
   ExperimentControl control = row->second.summary.control;
-  control.hold = Hold::kNone;
+  control.hold = ExperimentHold::kNone;
   control.reason.clear();
   Set(row->second.summary.control, std::move(control));
 }
@@ -162,7 +162,7 @@ void MemoryStore::Tables::Do(const ControlExperiment& op) {
   const auto row = experiments.find(op.experiment_id);
   RequireLegal(row != experiments.end() && row->second.summary.state == ExperimentState::kActive,
                "experiment is not active");
-  RequireLegal((op.control.hold == Hold::kHeld) == !op.control.reason.empty() &&
+  RequireLegal((op.control.hold == ExperimentHold::kHeld) == !op.control.reason.empty() &&
                    std::abs(op.control.priority) <= kMaxPriority && op.control.build_id.size() <= kMaxBuildIdBytes,
                "bad control");
   Set(row->second.summary.control, op.control);
@@ -229,12 +229,12 @@ void MemoryStore::Tables::Do(const DeleteExperiment& op) {
 }
 
 void MemoryStore::Tables::Do(const RenameExperiment& op) {
-  RequireLegal(FaultOfName(op.name).empty(), "bad name");
+  RequireLegal(ValidateName(op.name).empty(), "bad name");
   Set(ExperimentOf(op.experiment_id).summary.name, op.name);
 }
 
 void MemoryStore::Tables::Do(const TagExperiment& op) {
-  RequireLegal(FaultOfTag(op.tag).empty(), "bad tag");
+  RequireLegal(ValidateTag(op.tag).empty(), "bad tag");
   std::set<std::string>& tags = ExperimentOf(op.experiment_id).summary.tags;
   std::set<std::string> next = tags;
   if (op.set) {

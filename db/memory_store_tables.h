@@ -116,7 +116,7 @@ struct MemoryStore::Tables {
   void Do(const LeaseJob& op);
   void Do(const EndAttempt& op);
   void Do(const AcceptResult& op);
-  void Do(const TakeResult& op);
+  void Do(const ReuseResult& op);
   void Do(const RecordStaleResult& op);
   void Do(const CancelExperiment& op);
   void Do(const ControlExperiment& op);

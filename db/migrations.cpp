@@ -110,10 +110,10 @@ Schema SchemaOfVersion(std::int64_t version) {
 
 }  // namespace
 
-std::vector<SchemaDefect> SchemaDefects(Connection& connection, std::int64_t version) {
-  using Kind = SchemaDefect::Kind;
+std::vector<SchemaDiagnostic> DiagnoseSchema(Connection& connection, std::int64_t version) {
+  using Kind = SchemaDiagnostic::Kind;
   const Schema found = SchemaOf(connection), schema = SchemaOfVersion(version);
-  std::vector<SchemaDefect> missing, others;
+  std::vector<SchemaDiagnostic> missing, others;
   const std::set<std::string> columns(found.columns.begin(), found.columns.end());
   const std::set<Entry> entries(found.entries.begin(), found.entries.end()),
       own(schema.entries.begin(), schema.entries.end());
@@ -139,17 +139,17 @@ std::vector<SchemaDefect> SchemaDefects(Connection& connection, std::int64_t ver
 }
 
 void RequireIntact(Connection& connection, const Identity& identity) {
-  const std::vector<SchemaDefect> defects = SchemaDefects(connection, identity.version);
+  const std::vector<SchemaDiagnostic> defects = DiagnoseSchema(connection, identity.version);
   if (defects.empty()) return;
-  const SchemaDefect& defect = defects.front();
+  const SchemaDiagnostic& defect = defects.front();
   const std::string start = connection.path().string() + kNotIntact + defect.entry;
   switch (defect.kind) {
-    case SchemaDefect::Kind::kMissing:
+    case SchemaDiagnostic::Kind::kMissing:
       throw StoreError(StoreErrorCode::kCorrupt, start + " is missing; restore a backup");
-    case SchemaDefect::Kind::kChanged:
+    case SchemaDiagnostic::Kind::kChanged:
       throw StoreError(StoreErrorCode::kCorrupt, start + " is not that of schema version " +
                                                      std::to_string(identity.version) + "; restore a backup");
-    case SchemaDefect::Kind::kForeign:
+    case SchemaDiagnostic::Kind::kForeign:
       throw StoreError(StoreErrorCode::kCorrupt, start + " is not legopt's; restore a backup, or drop it");
   }
 }

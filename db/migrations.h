@@ -34,7 +34,7 @@ struct Identity {
 Identity Identify(Connection& connection, int newest);
 
 /// An entry of `sqlite_schema` that differs from the schema version of the file.
-struct SchemaDefect {
+struct SchemaDiagnostic {
   enum class Kind {
     kMissing,  ///< an entry or a column of the schema is missing
     kChanged,  ///< the text of the entry differs
@@ -46,9 +46,9 @@ struct SchemaDefect {
 
 /// Compares the text of every entry with the given schema version. Additional tables, views and non-unique indexes of
 /// the user are allowed; triggers, and unique indexes on legopt's tables, are not.
-std::vector<SchemaDefect> SchemaDefects(Connection& connection, std::int64_t version);
+std::vector<SchemaDiagnostic> DiagnoseSchema(Connection& connection, std::int64_t version);
 
-/// Throws StoreError (kCorrupt) with the first of SchemaDefects, if any.
+/// Throws StoreError (kCorrupt) with the first of DiagnoseSchema, if any.
 void RequireIntact(Connection& connection, const Identity& identity);
 
 /// Upgrades the database to the last of `migrations`; each migration and its version number are written in one

@@ -49,7 +49,7 @@ int Authorize(void* /*context*/, int action, const char* first, const char* seco
 
 // Limits the machine resources that a statement can use.
 void LimitResources(sqlite3* handle) {
-  constexpr int kMaxValueBytes = kMostMiBOfQueriedValue << 20;
+  constexpr int kMaxValueBytes = kMaxMiBOfQueriedValue << 20;
   constexpr int kMaxSqlBytes = 100'000;
   constexpr int kMaxDepth = 200;
   constexpr int kMaxColumns = 500;

@@ -16,9 +16,9 @@
 namespace legopt::db {
 
 using legopt::AttemptOutcome;
-using legopt::BuildRule;
+using legopt::BuildPolicy;
+using legopt::ExperimentHold;
 using legopt::ExperimentState;
-using legopt::Hold;
 using legopt::IsTerminal;
 using legopt::JobState;
 
@@ -26,15 +26,15 @@ inline constexpr int kMaxPriority = 1000;  ///< largest priority; the smallest i
 
 /// Settings of an experiment that change after submission: by the user, and the build by the first worker.
 struct ExperimentControl {
-  Hold hold = Hold::kNone;
-  std::string reason;                  ///< not empty if and only if the experiment is held
-  int priority = 0;                    ///< experiments with larger numbers are leased first
-  BuildRule builds = BuildRule::kOne;  ///< value as submitted, until a user allows any build
-  std::string build_id = {};           ///< build of the worker that took the first job; empty until then
+  ExperimentHold hold = ExperimentHold::kNone;
+  std::string reason;                      ///< not empty if and only if the experiment is held
+  int priority = 0;                        ///< experiments with larger numbers are leased first
+  BuildPolicy builds = BuildPolicy::kOne;  ///< value as submitted, until a user allows any build
+  std::string build_id = {};               ///< build of the worker that took the first job; empty until then
 
   /// Returns whether workers of this build may run jobs of the experiment.
   bool Admits(const std::string& build) const {
-    return builds == BuildRule::kAny || build_id.empty() || build_id == build;
+    return builds == BuildPolicy::kAny || build_id.empty() || build_id == build;
   }
 
   bool operator==(const ExperimentControl&) const = default;
@@ -89,7 +89,7 @@ struct NewExperiment {
   std::string spec_json;  ///< canonical text of the spec
   std::string spec_hash;  ///< 64 hex digits; hash of spec_json
   std::string submitter;  ///< up to 200 bytes; may be empty
-  BuildRule builds = BuildRule::kOne;
+  BuildPolicy builds = BuildPolicy::kOne;
   Rule rule = Rule::kSolid;  ///< rule that counts its results
   std::int64_t seed = 0;
   int repetitions = 1;
@@ -127,7 +127,7 @@ inline constexpr std::size_t kMaxBuildIdBytes = 64;
 
 /// Returns why the schema would refuse an experiment's name (1 .. kMaxNameBytes bytes without NUL) or a tag (1 ..
 /// kMaxTagBytes bytes without NUL and comma); empty if legal.
-std::string FaultOfName(std::string_view name);
-std::string FaultOfTag(std::string_view tag);
+std::string ValidateName(std::string_view name);
+std::string ValidateTag(std::string_view tag);
 
 }  // namespace legopt::db

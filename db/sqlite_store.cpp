@@ -203,7 +203,7 @@ void SqliteStore::Do(const AcceptResult& op) {
 }
 
 // Performs the steps of a solved job: lease, result under that lease, done.
-void SqliteStore::Do(const TakeResult& op) {
+void SqliteStore::Do(const ReuseResult& op) {
   constexpr int kAttempt = 1;
   statements_->take_job.Run(op.job_id, op.source_job_id);
   RequireOneChange("TakeResult", op.job_id);

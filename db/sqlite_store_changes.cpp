@@ -70,7 +70,7 @@ void SqliteStore::Do(const DeleteExperiment& op) {
 }
 
 void SqliteStore::Do(const RenameExperiment& op) {
-  if (const std::string fault = FaultOfName(op.name); !fault.empty()) {
+  if (const std::string fault = ValidateName(op.name); !fault.empty()) {
     ThrowIllegal("RenameExperiment", op.experiment_id, "name " + fault);
   }
   Statement(connection_, sql::kRenameExperiment, false).Run(op.experiment_id, op.name);
@@ -78,7 +78,7 @@ void SqliteStore::Do(const RenameExperiment& op) {
 }
 
 void SqliteStore::Do(const TagExperiment& op) {
-  if (const std::string fault = FaultOfTag(op.tag); !fault.empty()) {
+  if (const std::string fault = ValidateTag(op.tag); !fault.empty()) {
     ThrowIllegal("TagExperiment", op.experiment_id, "tag " + fault);
   }
   Statement known(connection_, "SELECT 1 FROM experiments WHERE experiment_id = ?1", false);

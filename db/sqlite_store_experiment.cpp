@@ -39,12 +39,12 @@ void RequireLegal(const NewExperiment& experiment, const NewJob& job) {
 }
 
 // problem_key by task and problem number
-using ProblemKeys = Per<Task, std::unordered_map<std::int64_t, std::int64_t>>;
+using ProblemKeys = EnumArray<Task, std::unordered_map<std::int64_t, std::int64_t>>;
 
 ProblemKeys ReadProblemKeys(Statement& find, std::int64_t dataset_id) {
   ProblemKeys keys;
   find.BindAll(dataset_id);
-  while (find.Step()) keys[find.column_word<Task>(0)].emplace(find.column_int(1), find.column_int(2));
+  while (find.Step()) keys[find.column_enum<Task>(0)].emplace(find.column_int(1), find.column_int(2));
   find.Reset();
   return keys;
 }

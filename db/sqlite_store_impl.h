@@ -46,7 +46,7 @@ class SqliteStore final : public Store {
   void Do(const LeaseJob& op);
   void Do(const EndAttempt& op);
   void Do(const AcceptResult& op);
-  void Do(const TakeResult& op);
+  void Do(const ReuseResult& op);
   void Do(const RecordStaleResult& op);
   void Do(const CancelExperiment& op);
   void Do(const ControlExperiment& op);

@@ -13,7 +13,7 @@ std::optional<AttemptRecord> SqliteStore::FindAttempt(std::int64_t job_id, int a
   std::optional<AttemptRecord> record;
   if (s.BindAll(job_id, attempt).Step()) {
     record =
-        AttemptRecord{s.column_int(0), s.column_int(1), s.column_word<AttemptOutcome>(2), s.column_word<JobState>(3)};
+        AttemptRecord{s.column_int(0), s.column_int(1), s.column_enum<AttemptOutcome>(2), s.column_enum<JobState>(3)};
   }
   s.Reset();
   return record;
@@ -103,17 +103,17 @@ void SqliteStore::LoadSummaries(OpenState& state) {
     summary.submission_id = experiments.column_text(1);
     summary.name = experiments.column_text(2);
     summary.spec_hash = experiments.column_text(3);
-    summary.state = experiments.column_word<ExperimentState>(4);
+    summary.state = experiments.column_enum<ExperimentState>(4);
     summary.first_job_id = experiments.column_int(5);
     summary.num_jobs = experiments.column_int(6);
     summary.submitted_at_us = experiments.column_int(7);
     summary.finished_at_us = experiments.column_int(8);
-    summary.control = {experiments.column_word<Hold>(9), experiments.column_text(10),
-                       static_cast<int>(experiments.column_int(11)), experiments.column_word<BuildRule>(13),
+    summary.control = {experiments.column_enum<ExperimentHold>(9), experiments.column_text(10),
+                       static_cast<int>(experiments.column_int(11)), experiments.column_enum<BuildPolicy>(13),
                        experiments.column_text(14)};
     summary.submitter = experiments.column_text(12);
     summary.dataset = experiments.column_text(15);
-    summary.rule = experiments.column_word<Rule>(16);
+    summary.rule = experiments.column_enum<Rule>(16);
   }
   LoadDescriptions(by_id);
   LoadCounts(by_id);
@@ -162,7 +162,7 @@ std::optional<OpenExperiment> SqliteStore::LoadExperiment(std::int64_t experimen
   OpenExperiment open;
   open.experiment_id = experiment_id;
   open.spec_json = experiment.column_text(0);
-  LoadJobs(experiment.column_int(1), experiment.column_int(2), experiment.column_word<Rule>(3), open);
+  LoadJobs(experiment.column_int(1), experiment.column_int(2), experiment.column_enum<Rule>(3), open);
   return open;
 }
 
@@ -183,9 +183,9 @@ void SqliteStore::LoadJobs(std::int64_t first_job_id, std::int64_t num_jobs, Rul
     if (jobs.column_int(10) != last_cell) open.cell_times.emplace_back();  // the jobs of a cell are contiguous
     open.cell_times.back().wall_us += jobs.column_int(11);
     open.cell_times.back().waypoints += jobs.column_int(12);
-    open.jobs.push_back({jobs.column_word<JobState>(0), static_cast<int>(jobs.column_int(1)),
+    open.jobs.push_back({jobs.column_enum<JobState>(0), static_cast<int>(jobs.column_int(1)),
                          static_cast<int>(jobs.column_int(2)), jobs.column_int(3), jobs.column_int(4),
-                         jobs.column_word<AttemptOutcome>(5), jobs.column_int(6) != 0, jobs.column_int(7) != 0,
+                         jobs.column_enum<AttemptOutcome>(5), jobs.column_int(6) != 0, jobs.column_int(7) != 0,
                          jobs.column_int(8), jobs.column_int(9)});
   }
   if (static_cast<std::int64_t>(open.jobs.size()) != num_jobs) {

@@ -59,7 +59,7 @@ struct AcceptResult {
 /// Job queued -> done, never leased before: copies the result of another job, as attempt 1 of the worker that produced
 /// it, and records the source job. The source must come from FindKnownResults, which decides whether jobs are
 /// identical.
-struct TakeResult {
+struct ReuseResult {
   std::int64_t job_id = 0;
   std::int64_t source_job_id = 0;  ///< a done job
   std::int64_t token = 0;          ///< positive, unique; not known to any worker
@@ -106,14 +106,14 @@ struct DeleteExperiment {
   std::int64_t experiment_id = 0;
 };
 
-/// Renames an experiment in any state. The name must pass FaultOfName.
+/// Renames an experiment in any state. The name must pass ValidateName.
 struct RenameExperiment {
   std::int64_t experiment_id = 0;
   std::string name;
 };
 
 /// Adds or removes a tag of an experiment in any state; no change if already present or absent. The tag must pass
-/// FaultOfTag.
+/// ValidateTag.
 struct TagExperiment {
   std::int64_t experiment_id = 0;
   std::string tag;
@@ -146,7 +146,7 @@ struct RecordEvent {
   std::string detail;
 };
 
-using StoreOp = std::variant<CreateExperiment, LeaseJob, EndAttempt, AcceptResult, TakeResult, RecordStaleResult,
+using StoreOp = std::variant<CreateExperiment, LeaseJob, EndAttempt, AcceptResult, ReuseResult, RecordStaleResult,
                              CancelExperiment, ControlExperiment, RetryExperiment, DeleteExperiment, RenameExperiment,
                              TagExperiment, FinishExperiment, PutWorker, StoreDataset, RecordEvent>;
 
@@ -180,7 +180,7 @@ struct ExperimentSummary {
   ExperimentControl control;
   std::int64_t first_job_id = 0;
   std::int64_t num_jobs = 0;
-  Per<JobState, std::int64_t> jobs_by_state;
+  EnumArray<JobState, std::int64_t> jobs_by_state;
   Rule rule = Rule::kSolid;     ///< rule that counts its results
   std::int64_t solved = 0;      ///< number of successes by `rule`
   std::int64_t taken_over = 0;  ///< number of results reused from other experiments

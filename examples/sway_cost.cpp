@@ -52,7 +52,7 @@ legopt::Method Descent() {
 double CheapestPiece(const Setting& setting, legopt::Task task, std::span<const legopt::Stance> stances) {
   const auto program = legopt::MakeTaskProgram(task, setting.dataset, setting.query, stances,
                                                {.continuous = legopt::ContinuousCollision::kNone});
-  for (const auto& term : program->terms()) term->SetAside(true);  // disables the collision terms
+  for (const auto& term : program->terms()) term->SetDisabled(true);  // disables the collision terms
   const Eigen::Index size = program->point_size();
   Eigen::VectorXd best(program->num_waypoints() * size);
   for (int t = 0; t < program->num_waypoints(); ++t) {

@@ -67,8 +67,8 @@ std::string RandomDigits() {
 
 // Returns an unpredictable file name in the folder of `target`.
 fs::path TemporaryBeside(const fs::path& target) {
-  constexpr std::size_t kMostOfName = 200;  // a name has at most 255 bytes
-  const std::string name = target.filename().string().substr(0, kMostOfName);
+  constexpr std::size_t kMaxOfName = 200;  // a name has at most 255 bytes
+  const std::string name = target.filename().string().substr(0, kMaxOfName);
   return target.parent_path() / (name + "." + RandomDigits() + ".new");
 }
 
@@ -159,7 +159,7 @@ void ReplaceFile(const fs::path& path, std::string_view bytes, const WriteOption
   if (options.durability == Durability::kSynced) SyncFolder(target.parent_path());
 }
 
-bool ClaimName(const fs::path& path) {
+bool ReserveFileName(const fs::path& path) {
   const OpenFile file(OpenNew(path, kReadableByAll));
   if (file.get() >= 0) return true;
   if (errno == EEXIST) return false;

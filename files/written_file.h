@@ -56,7 +56,7 @@ void ReplaceFile(const std::filesystem::path& path, std::string_view bytes, cons
 
 /// Creates an empty file, which reserves the name for this process. Returns false if the name is in use. Throws
 /// FileError for any other failure.
-bool ClaimName(const std::filesystem::path& path);
+bool ReserveFileName(const std::filesystem::path& path);
 
 /// Returns true for an existing path that is no regular file (a device, a pipe) and for the names of this process's own
 /// descriptors (/dev/stdout, /dev/fd/3).

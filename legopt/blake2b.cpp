@@ -9,8 +9,8 @@
 namespace legopt {
 
 std::string Blake2bHex(std::string_view bytes, std::size_t hash_bytes) {
-  Demand(hash_bytes >= crypto_generichash_BYTES_MIN && hash_bytes <= crypto_generichash_BYTES_MAX,
-         "a BLAKE2b hash has 16 to 64 bytes", hash_bytes);
+  CheckInvariant(hash_bytes >= crypto_generichash_BYTES_MIN && hash_bytes <= crypto_generichash_BYTES_MAX,
+                 "a BLAKE2b hash has 16 to 64 bytes", hash_bytes);
   std::vector<unsigned char> hash(hash_bytes);
   crypto_generichash(hash.data(), hash.size(), reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(),
                      nullptr, 0);

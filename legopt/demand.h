@@ -35,7 +35,7 @@ struct Invariant {
 ///
 /// Thread-safe. Costs one comparison if the invariant holds.
 template <class... Values>
-void Demand(bool holds, Invariant invariant, const Values&... values) {
+void CheckInvariant(bool holds, Invariant invariant, const Values&... values) {
   if (holds) [[likely]] {
     return;
   }

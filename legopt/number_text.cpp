@@ -15,8 +15,8 @@ double OutOfRangeValue(const std::string& text) {
 
 template <class... Format>
 std::string Formatted(double value, Format... format) {
-  constexpr std::size_t kMostCharacters = 512;  // -1.8e308 in full has 310 characters before the decimal point
-  std::array<char, kMostCharacters> buffer{};
+  constexpr std::size_t kMaxCharacters = 512;  // -1.8e308 in full has 310 characters before the decimal point
+  std::array<char, kMaxCharacters> buffer{};
   const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, format...);
   return {buffer.data(), result.ptr};
 }

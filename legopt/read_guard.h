@@ -15,15 +15,15 @@ struct ReadLimits {
 };
 
 /// A guarded read ended without an answer; what() gives the reason ("it ended with signal 11 (Segmentation fault)").
-class ReadFailed : public std::runtime_error {
+class GuardedReadError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
 /// Runs a third-party parser (urdfdom, assimp) on a file that may be malformed and may crash the parser, corrupt memory
 /// or never return. The guard calls `read` within the limits and returns the bytes that `read` returned; it throws
-/// ReadFailed if there are none. A guard that runs `read` in a separate process protects this process. `read` must have
-/// no side effects. A guard must be callable from several threads at a time.
+/// GuardedReadError if there are none. A guard that runs `read` in a separate process protects this process. `read`
+/// must have no side effects. A guard must be callable from several threads at a time.
 ///
 /// Every reader takes a guard; objects that load files later (RobotModel, Scene) store it. An empty guard reads in the
 /// calling thread without limits, for trusted files. Valid files give the same result either way.

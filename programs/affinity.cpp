@@ -68,7 +68,7 @@ std::vector<int> OneOfEachCore(std::span<const int> processors, const std::files
   return cores;
 }
 
-std::vector<int> PlacesOfSlots(int slots, const std::vector<int>& cores) {
+std::vector<int> ProcessorsOfSlots(int slots, const std::vector<int>& cores) {
   return static_cast<std::size_t>(slots) == cores.size() ? cores : std::vector<int>{};
 }
 

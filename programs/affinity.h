@@ -17,7 +17,7 @@ std::vector<int> OneOfEachCore(std::span<const int> processors, const std::files
 /// Returns the processor to which each of `slots` is pinned: one core per slot, if the slots use all granted cores.
 /// Otherwise none is pinned (empty). With more cores than slots other programs may use some, and the kernel can choose.
 /// With fewer cores than slots the slots share them.
-std::vector<int> PlacesOfSlots(int slots, const std::vector<int>& cores);
+std::vector<int> ProcessorsOfSlots(int slots, const std::vector<int>& cores);
 
 /// Pins this thread to one processor during its lifetime; child processes started meanwhile inherit that. If the kernel
 /// refuses because the grant has changed, the thread is not pinned. Thread rule: one thread.

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "words/words.h"
+#include "words/enum_names.h"
 
 namespace legopt::programs {
 
@@ -28,18 +28,18 @@ ValueCheck Number(double low, double high);
 ValueCheck OneOf(std::vector<std::string> words);
 
 /// Returns the names of an enumeration, in its order.
-template <Worded Enum>
-std::vector<std::string> WordsOf() {
+template <NamedEnum Enum>
+std::vector<std::string> EnumNamesOf() {
   std::vector<std::string> words;
-  for (const Word<Enum>& row : kWords<Enum>) words.emplace_back(row.word);
+  for (const Word<Enum>& row : kEnumNames<Enum>) words.emplace_back(row.word);
   return words;
 }
 
 /// Returns the names of an enumeration with their enumerators, for Command::AddChoice.
-template <Worded Enum>
-std::vector<std::pair<std::string, Enum>> WordChoicesOf() {
+template <NamedEnum Enum>
+std::vector<std::pair<std::string, Enum>> EnumChoicesOf() {
   std::vector<std::pair<std::string, Enum>> choices;
-  for (const Word<Enum>& row : kWords<Enum>) choices.emplace_back(row.word, row.value);
+  for (const Word<Enum>& row : kEnumNames<Enum>) choices.emplace_back(row.word, row.value);
   return choices;
 }
 

@@ -10,7 +10,7 @@
 
 #include "programs/checks.h"
 #include "programs/value_list.h"
-#include "words/words.h"
+#include "words/enum_names.h"
 
 namespace CLI {
 class App;
@@ -76,9 +76,9 @@ class Command {
                    std::vector<std::pair<std::string, Choice>> choices) const;
   /// Adds an option with the name of an enumerator as value, restricted by `check`. `value` is an Enum, or a
   /// std::optional of one.
-  template <Worded Enum, class Value>
-  Option AddWord(const std::string& name, Value& value, const std::string& help,
-                 ValueCheck check = OneOf(WordsOf<Enum>())) const;
+  template <NamedEnum Enum, class Value>
+  Option AddEnum(const std::string& name, Value& value, const std::string& help,
+                 ValueCheck check = OneOf(EnumNamesOf<Enum>())) const;
 
   Command AddCommand(const std::string& name, const std::string& help) const;
   /// `action` is called at the end of parsing if this command was chosen.
@@ -130,10 +130,10 @@ Option Command::AddChoice(const std::string& name, Choice& value, const std::str
   return AddChosen(name, std::move(words), choose, help);
 }
 
-template <Worded Enum, class Value>
-Option Command::AddWord(const std::string& name, Value& value, const std::string& help, ValueCheck check) const {
+template <NamedEnum Enum, class Value>
+Option Command::AddEnum(const std::string& name, Value& value, const std::string& help, ValueCheck check) const {
   const auto take = [&value](const std::string& word) {
-    if (const auto parsed = ParseWord<Enum>(word)) value = *parsed;
+    if (const auto parsed = ParseEnum<Enum>(word)) value = *parsed;
   };
   return AddAction(name, take, help).Check(std::move(check));
 }

@@ -162,12 +162,12 @@ std::string CallIsolated(const std::function<std::string()>& body, const ReadLim
   }
   Answerer answerer(child, std::move(pipe->read));
   std::optional<std::string> answer = answerer.Read(Clock::now() + std::chrono::seconds(limits.wall_s));
-  if (!answer) throw ReadFailed("it took more than " + std::to_string(limits.wall_s) + " s");
+  if (!answer) throw GuardedReadError("it took more than " + std::to_string(limits.wall_s) + " s");
   const std::optional<int> status = answerer.Wait();
-  if (!status) throw ReadFailed("its end was not seen, as SIGCHLD is ignored");
+  if (!status) throw GuardedReadError("its end was not seen, as SIGCHLD is ignored");
   const bool out_of_memory = WIFEXITED(*status) && WEXITSTATUS(*status) == kOutOfMemory;
   if (out_of_memory && HasMemoryLimit()) throw std::bad_alloc();  // caused by the machine's limit, not the reader's
-  if (const std::string fault = Fault(*status, *answer, limits); !fault.empty()) throw ReadFailed(fault);
+  if (const std::string fault = Fault(*status, *answer, limits); !fault.empty()) throw GuardedReadError(fault);
   return std::move(*answer);
 }
 

@@ -17,8 +17,8 @@ namespace legopt {
 ///
 /// This is the ReadGuard that the three programs pass to every reader of the library.
 ///
-/// Throws ReadFailed: crash, exception in `body`, limit. Throws std::system_error if the machine has no descriptor or
-/// process left. Thread-safe. Linux.
+/// Throws GuardedReadError: crash, exception in `body`, limit. Throws std::system_error if the machine has no
+/// descriptor or process left. Thread-safe. Linux.
 std::string CallIsolated(const std::function<std::string()>& body, const ReadLimits& limits);
 
 }  // namespace legopt

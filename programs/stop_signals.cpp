@@ -17,7 +17,7 @@ bool IsIgnored(int signal) {
 
 }  // namespace
 
-std::vector<int> OrdersToStop() {
+std::vector<int> StoppingSignals() {
   std::vector<int> orders = {SIGTERM};
   for (const int signal : {SIGINT, SIGHUP}) {
     if (!IsIgnored(signal)) orders.push_back(signal);
@@ -30,7 +30,7 @@ StopSignals::StopSignals(pid_t owner) : owner_(owner) {
   sigset_t signals;
   ::sigemptyset(&signals);
   // A blocked signal is kept even if it is ignored.
-  for (const int signal : OrdersToStop()) ::sigaddset(&signals, signal);
+  for (const int signal : StoppingSignals()) ::sigaddset(&signals, signal);
   ::sigprocmask(SIG_BLOCK, &signals, nullptr);
   descriptor_ = ::signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
   if (descriptor_ < 0) throw std::system_error(errno, std::generic_category(), "signalfd");

@@ -8,12 +8,12 @@ namespace legopt::programs {
 
 /// Signals that stop this process: SIGTERM always; SIGINT and SIGHUP unless they were ignored when the process was
 /// started (background jobs of scripts, nohup): then they stay ignored. Clients and services all use this function.
-std::vector<int> OrdersToStop();
+std::vector<int> StoppingSignals();
 
-/// Orders to stop for a program that waits in one place: OrdersToStop() as a descriptor. Create it before any thread:
-/// later threads inherit the blocked signals. Signals that do not mean "stop" must not end the program: SIGPIPE, and
-/// SIGUSR1 and SIGUSR2, by which batch systems warn every process of a job, are ignored from then on. The destructor
-/// does not restore signals.
+/// Orders to stop for a program that waits in one place: StoppingSignals() as a descriptor. Create it before any
+/// thread: later threads inherit the blocked signals. Signals that do not mean "stop" must not end the program:
+/// SIGPIPE, and SIGUSR1 and SIGUSR2, by which batch systems warn every process of a job, are ignored from then on. The
+/// destructor does not restore signals.
 ///
 /// One thread; one object per process.
 class StopSignals {

@@ -12,9 +12,9 @@
 namespace legopt::server {
 
 /// Largest share of a disk that is reserved, so that small disks remain usable.
-inline constexpr double kMostReservedShare = 0.05;
+inline constexpr double kMaxReservedShare = 0.05;
 
-/// Returns the bytes of this disk that submissions leave free: `reserve_bytes`, but at most kMostReservedShare of the
+/// Returns the bytes of this disk that submissions leave free: `reserve_bytes`, but at most kMaxReservedShare of the
 /// disk.
 std::int64_t ReserveOf(const db::DiskSpace& disk, std::int64_t reserve_bytes);
 

@@ -6,7 +6,7 @@
 
 #include "legopt/input/json.h"
 #include "words/collision.h"
-#include "words/words.h"
+#include "words/enum_names.h"
 
 namespace legopt::server {
 namespace {
@@ -14,16 +14,16 @@ namespace {
 constexpr std::size_t kDatasetDigitsShown = 12, kSolverDigitsShown = 8;
 constexpr std::int64_t kMegabyte = std::int64_t{1} << 20;
 
-std::optional<CapabilityKind> KindOf(Need::Kind kind) {
+std::optional<CapabilityKind> KindOf(JobRequirement::Kind kind) {
   switch (kind) {
-    case Need::Kind::kDataset:
+    case JobRequirement::Kind::kDataset:
       return CapabilityKind::kDataset;
-    case Need::Kind::kSolver:
+    case JobRequirement::Kind::kSolver:
       return CapabilityKind::kSolver;
-    case Need::Kind::kCollision:
+    case JobRequirement::Kind::kCollision:
       return CapabilityKind::kCollision;
-    case Need::Kind::kBuild:
-    case Need::Kind::kMemory:
+    case JobRequirement::Kind::kBuild:
+    case JobRequirement::Kind::kMemory:
       break;
   }
   return std::nullopt;
@@ -31,48 +31,48 @@ std::optional<CapabilityKind> KindOf(Need::Kind kind) {
 
 }  // namespace
 
-std::string TextOf(const Need& need) {
+std::string TextOf(const JobRequirement& need) {
   switch (need.kind) {
-    case Need::Kind::kDataset:
+    case JobRequirement::Kind::kDataset:
       return "dataset '" + need.name + "' (" + need.hash.substr(0, kDatasetDigitsShown) + ")";
-    case Need::Kind::kSolver:
+    case JobRequirement::Kind::kSolver:
       return "solver '" + need.name + "' (" + need.hash.substr(0, kSolverDigitsShown) + ")";
-    case Need::Kind::kCollision:
+    case JobRequirement::Kind::kCollision:
       return "collision model '" + need.name + "'";
-    case Need::Kind::kBuild:
+    case JobRequirement::Kind::kBuild:
       return "build " + need.hash;
-    case Need::Kind::kMemory:
+    case JobRequirement::Kind::kMemory:
       break;
   }
   return std::to_string(need.bytes / kMegabyte) + " MB of memory";
 }
 
-std::string CureOf(const Need& need) {
+std::string RemedyOf(const JobRequirement& need) {
   switch (need.kind) {
-    case Need::Kind::kDataset:
+    case JobRequirement::Kind::kDataset:
       return "start one with --dataset";
-    case Need::Kind::kSolver:
+    case JobRequirement::Kind::kSolver:
       return "start one with --solver and the same files as at the submission";
-    case Need::Kind::kCollision:
-    case Need::Kind::kBuild:
+    case JobRequirement::Kind::kCollision:
+    case JobRequirement::Kind::kBuild:
       return "start one of the release that submitted it";
-    case Need::Kind::kMemory:
+    case JobRequirement::Kind::kMemory:
       break;
   }
   return "start one on a larger host, or submit with less 'memory_mb'";
 }
 
-Abilities::Abilities(const legopt_msg::hello_request& hello)
+WorkerCapabilities::WorkerCapabilities(const legopt_msg::hello_request& hello)
     : build_id_(hello.build_id), memory_bytes_(hello.memory_bytes) {
   for (const legopt_msg::capability& capability : hello.capabilities) {
-    const auto kind = ParseWord<CapabilityKind>(capability.kind);
+    const auto kind = ParseEnum<CapabilityKind>(capability.kind);
     if (kind) capabilities_.push_back({*kind, capability.name, capability.hash});
   }
 }
 
-bool Abilities::Has(const Need& need) const {
-  if (need.kind == Need::Kind::kBuild) return build_id_ == need.hash;
-  if (need.kind == Need::Kind::kMemory) return memory_bytes_ == 0 || memory_bytes_ >= need.bytes;
+bool WorkerCapabilities::Has(const JobRequirement& need) const {
+  if (need.kind == JobRequirement::Kind::kBuild) return build_id_ == need.hash;
+  if (need.kind == JobRequirement::Kind::kMemory) return memory_bytes_ == 0 || memory_bytes_ >= need.bytes;
   const CapabilityKind kind = KindOf(need.kind).value();
   return std::any_of(capabilities_.begin(), capabilities_.end(), [&](const Capability& capability) {
     if (capability.kind != kind) return false;
@@ -82,19 +82,19 @@ bool Abilities::Has(const Need& need) const {
   });
 }
 
-bool Abilities::FetchesDatasets() const {
+bool WorkerCapabilities::FetchesDatasets() const {
   return std::any_of(capabilities_.begin(), capabilities_.end(),
                      [](const Capability& capability) { return capability.kind == CapabilityKind::kFetch; });
 }
 
-bool Abilities::WouldFetch(const std::string& hash) const {
+bool WorkerCapabilities::WouldFetch(const std::string& hash) const {
   return FetchesDatasets() &&
          std::none_of(capabilities_.begin(), capabilities_.end(), [&](const Capability& capability) {
            return capability.kind == CapabilityKind::kUnfetched && capability.hash == hash;
          });
 }
 
-std::vector<std::string> Abilities::Names(CapabilityKind kind) const {
+std::vector<std::string> WorkerCapabilities::Names(CapabilityKind kind) const {
   std::vector<std::string> names;
   for (const Capability& capability : capabilities_) {
     if (capability.kind == kind) names.push_back(capability.name);
@@ -102,7 +102,7 @@ std::vector<std::string> Abilities::Names(CapabilityKind kind) const {
   return names;
 }
 
-std::string Abilities::HashOf(CapabilityKind kind, const std::string& name) const {
+std::string WorkerCapabilities::HashOf(CapabilityKind kind, const std::string& name) const {
   const auto found = std::find_if(capabilities_.begin(), capabilities_.end(), [&](const Capability& capability) {
     return capability.kind == kind && capability.name == name;
   });
@@ -110,8 +110,8 @@ std::string Abilities::HashOf(CapabilityKind kind, const std::string& name) cons
 }
 
 // The server does not interpret method options, except for these two keys, which determine the requirements.
-std::vector<Need> NeedsOf(const db::MethodRecord& method) {
-  std::vector<Need> needs;
+std::vector<JobRequirement> NeedsOf(const db::MethodRecord& method) {
+  std::vector<JobRequirement> needs;
   const auto parsed = TryParseJson(method.options_json);
   if (!parsed || !parsed->is_object()) return needs;
   const nlohmann::json& description = *parsed;
@@ -120,10 +120,10 @@ std::vector<Need> NeedsOf(const db::MethodRecord& method) {
   const auto declaration = options->find("declaration");
   const auto solver = description.find("solver");
   if (declaration != options->end() && declaration->is_string() && solver != description.end() && solver->is_string()) {
-    needs.push_back({Need::Kind::kSolver, solver->get<std::string>(), declaration->get<std::string>()});
+    needs.push_back({JobRequirement::Kind::kSolver, solver->get<std::string>(), declaration->get<std::string>()});
   }
   if (options->contains("collision")) {
-    needs.push_back({Need::Kind::kCollision, std::string(ToString(method.collision)), {}});
+    needs.push_back({JobRequirement::Kind::kCollision, std::string(ToString(method.collision)), {}});
   }
   return needs;
 }

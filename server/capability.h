@@ -16,7 +16,7 @@
 namespace legopt::server {
 
 /// A requirement of a job that its worker must satisfy.
-struct Need {
+struct JobRequirement {
   /// The first three kinds are announced as capabilities; the others are properties of every worker.
   enum class Kind : std::uint8_t { kDataset, kSolver, kCollision, kBuild, kMemory };
 
@@ -25,21 +25,21 @@ struct Need {
   std::string hash;        ///< hash of a dataset or solver; id of a build
   std::int64_t bytes = 0;  ///< amount of memory
 
-  bool operator==(const Need&) const = default;
+  bool operator==(const JobRequirement&) const = default;
 };
 
 /// Returns e.g. "dataset 'garage' (0123456789ab)", "solver 'mine' (6b4f8a0d)", "build ...", "1024 MB of memory".
-std::string TextOf(const Need& need);
+std::string TextOf(const JobRequirement& need);
 /// Returns how the user can satisfy the need, e.g. "start one with --solver".
-std::string CureOf(const Need& need);
+std::string RemedyOf(const JobRequirement& need);
 
 /// Capabilities of a worker, as announced by its hello.
-class Abilities {
+class WorkerCapabilities {
  public:
-  Abilities() = default;
-  explicit Abilities(const legopt_msg::hello_request& hello);
+  WorkerCapabilities() = default;
+  explicit WorkerCapabilities(const legopt_msg::hello_request& hello);
 
-  bool Has(const Need& need) const;
+  bool Has(const JobRequirement& need) const;
   /// True if the worker fetches missing datasets from the server.
   bool FetchesDatasets() const;
   /// Returns whether the worker would fetch the dataset with this content hash; false after a failed attempt.
@@ -52,7 +52,7 @@ class Abilities {
   /// False while the worker is loading its datasets.
   bool HasLoaded() const { return !Names(CapabilityKind::kDataset).empty(); }
 
-  bool operator==(const Abilities&) const = default;
+  bool operator==(const WorkerCapabilities&) const = default;
 
  private:
   struct Capability {
@@ -66,6 +66,6 @@ class Abilities {
 };
 
 /// Returns the requirements that follow from a method's options: its external solver and its collision model.
-std::vector<Need> NeedsOf(const db::MethodRecord& method);
+std::vector<JobRequirement> NeedsOf(const db::MethodRecord& method);
 
 }  // namespace legopt::server

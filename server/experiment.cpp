@@ -42,9 +42,9 @@ Experiment::Experiment(std::int64_t experiment_id, std::int64_t first_job_id, Ex
 void Experiment::MakeGroups() {
   std::int64_t first = 0;
   for (const db::MethodRecord& method : spec_.methods) {
-    std::vector<Need> needs = {{Need::Kind::kDataset, spec_.dataset.name, spec_.dataset.hash},
-                               {Need::Kind::kMemory, {}, {}, spec_.memory_limit_bytes}};
-    for (Need& need : NeedsOf(method)) needs.push_back(std::move(need));
+    std::vector<JobRequirement> needs = {{JobRequirement::Kind::kDataset, spec_.dataset.name, spec_.dataset.hash},
+                                         {JobRequirement::Kind::kMemory, {}, {}, spec_.memory_limit_bytes}};
+    for (JobRequirement& need : NeedsOf(method)) needs.push_back(std::move(need));
     for (const ExperimentSpec::TaskProblems& task : spec_.tasks) {
       Group group;
       group.first = group.next_fresh = group.searched = first;
@@ -119,7 +119,7 @@ void Experiment::CountWorker(const Admits& admits, int change) {
   }
 }
 
-void Experiment::ForgetWorkers() {
+void Experiment::ClearWorkerCounts() {
   for (Group& group : groups_) group.able_workers = 0;
   takable_ = 0;
 }
@@ -157,7 +157,7 @@ void Experiment::AddTime(std::int64_t index, std::int64_t wall_us) {
   time.waypoints += spec_.tasks[at.task].waypoints[at.problem];
 }
 
-void Experiment::TakeUpTimes(const db::OpenExperiment& stored) {
+void Experiment::RestoreTimes(const db::OpenExperiment& stored) {
   for (std::size_t kind = 0; kind < std::min(kind_times_.size(), stored.cell_times.size()); ++kind) {
     const db::CellTime& time = stored.cell_times[kind];
     kind_times_[kind] = {static_cast<double>(time.wall_us) * kSecondsPerMicrosecond,

@@ -61,8 +61,8 @@ class Experiment {
 
   /// Jobs of one method and task: a contiguous range of jobs with the same requirements.
   struct Group {
-    std::int64_t first = 0, end = 0;  ///< jobs [first, end)
-    std::vector<Need> needs;          ///< requirements except the build
+    std::int64_t first = 0, end = 0;    ///< jobs [first, end)
+    std::vector<JobRequirement> needs;  ///< requirements except the build
     std::string method_hash;
     Task task{};
     std::int64_t queued = 0;               ///< number of queued jobs
@@ -87,7 +87,7 @@ class Experiment {
   /// Adds `change` to the number of able workers of each admitted group.
   void CountWorker(const Admits& admits, int change);
   /// Sets the number of able workers of all groups to 0.
-  void ForgetWorkers();
+  void ClearWorkerCounts();
   /// Number of queued jobs in groups that have able workers.
   std::int64_t num_takable() const { return takable_; }
 
@@ -117,7 +117,7 @@ class Experiment {
   /// Time during which at least one of its jobs was leased, including previous runs of the server.
   std::chrono::microseconds worked{0};
   /// Restores solve times and total working time from the store.
-  void TakeUpTimes(const db::OpenExperiment& stored);
+  void RestoreTimes(const db::OpenExperiment& stored);
 
  private:
   Group& MutableGroupOf(std::int64_t index) { return groups_[KindOf(index) / spec_.initializations.size()]; }

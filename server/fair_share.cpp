@@ -58,7 +58,7 @@ void FairShare::SetWaiting(std::int64_t experiment_id, bool waiting) {
   if (waiting) {
     BeginToWait(level, entry);
   } else {
-    CeaseToWait(level, entry);
+    StopWaiting(level, entry);
   }
 }
 
@@ -70,7 +70,7 @@ bool FairShare::WaitsFor(const Submitter& submitter, const std::string& dataset)
 // Returns the used time at which a new member of a group starts; groups are the submitters of a level and the
 // experiments of a submitter.
 template <class Group>
-std::int64_t FairShare::BeginningFor(Group& group, const std::string& dataset) {
+std::int64_t FairShare::InitialUsedTime(Group& group, const std::string& dataset) {
   std::optional<std::int64_t> least;
   for (const auto& [time, senior, member] : group.waiting) {
     if (!WaitsFor(*member, dataset)) continue;
@@ -81,14 +81,14 @@ std::int64_t FairShare::BeginningFor(Group& group, const std::string& dataset) {
 
 // Stores the used time of a member that stopped waiting for the dataset.
 template <class Group, class Member>
-void FairShare::NoteStand(Group& group, const std::string& dataset, const Member& member) {
+void FairShare::RecordUsedTime(Group& group, const std::string& dataset, const Member& member) {
   group.stands[dataset] = member.account.used_us;
 }
 
 void FairShare::BeginToWait(Level& level, Entry& entry) {
   Submitter& submitter = *entry.submitter;
   if (!WaitsFor(submitter, entry.dataset)) {
-    const std::int64_t beginning = BeginningFor(level, entry.dataset);
+    const std::int64_t beginning = InitialUsedTime(level, entry.dataset);
     if (submitter.waiting.empty()) {
       submitter.account.senior = entry.account.senior;
     } else {
@@ -97,15 +97,15 @@ void FairShare::BeginToWait(Level& level, Entry& entry) {
     submitter.account.used_us = std::max(submitter.account.used_us, beginning);
     level.waiting.insert(KeyOf(submitter));
   }
-  entry.account.used_us = std::max(entry.account.used_us, BeginningFor(submitter, entry.dataset));
+  entry.account.used_us = std::max(entry.account.used_us, InitialUsedTime(submitter, entry.dataset));
   submitter.waiting.insert(KeyOf(entry));
 }
 
-void FairShare::CeaseToWait(Level& level, Entry& entry) {
+void FairShare::StopWaiting(Level& level, Entry& entry) {
   Submitter& submitter = *entry.submitter;
   submitter.waiting.erase(KeyOf(entry));
-  NoteStand(submitter, entry.dataset, entry);
-  NoteStand(level, entry.dataset, submitter);
+  RecordUsedTime(submitter, entry.dataset, entry);
+  RecordUsedTime(level, entry.dataset, submitter);
   if (submitter.waiting.empty()) level.waiting.erase(KeyOf(submitter));
 }
 

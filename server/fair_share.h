@@ -64,17 +64,17 @@ class FairShare {
     Submitter* submitter = nullptr;
     bool waiting = false;
   };
-  using Stands = std::map<std::string, std::int64_t>;  ///< used time of the last one that waited; key: dataset
+  using LastUsedTimes = std::map<std::string, std::int64_t>;  ///< used time of the last one that waited; key: dataset
   struct Submitter {
     Account account;
     int num_entries = 0;
     Queue<Entry> waiting;
-    Stands stands;
+    LastUsedTimes stands;
   };
   struct Level {
     std::map<std::string, Submitter> submitters;
     Queue<Submitter> waiting;
-    Stands stands;
+    LastUsedTimes stands;
   };
 
   template <class Member>
@@ -86,11 +86,11 @@ class FairShare {
   static bool WaitsFor(const Entry& entry, const std::string& dataset) { return entry.dataset == dataset; }
   static bool WaitsFor(const Submitter& submitter, const std::string& dataset);
   template <class Group>
-  static std::int64_t BeginningFor(Group& group, const std::string& dataset);
+  static std::int64_t InitialUsedTime(Group& group, const std::string& dataset);
   template <class Group, class Member>
-  static void NoteStand(Group& group, const std::string& dataset, const Member& member);
+  static void RecordUsedTime(Group& group, const std::string& dataset, const Member& member);
   static void BeginToWait(Level& level, Entry& entry);
-  static void CeaseToWait(Level& level, Entry& entry);
+  static void StopWaiting(Level& level, Entry& entry);
   void Charge(Entry& entry, std::int64_t used_us, std::int64_t running_us);
 
   std::map<int, Level, std::greater<>> levels_;  ///< key: priority, largest first

@@ -28,11 +28,11 @@
 #include "programs/printable.h"
 #include "programs/program_main.h"
 #include "programs/stop_signals.h"
-#include "server/event_outlets.h"
+#include "server/duplicate_server.h"
+#include "server/event_sinks.h"
 #include "server/listening.h"
 #include "server/port_claim.h"
 #include "server/server.h"
-#include "server/sole_server.h"
 
 namespace legopt::server {
 namespace {
@@ -67,7 +67,7 @@ std::int64_t WallClock() { return std::max<std::int64_t>(0, SystemClock_us()); }
 std::string Hostname() {
   std::array<char, 256> name{};
   gethostname(name.data(), name.size() - 1);
-  return FindNameFault(name.data()) ? "unknown" : name.data();
+  return DiagnoseName(name.data()) ? "unknown" : name.data();
 }
 
 ServerOptions OptionsFor(const Arguments& arguments) {
@@ -89,8 +89,8 @@ void WarnAboutNetwork(const bus::LcmTransport& transport) {
 // server of the deployment has precedence, it stops immediately as in a crash: acknowledged data is on disk, and its
 // leases expire. `owned`: a command started this server and stops it after its workers, some of which may have been
 // killed.
-ExitCode ServeUntilStopped(Server& server, bus::Endpoint& endpoint, RivalWatch& rivals, programs::StopSignals& stop,
-                           EventOutlets& outlets, bool owned) {
+ExitCode ServeUntilStopped(Server& server, bus::Endpoint& endpoint, DuplicateServerDetector& rivals,
+                           programs::StopSignals& stop, EventSinks& outlets, bool owned) {
   bool foreign_reported = false;
   const std::array<pollfd, 1> extra{pollfd{stop.descriptor(), POLLIN, 0}};
   while (!server.shutdown_requested() && !stop.Take()) {
@@ -108,7 +108,7 @@ ExitCode ServeUntilStopped(Server& server, bus::Endpoint& endpoint, RivalWatch& 
     }
   }
   server.Drain();
-  if (owned) server.GiveBackRunningJobs("the command that ran the workers has ended them");
+  if (owned) server.RequeueRunningJobs("the command that ran the workers has ended them");
   const microseconds end = endpoint.now() + kLinger;
   while (endpoint.now() < end) server.Round(end - endpoint.now());
   spdlog::info("stopping");
@@ -126,11 +126,11 @@ void RequireFullKey(const bus::LcmTransport& transport, const bus::LcmOptions& n
 
 // Returns why this process is not the only server on these ports; empty if it is. The claim detects servers on this
 // machine, the probe servers on others.
-std::string ObstacleOnPorts(const PortClaim& claim, bus::LcmTransport& transport, const ServerOptions& options) {
+std::string DescribePortConflict(const PortClaim& claim, bus::LcmTransport& transport, const ServerOptions& options) {
   auto self = ProbeReply(options, microseconds(0), WallClock());
   // Without the claim, only probe, in order to describe the other server, and yield to all others.
   if (claim.taken()) self.server_instance = std::numeric_limits<std::int64_t>::max();
-  const std::string obstacle = FindObstacle(transport, bus::RandomSeed(), self, kProbePatience);
+  const std::string obstacle = FindOtherServer(transport, bus::RandomSeed(), self, kProbePatience);
   if (!obstacle.empty() || !claim.taken()) return obstacle;
   return "another legopt-server of this machine uses UDP port " + std::to_string(*claim.taken()) +
          " (each uses its --port and the next one); stop it or choose another --port";
@@ -154,7 +154,7 @@ ExitCode Serve(const Arguments& arguments) {
   const std::string address = network.group + ":" + std::to_string(network.port);
   ServerOptions options = OptionsFor(arguments);
   const PortClaim claim(network.port);
-  if (const std::string obstacle = ObstacleOnPorts(claim, transport, options); !obstacle.empty()) {
+  if (const std::string obstacle = DescribePortConflict(claim, transport, options); !obstacle.empty()) {
     programs::ReportError(kProgram, address + ": " + obstacle);
     return ExitCode::kNetworkUnusable;
   }
@@ -162,9 +162,9 @@ ExitCode Serve(const Arguments& arguments) {
   bus::Endpoint endpoint(transport, bus::kServer, bus::RandomSeed());
   QueryService queries(arguments.database);
   options.find_dataset = [&offered](const std::string& hash) {
-    return offered.Find(hash, bus::fields::kMostArchiveBytes);
+    return offered.Find(hash, bus::fields::kMaxArchiveBytes);
   };
-  EventOutlets outlets(arguments.notify);
+  EventSinks outlets(arguments.notify);
   options.on_event = [&outlets](const db::RecordEvent& event) { outlets.Take(event); };
   options.stopwatch = [] {
     return std::chrono::duration_cast<microseconds>(std::chrono::steady_clock::now().time_since_epoch());
@@ -173,7 +173,7 @@ ExitCode Serve(const Arguments& arguments) {
   options.store_datasets = !arguments.no_dataset;
   options.scheduler.disk_reserve_bytes = arguments.disk_reserve_mb * kBytesPerMegabyte;
   Server server(endpoint, *store, &queries, options, WallClock, bus::RandomEndpointId);
-  RivalWatch rivals(endpoint, options.scheduler.server_instance);
+  DuplicateServerDetector rivals(endpoint, options.scheduler.server_instance);
   server.Work();
   const std::string access_file = arguments.listen.access.value_or(options.database + ".access");
   const auto hub = listener ? Listen(std::move(*listener), network, transport.deployment(), access_file) : nullptr;

@@ -16,7 +16,7 @@
 
 #include "db/query_json.h"
 #include "db/read_only_database.h"
-#include "server/query_lane.h"
+#include "server/query_queue.h"
 #include "words/reply.h"
 
 namespace legopt::server {
@@ -43,7 +43,7 @@ std::chrono::milliseconds LimitOf(std::string_view sql) {
 
 legopt_msg::query_reply Failure(const std::string& message, QueryStatus status = QueryStatus::kRefused) {
   legopt_msg::query_reply reply{};
-  reply.status = NumberOf(status);
+  reply.status = EnumNumber(status);
   reply.message = message;
   return reply;
 }
@@ -79,11 +79,11 @@ class QueryService::Impl {
 
   std::string Start(std::int64_t ticket, bus::EndpointId sender, legopt_msg::query_request request) {
     const std::lock_guard lock(mutex_);
-    if (counts_.Of(sender).held >= kMostOfSender) {
-      return "this sender has " + std::to_string(kMostOfSender) +
+    if (counts_.Of(sender).held >= kMaxOfSender) {
+      return "this sender has " + std::to_string(kMaxOfSender) +
              " unanswered queries, which is the most; wait for their answers";
     }
-    if (lanes_[0].waiting.size() >= kMostWaiting || counts_.bytes() + request.sql.size() > kMostWaitingBytes) {
+    if (lanes_[0].waiting.size() >= kMaxWaiting || counts_.bytes() + request.sql.size() > kMaxWaitingBytes) {
       return kTooMany;
     }
     const std::chrono::milliseconds limit = LimitOf(request.sql);
@@ -123,12 +123,12 @@ class QueryService::Impl {
 
   // A reader thread with its own connection.
   struct Lane {
-    QueryLane waiting;
+    RoundRobinQueryQueue waiting;
     db::ReadOnlyDatabase* running = nullptr;  // used by Interrupt, protected by the mutex
     std::thread thread;
   };
 
-  bool MayRun(bus::EndpointId sender) const { return counts_.Of(sender).running < kMostRunningOfSender; }
+  bool MayRun(bus::EndpointId sender) const { return counts_.Of(sender).running < kMaxRunningOfSender; }
 
   // Returns the execution time of a query in this lane.
   static std::chrono::milliseconds TimeIn(std::size_t lane, const WaitingQuery& query) {
@@ -155,16 +155,16 @@ class QueryService::Impl {
       const std::lock_guard lock(mutex_);
       lanes_[lane].running = nullptr;
       counts_.End(query->sender);
-      if (unfinished && PutOff(lane, *query)) continue;
+      if (unfinished && MoveToNextLane(lane, *query)) continue;
       Finish(*query, unfinished ? Failure(kTooMany) : std::move(reply));
     }
   }
 
   // Moves the query to the next lane. Returns false if the lane is full. The mutex must be held.
-  bool PutOff(std::size_t lane, WaitingQuery& query) {
+  bool MoveToNextLane(std::size_t lane, WaitingQuery& query) {
     const std::size_t last = query.limit > kDefaultLimit ? kLongLane : kUsualLane;
-    QueryLane& next = lanes_[lane + 1 < kSlices.size() ? lane + 1 : last].waiting;
-    if (next.size() >= kMostWaiting) return false;
+    RoundRobinQueryQueue& next = lanes_[lane + 1 < kSlices.size() ? lane + 1 : last].waiting;
+    if (next.size() >= kMaxWaiting) return false;
     next.Put(std::move(query));
     wake_.notify_all();
     return true;

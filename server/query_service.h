@@ -23,18 +23,18 @@ namespace legopt::server {
 /// starts in the first lane. A query that exceeds the time of its lane is restarted in the next lane. Thus a query
 /// waits only for queries of similar duration.
 ///
-/// In each lane, senders take turns. At most `kMostRunningOfSender` queries of a sender run at once, and at most
-/// `kMostOfSender` wait or run. At most `kMostWaiting` queries wait in a lane, and their SQL has at most
-/// `kMostWaitingBytes` in total.
+/// In each lane, senders take turns. At most `kMaxRunningOfSender` queries of a sender run at once, and at most
+/// `kMaxOfSender` wait or run. At most `kMaxWaiting` queries wait in a lane, and their SQL has at most
+/// `kMaxWaitingBytes` in total.
 ///
 /// Thread rule: all functions must be called by the thread that created the service.
 class QueryService {
  public:
-  static constexpr std::size_t kMostWaiting = 64;                         ///< waiting queries in a lane
-  static constexpr std::size_t kMostOfSender = 16;                        ///< waiting and running queries of a sender
-  static constexpr std::size_t kMostRunningOfSender = 2;                  ///< running queries of a sender
-  static constexpr std::size_t kMostWaitingBytes = std::size_t{4} << 20;  ///< SQL text of all waiting and running
-                                                                          ///< queries
+  static constexpr std::size_t kMaxWaiting = 64;                         ///< waiting queries in a lane
+  static constexpr std::size_t kMaxOfSender = 16;                        ///< waiting and running queries of a sender
+  static constexpr std::size_t kMaxRunningOfSender = 2;                  ///< running queries of a sender
+  static constexpr std::size_t kMaxWaitingBytes = std::size_t{4} << 20;  ///< SQL text of all waiting and running
+                                                                         ///< queries
   static constexpr std::chrono::milliseconds kDefaultLimit{30'000};
   static constexpr std::chrono::milliseconds kLongestLimit{3'600'000};
 

@@ -34,16 +34,16 @@ template <class Value>
 void Take(std::string_view /*name*/, const Value& field, Value& member, std::string& /*fault*/) {
   member = field;
 }
-template <Worded Enum>
+template <NamedEnum Enum>
 void Take(std::string_view name, const std::string& field, Enum& member, std::string& fault) {
-  if (const auto value = ParseWord<Enum>(field)) {
+  if (const auto value = ParseEnum<Enum>(field)) {
     member = *value;
   } else if (fault.empty()) {
     fault = std::string(name) + " '" + field + "' is unknown";
   }
 }
 
-template <Worded Enum>
+template <NamedEnum Enum>
 void Take(std::string_view name, const std::string& field, std::optional<Enum>& member, std::string& fault) {
   if (field.empty()) return;
   Take(name, field, member.emplace(), fault);

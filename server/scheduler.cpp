@@ -46,7 +46,7 @@ Scheduler::Scheduler(const SchedulerOptions& options, db::OpenState state, Token
     worker.stored = true;
   }
   for (const db::OpenExperiment& open : state.open) Open(now, open);
-  ForgetGoneWorkers();
+  EvictOfflineWorkers();
   next_scan_ = now.steady + options_.expiry_scan;
   wall_us_ = now.wall_us;
 }
@@ -78,7 +78,7 @@ void Scheduler::Open(const Instant& now, const db::OpenExperiment& open) {
     const microseconds expires = now.steady + options_.lease * 9 / 10;
     AddLease(experiment, index, {stored.worker_id, expires, false, next_order_++, now.steady});
   }
-  experiment.TakeUpTimes(open);
+  experiment.RestoreTimes(open);
   num_queued_ += CountOf(summaries_.at(open.experiment_id), db::JobState::kQueued);
   UpdateWaiting(experiment);
 }
@@ -99,7 +99,7 @@ legopt_msg::submit_reply Scheduler::Submit(const Instant& now, const legopt_msg:
   legopt_msg::submit_reply reply{};
   const auto refuse = [&](const std::string& why) {
     ++counters_.submissions_refused;
-    reply.status = NumberOf(SubmitStatus::kRefused);
+    reply.status = EnumNumber(SubmitStatus::kRefused);
     reply.message = why;
     return reply;
   };
@@ -116,7 +116,7 @@ legopt_msg::submit_reply Scheduler::Submit(const Instant& now, const legopt_msg:
                     std::to_string(known->second) + " with another content; use a new id");
     }
     ++counters_.resubmitted;
-    reply.status = NumberOf(SubmitStatus::kAlreadyKnown);
+    reply.status = EnumNumber(SubmitStatus::kAlreadyKnown);
     reply.experiment_id = known->second;
     reply.num_jobs = summary.num_jobs;
     return reply;
@@ -136,7 +136,7 @@ legopt_msg::submit_reply Scheduler::Submit(const Instant& now, const legopt_msg:
   next_cell_id_ += static_cast<std::int64_t>(rows.cells.size());
   AddExperiment(rows, std::move(spec));
   ++counters_.submitted;
-  reply.status = NumberOf(SubmitStatus::kCreated);
+  reply.status = EnumNumber(SubmitStatus::kCreated);
   reply.experiment_id = rows.experiment_id;
   reply.num_jobs = static_cast<std::int64_t>(rows.jobs.size());
   ops.emplace_back(db::CreateExperiment{std::move(rows)});
@@ -175,7 +175,7 @@ legopt_msg::cancel_reply Scheduler::Cancel(const Instant& now, const legopt_msg:
   legopt_msg::cancel_reply reply{};
   const auto found = summaries_.find(request.experiment_id);
   if (found == summaries_.end()) {
-    reply.status = NumberOf(ControlStatus::kUnknownExperiment);
+    reply.status = EnumNumber(ControlStatus::kUnknownExperiment);
     reply.message = "there is no experiment " + std::to_string(request.experiment_id);
     return reply;
   }
@@ -208,7 +208,7 @@ void Scheduler::Close(const Instant& now, Experiment& experiment, db::Experiment
   db::ExperimentSummary& summary = summaries_.at(experiment.experiment_id());
   summary.state = state;
   summary.finished_at_us = now.wall_us;
-  summary.control.hold = db::Hold::kNone;
+  summary.control.hold = db::ExperimentHold::kNone;
   summary_bytes_ -= summary.control.reason.size();
   summary.control.reason.clear();
   experiment.closed_at = now.steady;
@@ -260,7 +260,7 @@ void Scheduler::SetJobState(Experiment& experiment, std::int64_t index, db::JobS
 // Must be called whenever the number of queued jobs changes, or whether they can be leased: paused, held, or without
 // able workers.
 void Scheduler::UpdateWaiting(Experiment& experiment) {
-  const bool free = summaries_.at(experiment.experiment_id()).control.hold == db::Hold::kNone;
+  const bool free = summaries_.at(experiment.experiment_id()).control.hold == db::ExperimentHold::kNone;
   const std::int64_t leasable = free ? experiment.num_takable() : 0;
   num_leasable_ += leasable - experiment.leasable;
   experiment.leasable = leasable;
@@ -277,17 +277,17 @@ void Scheduler::AddLease(Experiment& experiment, std::int64_t index, LeaseState 
 // If the worker reported no CPU time, the time since the lease was granted is used, including waiting for a slot. The
 // time is limited to the wall-time limit of the job.
 void Scheduler::DropLease(const Instant& now, const JobRef& ref) {
-  constexpr std::int64_t kLeastUse_us = 100;  // minimum charge: the cost of a lease, so that jobs without work take
-                                              // turns as well
+  constexpr std::int64_t kMinUse_us = 100;  // minimum charge: the cost of a lease, so that jobs without work take
+                                            // turns as well
   const auto found = leases_.find(ref.experiment->job_id(ref.index));
   if (found == leases_.end()) return;
   const LeaseState lease = found->second;
   leases_.erase(found);
   --workers_[lease.worker_id].leases;
-  const std::int64_t told_us = lease.used_us.value_or((now.steady - lease.since).count());
+  const std::int64_t reported_us = lease.used_us.value_or((now.steady - lease.since).count());
   const JobCoordinates at = CoordinatesOf(ref.experiment->spec(), ref.index);
   const std::int64_t most_us = ref.experiment->spec().tasks[at.task].wall_limit_us;
-  const std::int64_t used_us = std::max(std::min(told_us, most_us), kLeastUse_us);
+  const std::int64_t used_us = std::max(std::min(reported_us, most_us), kMinUse_us);
   shares_.End(ref.experiment->experiment_id(), lease.expected_us, used_us);
   if (ref.experiment->job(ref.index).outcome == db::AttemptOutcome::kFinished) {
     ref.experiment->NoteUse(ref.index, used_us);

@@ -81,7 +81,7 @@ struct SchedulerOptions {
                                                     ///< an event)
   double controls_per_s = 10;                       ///< sustained rate of these control requests
   std::int64_t disk_reserve_bytes = 1'000'000'000;  ///< disk space that submissions leave free for results; at most
-                                                    ///< kMostReservedShare of the disk
+                                                    ///< kMaxReservedShare of the disk
 };
 
 /// Event counters since the scheduler was created.
@@ -100,7 +100,7 @@ struct SchedulerCounters {
 struct WorkerProfile {
   using Refused = std::map<std::pair<std::string, Task>, std::string>;
 
-  Abilities abilities;
+  WorkerCapabilities abilities;
   bool draining = false;  ///< draining was requested: the worker gets no more jobs
   Refused refused;        ///< (method hash, task) of jobs that it refused since its hello -> reason
 
@@ -207,7 +207,7 @@ class Scheduler {
   /// While draining, no job is leased, and workers are informed; all other functions continue.
   void set_draining(bool draining) { draining_ = draining; }
   /// Ends all running attempts and re-queues their jobs without a charge.
-  void GiveBackAllRunning(const Instant& now, const std::string& why, Ops& ops);
+  void RequeueAllRunning(const Instant& now, const std::string& why, Ops& ops);
 
   /// All experiments, by id.
   const std::map<std::int64_t, db::ExperimentSummary>& experiments() const { return summaries_; }
@@ -221,11 +221,11 @@ class Scheduler {
   /// All leases, in the order in which they were granted.
   std::vector<LeaseView> LeasesInOrder() const;
   /// Returns the requirements of a group's jobs, including the build.
-  std::vector<Need> NeedsOf(const Experiment& experiment, const Experiment::Group& group) const;
+  std::vector<JobRequirement> NeedsOf(const Experiment& experiment, const Experiment::Group& group) const;
   /// Returns whether the worker satisfies the need, or can fetch the needed dataset from the server.
-  bool CanGet(const WorkerProfile& worker, const Need& need) const;
+  bool CanSatisfy(const WorkerProfile& worker, const JobRequirement& need) const;
   /// Returns the needs that the worker cannot satisfy, in their order.
-  std::vector<Need> LacksOf(const WorkerProfile& worker, const std::vector<Need>& needs) const;
+  std::vector<JobRequirement> UnmetNeeds(const WorkerProfile& worker, const std::vector<JobRequirement>& needs) const;
   /// Returns whether the worker can run queued jobs of the experiment (any jobs if none is queued), possibly after
   /// fetching the dataset.
   bool CanWorkOn(const WorkerProfile& worker, const Experiment& experiment) const;
@@ -295,7 +295,7 @@ class Scheduler {
   legopt_msg::control_reply DrainWorker(const Instant& now, std::int64_t worker_id, Ops& ops);
   legopt_msg::control_reply Delete(const Instant& now, std::int64_t experiment_id, Ops& ops);
   void NoteDeleted(std::int64_t first, std::int64_t end);
-  std::int64_t GiveBackRunning(const Instant& now, Experiment& experiment, const std::string& why, Ops& ops);
+  std::int64_t RequeueRunning(const Instant& now, Experiment& experiment, const std::string& why, Ops& ops);
   // scheduler_capabilities.cpp
   enum class Datasets : std::uint8_t { kPresent, kPresentOrOffered };
   bool Admits(const WorkerProfile& worker, const Experiment& experiment, const Experiment::Group& group,
@@ -312,10 +312,10 @@ class Scheduler {
   void StoreSighting(Worker& worker, Ops& ops);
   void Enlist(const Instant& now, Worker& worker, Ops& ops);
   void CountNew(Worker& worker, std::size_t bytes);
-  void LookAtWorkers(const Instant& now, Ops& ops);
-  void ForgetNewWorker(std::int64_t worker_id);
-  void BoundNewWorkers(std::int64_t newest);
-  void ForgetGoneWorkers();
+  void UpdateWorkerStates(const Instant& now, Ops& ops);
+  void EvictNewWorker(std::int64_t worker_id);
+  void LimitNewWorkerMemory(std::int64_t newest);
+  void EvictOfflineWorkers();
   // scheduler_leases.cpp
   void Bind(const Instant& now, Experiment& experiment, const Worker& worker, Ops& ops);
   legopt_msg::lease LeaseFrom(const Instant& now, Experiment& experiment, std::int64_t index, Worker& worker, Ops& ops);
@@ -323,11 +323,12 @@ class Scheduler {
   void ExpireLeases(const Instant& now, Ops& ops);
   void ExpireLease(const Instant& now, std::int64_t job_id, bool may_have_begun, Ops& ops);
   // scheduler_takeover.cpp
-  void TakeOverKnown(const Instant& now, Experiment& experiment, const Experiment::Range& range, const Worker& worker,
-                     Ops& ops);
+  void ReuseKnownResults(const Instant& now, Experiment& experiment, const Experiment::Range& range,
+                         const Worker& worker, Ops& ops);
   std::vector<db::KnownResult> KnownResultsOf(const Experiment& experiment, const Experiment::Range& range,
                                               const Worker& worker) const;
-  void TakeOver(const Instant& now, Experiment& experiment, std::int64_t index, const db::KnownResult& known, Ops& ops);
+  void ReuseStoredResult(const Instant& now, Experiment& experiment, std::int64_t index, const db::KnownResult& known,
+                         Ops& ops);
   // scheduler_results.cpp
   legopt_msg::result_reply AcceptCurrent(const Instant& now, const JobRef& ref,
                                          const legopt_msg::result_request& request, Ops& ops);

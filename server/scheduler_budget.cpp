@@ -114,7 +114,7 @@ std::string Scheduler::OverDiskReserve(const ExperimentSpec& spec) const {
 }
 
 std::int64_t ReserveOf(const db::DiskSpace& disk, std::int64_t reserve_bytes) {
-  return std::min(reserve_bytes, static_cast<std::int64_t>(static_cast<double>(disk.total_bytes) * kMostReservedShare));
+  return std::min(reserve_bytes, static_cast<std::int64_t>(static_cast<double>(disk.total_bytes) * kMaxReservedShare));
 }
 
 // Limits requests that add an event to the database.

@@ -12,14 +12,14 @@ namespace {
 std::string NameOf(const Experiment& experiment) { return "experiment " + std::to_string(experiment.experiment_id()); }
 
 // Returns why a worker without `need` gets no jobs of the experiment.
-std::string TextOfLack(const Experiment& experiment, const Need& need, const db::WorkerRecord& record,
-                       const Abilities& abilities) {
-  if (need.kind == Need::Kind::kBuild) {
+std::string TextOfLack(const Experiment& experiment, const JobRequirement& need, const db::WorkerRecord& record,
+                       const WorkerCapabilities& abilities) {
+  if (need.kind == JobRequirement::Kind::kBuild) {
     return NameOf(experiment) + " was begun by build " + need.hash + " and is finished by it; this worker is build " +
            record.build_id;
   }
-  const bool dataset = need.kind == Need::Kind::kDataset;
-  const bool solver = need.kind == Need::Kind::kSolver;
+  const bool dataset = need.kind == JobRequirement::Kind::kDataset;
+  const bool solver = need.kind == JobRequirement::Kind::kSolver;
   const std::string other = dataset  ? abilities.HashOf(CapabilityKind::kDataset, need.name)
                             : solver ? abilities.HashOf(CapabilityKind::kSolver, need.name)
                                      : std::string();
@@ -28,30 +28,32 @@ std::string TextOfLack(const Experiment& experiment, const Need& need, const db:
            (other.empty() ? "this worker does not have it" : "this worker's '" + need.name + "' has content " + other);
   }
   return NameOf(experiment) + " needs " + TextOf(need) + "; " +
-         (other.empty() ? "this worker does not have it; " + CureOf(need)
+         (other.empty() ? "this worker does not have it; " + RemedyOf(need)
                         : "this worker's '" + need.name + "' has other files, of hash " + other);
 }
 
 }  // namespace
 
-std::vector<Need> Scheduler::NeedsOf(const Experiment& experiment, const Experiment::Group& group) const {
-  std::vector<Need> needs = group.needs;
+std::vector<JobRequirement> Scheduler::NeedsOf(const Experiment& experiment, const Experiment::Group& group) const {
+  std::vector<JobRequirement> needs = group.needs;
   const db::ExperimentControl& control = summaries_.at(experiment.experiment_id()).control;
-  if (control.builds == BuildRule::kOne && !control.build_id.empty()) {
-    needs.push_back({Need::Kind::kBuild, {}, control.build_id});
+  if (control.builds == BuildPolicy::kOne && !control.build_id.empty()) {
+    needs.push_back({JobRequirement::Kind::kBuild, {}, control.build_id});
   }
   return needs;
 }
 
-bool Scheduler::CanGet(const WorkerProfile& worker, const Need& need) const {
-  return worker.abilities.Has(need) || (need.kind == Need::Kind::kDataset && worker.abilities.WouldFetch(need.hash) &&
-                                        offered_datasets_.contains(need.hash));
+bool Scheduler::CanSatisfy(const WorkerProfile& worker, const JobRequirement& need) const {
+  return worker.abilities.Has(need) ||
+         (need.kind == JobRequirement::Kind::kDataset && worker.abilities.WouldFetch(need.hash) &&
+          offered_datasets_.contains(need.hash));
 }
 
-std::vector<Need> Scheduler::LacksOf(const WorkerProfile& worker, const std::vector<Need>& needs) const {
-  std::vector<Need> lacks;
+std::vector<JobRequirement> Scheduler::UnmetNeeds(const WorkerProfile& worker,
+                                                  const std::vector<JobRequirement>& needs) const {
+  std::vector<JobRequirement> lacks;
   std::copy_if(needs.begin(), needs.end(), std::back_inserter(lacks),
-               [&](const Need& need) { return !CanGet(worker, need); });
+               [&](const JobRequirement& need) { return !CanSatisfy(worker, need); });
   return lacks;
 }
 
@@ -72,13 +74,13 @@ void Scheduler::UpdateOffered(const std::string& hash) {
 
 bool Scheduler::Admits(const WorkerProfile& worker, const Experiment& experiment, const Experiment::Group& group,
                        Datasets datasets) const {
-  const auto has = [&](const Need& need) {
-    return datasets == Datasets::kPresent ? worker.abilities.Has(need) : CanGet(worker, need);
+  const auto has = [&](const JobRequirement& need) {
+    return datasets == Datasets::kPresent ? worker.abilities.Has(need) : CanSatisfy(worker, need);
   };
   const db::ExperimentControl& control = summaries_.at(experiment.experiment_id()).control;
-  const bool bound = control.builds == BuildRule::kOne && !control.build_id.empty();
+  const bool bound = control.builds == BuildPolicy::kOne && !control.build_id.empty();
   return !worker.draining && std::all_of(group.needs.begin(), group.needs.end(), has) &&
-         (!bound || has({Need::Kind::kBuild, {}, control.build_id})) &&
+         (!bound || has({JobRequirement::Kind::kBuild, {}, control.build_id})) &&
          (worker.refused.empty() || !worker.refused.contains({group.method_hash, group.task}));
 }
 
@@ -103,7 +105,7 @@ void Scheduler::CountWorker(const WorkerProfile& worker, int change) {
 }
 
 void Scheduler::RecountWorkers(Experiment& experiment) {
-  experiment.ForgetWorkers();
+  experiment.ClearWorkerCounts();
   for (const auto& [id, worker] : workers_) {
     if (!worker.counted) continue;
     const WorkerProfile& profile = *worker.counted;
@@ -137,7 +139,7 @@ std::string Scheduler::WantedDataset(const WorkerProfile& worker) const {
   const auto priority = [this](const Experiment& e) { return summaries_.at(e.experiment_id()).control.priority; };
   for (const auto& [id, open] : open_) {
     const Experiment& experiment = *open;
-    if (summaries_.at(id).control.hold != db::Hold::kNone) continue;
+    if (summaries_.at(id).control.hold != db::ExperimentHold::kNone) continue;
     const std::vector<Experiment::Group>& groups = experiment.groups();
     const bool any = std::any_of(groups.begin(), groups.end(), [&](const Experiment::Group& group) {
       return group.queued > 0 && Admits(worker, experiment, group, Datasets::kPresentOrOffered);
@@ -154,25 +156,25 @@ std::string Scheduler::MismatchOf(const Worker& worker, bool* same_name) const {
   std::string text;
   *same_name = false;
   if (worker.profile.draining) return "this worker is drained and gets no more jobs";
-  const Abilities& abilities = worker.profile.abilities;
+  const WorkerCapabilities& abilities = worker.profile.abilities;
   for (const auto& [id, open] : open_) {
     const Experiment& experiment = *open;
-    if (summaries_.at(id).control.hold != db::Hold::kNone) continue;
+    if (summaries_.at(id).control.hold != db::ExperimentHold::kNone) continue;
     for (const Experiment::Group& group : experiment.groups()) {
       if (group.queued == 0) continue;
       if (Admits(worker.profile, experiment, group, Datasets::kPresentOrOffered)) {
         *same_name = false;
         return {};
       }
-      const std::vector<Need> lacks = LacksOf(worker.profile, NeedsOf(experiment, group));
+      const std::vector<JobRequirement> lacks = UnmetNeeds(worker.profile, NeedsOf(experiment, group));
       if (lacks.empty()) {
         const auto refused = worker.profile.refused.find({group.method_hash, group.task});
         if (refused == worker.profile.refused.end()) continue;
         if (text.empty()) text = "this worker has refused jobs of " + NameOf(experiment) + ": " + refused->second;
         continue;
       }
-      const Need& lack = lacks.front();
-      const bool twin = lack.kind == Need::Kind::kDataset && !abilities.FetchesDatasets() &&
+      const JobRequirement& lack = lacks.front();
+      const bool twin = lack.kind == JobRequirement::Kind::kDataset && !abilities.FetchesDatasets() &&
                         !abilities.HashOf(CapabilityKind::kDataset, lack.name).empty();
       if (text.empty() || (twin && !*same_name)) text = TextOfLack(experiment, lack, worker.record, abilities);
       *same_name = *same_name || twin;

@@ -10,17 +10,17 @@ namespace legopt::server {
 namespace {
 
 // Returns the error of the stored form, or else that of the naming rule.
-std::string FaultOfGiven(const std::string& name, const std::string& fault) {
+std::string FirstNameError(const std::string& name, const std::string& fault) {
   if (!fault.empty()) return fault;
-  const auto unfit = FindNameFault(name);
+  const auto unfit = DiagnoseName(name);
   return unfit ? unfit->message : "";
 }
 
-constexpr std::size_t kMostTags = 100;  // per experiment
+constexpr std::size_t kMaxTags = 100;  // per experiment
 
 legopt_msg::control_reply Answer(ControlStatus status, std::string message) {
   legopt_msg::control_reply reply{};
-  reply.status = NumberOf(status);
+  reply.status = EnumNumber(status);
   reply.message = std::move(message);
   return reply;
 }
@@ -36,23 +36,23 @@ std::optional<db::ExperimentControl> NextHold(const db::ExperimentControl& now, 
   next.reason.clear();
   switch (action) {
     case ControlAction::kPause:
-      if (now.hold == db::Hold::kHeld) return std::nullopt;  // a hold is stronger than a pause
-      next.hold = db::Hold::kPaused;
+      if (now.hold == db::ExperimentHold::kHeld) return std::nullopt;  // a hold is stronger than a pause
+      next.hold = db::ExperimentHold::kPaused;
       break;
     case ControlAction::kHold:
-      next.hold = db::Hold::kHeld;
+      next.hold = db::ExperimentHold::kHeld;
       next.reason = reason;
       break;
     case ControlAction::kResumeAnyBuild:
-      next.builds = BuildRule::kAny;
+      next.builds = BuildPolicy::kAny;
       [[fallthrough]];
     case ControlAction::kResume:
-      if (now.hold == db::Hold::kHeld) *refusal = "it is held: " + now.reason + "; release it";
-      next.hold = db::Hold::kNone;
+      if (now.hold == db::ExperimentHold::kHeld) *refusal = "it is held: " + now.reason + "; release it";
+      next.hold = db::ExperimentHold::kNone;
       break;
     default:
-      if (now.hold == db::Hold::kPaused) *refusal = "it is paused, not held; resume it";
-      next.hold = db::Hold::kNone;
+      if (now.hold == db::ExperimentHold::kPaused) *refusal = "it is paused, not held; resume it";
+      next.hold = db::ExperimentHold::kNone;
   }
   if (next == now) return std::nullopt;
   return next;
@@ -130,13 +130,13 @@ legopt_msg::control_reply Scheduler::SetHold(const Instant& now, const legopt_ms
   ops.emplace_back(db::ControlExperiment{summary.experiment_id, *next});
   ops.emplace_back(db::RecordEvent{EventOf(action), now.wall_us, summary.experiment_id, {}, {}, request.reason});
   if (action == ControlAction::kHold) {
-    reply.num_jobs = GiveBackRunning(now, *open_.at(summary.experiment_id), "held: " + request.reason, ops);
+    reply.num_jobs = RequeueRunning(now, *open_.at(summary.experiment_id), "held: " + request.reason, ops);
   }
   return reply;
 }
 
 // The workers learn of the lost leases with the next heartbeat.
-std::int64_t Scheduler::GiveBackRunning(const Instant& now, Experiment& experiment, const std::string& why, Ops& ops) {
+std::int64_t Scheduler::RequeueRunning(const Instant& now, Experiment& experiment, const std::string& why, Ops& ops) {
   std::int64_t given_back = 0;
   for (std::int64_t index = 0; index < experiment.num_jobs(); ++index) {
     if (experiment.job(index).state != db::JobState::kLeased) continue;
@@ -151,8 +151,8 @@ std::int64_t Scheduler::GiveBackRunning(const Instant& now, Experiment& experime
   return given_back;
 }
 
-void Scheduler::GiveBackAllRunning(const Instant& now, const std::string& why, Ops& ops) {
-  for (const auto& [id, experiment] : open_) GiveBackRunning(now, *experiment, why, ops);
+void Scheduler::RequeueAllRunning(const Instant& now, const std::string& why, Ops& ops) {
+  for (const auto& [id, experiment] : open_) RequeueRunning(now, *experiment, why, ops);
 }
 
 legopt_msg::control_reply Scheduler::SetPriority(const Instant& now, const legopt_msg::control_request& request,
@@ -222,7 +222,7 @@ std::int64_t Scheduler::QueueAgain(Experiment& experiment, bool time_limited) {
 
 legopt_msg::control_reply Scheduler::Rename(const Instant& now, const legopt_msg::control_request& request, Ops& ops) {
   db::ExperimentSummary& summary = summaries_.at(request.experiment_id);
-  if (const std::string fault = FaultOfGiven(request.reason, db::FaultOfName(request.reason)); !fault.empty()) {
+  if (const std::string fault = FirstNameError(request.reason, db::ValidateName(request.reason)); !fault.empty()) {
     return Answer(ControlStatus::kRefused, "the name of an experiment " + fault);
   }
   if (summary.name == request.reason) return Answer(ControlStatus::kOk, NameOf(request) + " has this name already");
@@ -239,14 +239,14 @@ legopt_msg::control_reply Scheduler::SetTag(const legopt_msg::control_request& r
   db::ExperimentSummary& summary = summaries_.at(request.experiment_id);
   const bool set = ControlAction{request.action} == ControlAction::kTag;
   const std::string& tag = request.reason;
-  if (const std::string fault = set ? FaultOfGiven(tag, db::FaultOfTag(tag)) : db::FaultOfTag(tag); !fault.empty())
+  if (const std::string fault = set ? FirstNameError(tag, db::ValidateTag(tag)) : db::ValidateTag(tag); !fault.empty())
     return Answer(ControlStatus::kRefused, "a tag " + fault);
   if (summary.tags.contains(tag) == set) {
     return Answer(ControlStatus::kOk, NameOf(request) + (set ? " has this tag already" : " does not have this tag"));
   }
-  if (set && summary.tags.size() >= kMostTags) {
+  if (set && summary.tags.size() >= kMaxTags) {
     return Answer(ControlStatus::kRefused,
-                  NameOf(request) + " has " + std::to_string(kMostTags) + " tags, as many as may be");
+                  NameOf(request) + " has " + std::to_string(kMaxTags) + " tags, as many as may be");
   }
   if (set && summary_bytes_ >= options_.max_summary_bytes) {
     return Answer(ControlStatus::kRefused, "the names, methods and tags of all experiments take " +

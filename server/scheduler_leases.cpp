@@ -30,7 +30,7 @@ legopt_msg::hello_reply Scheduler::Hello(const Instant& now, bus::EndpointId sen
   reply.lease_us = options_.lease.count();
   reply.heartbeat_us = options_.heartbeat.count();
   if (request.protocol_version != bus::kProtocolVersion) {
-    reply.status = NumberOf(HelloStatus::kVersionRefused);
+    reply.status = EnumNumber(HelloStatus::kVersionRefused);
     reply.message = "worker speaks protocol version " + std::to_string(request.protocol_version) + ", server speaks " +
                     std::to_string(bus::kProtocolVersion) + "; run the same release on both";
     return reply;
@@ -42,7 +42,7 @@ legopt_msg::hello_reply Scheduler::Hello(const Instant& now, bus::EndpointId sen
       request.build, request.build_id, request.processor,   request.processors, request.memory_bytes, request.load,
       now.wall_us};
   // Refusals stay valid until the worker announces other capabilities: it would refuse the jobs again.
-  Abilities abilities(request);
+  WorkerCapabilities abilities(request);
   const bool draining = worker.profile.draining;
   if (!(abilities == worker.profile.abilities)) worker.profile = {std::move(abilities), draining, {}};
   worker.leaving = false;
@@ -53,17 +53,17 @@ legopt_msg::hello_reply Scheduler::Hello(const Instant& now, bus::EndpointId sen
     ops.emplace_back(db::RecordEvent{"worker_joined", now.wall_us, {}, {}, worker_id, request.worker_name});
   }
   SetOnline(worker, true);
-  BoundNewWorkers(worker_id);
+  LimitNewWorkerMemory(worker_id);
   bool same_name = false;
   // A worker that is loading its datasets sends another hello afterwards.
   const std::string mismatch = worker.profile.abilities.HasLoaded() ? MismatchOf(worker, &same_name) : std::string();
   if (same_name) {
     SetOnline(worker, false);  // the worker will exit
-    reply.status = NumberOf(HelloStatus::kDatasetMismatch);
+    reply.status = EnumNumber(HelloStatus::kDatasetMismatch);
     reply.message = mismatch;
     return reply;
   }
-  reply.status = NumberOf(HelloStatus::kOk);
+  reply.status = EnumNumber(HelloStatus::kOk);
   reply.worker_id = worker_id;
   reply.message = mismatch;
   return reply;
@@ -74,19 +74,19 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
   legopt_msg::lease_reply reply{};
   Worker* worker = FindWorker(request.worker_id, sender);
   if (worker == nullptr || !worker->online || request.server_instance != options_.server_instance) {
-    reply.status = NumberOf(LeaseStatus::kUnknownWorker);
+    reply.status = EnumNumber(LeaseStatus::kUnknownWorker);
     return reply;
   }
   Hear(*worker, now);
   const microseconds idle_retry = std::max(options_.min_retry, options_.retry_per_worker * online_workers_);
   reply.retry_after_us = idle_retry.count();
   if (draining_) {
-    reply.status = NumberOf(LeaseStatus::kNoMoreWork);
+    reply.status = EnumNumber(LeaseStatus::kNoMoreWork);
     reply.message = "the server is stopping";
     return reply;
   }
   if (worker->profile.draining) {
-    reply.status = NumberOf(LeaseStatus::kNoneNow);
+    reply.status = EnumNumber(LeaseStatus::kNoneNow);
     reply.message = "this worker was asked to leave: 'legopt drain'";
     return reply;
   }
@@ -100,8 +100,8 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
     const Experiment& experiment = *open_.at(experiment_id);
     return experiment.HasQueued(admits(experiment));
   };
-  constexpr std::int64_t kSearchedAtOnce = 64, kMostSearched = 128;  // numbers of jobs; their results are copied in one
-                                                                     // commit
+  constexpr std::int64_t kSearchedAtOnce = 64, kMaxSearched = 128;  // numbers of jobs; their results are copied in one
+                                                                    // commit
   std::int64_t searched = 0;
   // A long job ends a batch, so that a worker that asked for many short jobs does not block long ones that others could
   // start.
@@ -114,9 +114,9 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
     if (const auto range = experiment.NextUnsearched(kSearchedAtOnce, admits(experiment))) {
       // Reading the store may fail, and then the request is repeated, so no lease may have been granted before. The
       // remaining jobs are left to the next request.
-      if (!reply.jobs.empty() || searched >= kMostSearched) break;
+      if (!reply.jobs.empty() || searched >= kMaxSearched) break;
       searched += range->end - range->first;
-      TakeOverKnown(now, experiment, *range, *worker, ops);
+      ReuseKnownResults(now, experiment, *range, *worker, ops);
       continue;
     }
     const std::int64_t index = experiment.TakeQueued(admits(experiment)).value();
@@ -125,21 +125,21 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
   }
   reply.num_jobs = static_cast<std::int32_t>(reply.jobs.size());
   if (!reply.jobs.empty()) {
-    reply.status = NumberOf(LeaseStatus::kLeased);
+    reply.status = EnumNumber(LeaseStatus::kLeased);
     return reply;
   }
   if (num_queued() == 0 && num_leases() == 0) {  // a leased job may be re-queued
-    reply.status = NumberOf(LeaseStatus::kNoMoreWork);
+    reply.status = EnumNumber(LeaseStatus::kNoMoreWork);
     return reply;
   }
   reply.wanted_dataset = WantedDataset(worker->profile);
   if (!reply.wanted_dataset.empty()) {
-    reply.status = NumberOf(LeaseStatus::kNoneNow);
+    reply.status = EnumNumber(LeaseStatus::kNoneNow);
     return reply;
   }
   bool same_name = false;
   reply.message = MismatchOf(*worker, &same_name);
-  reply.status = NumberOf(same_name ? LeaseStatus::kDatasetMismatch : LeaseStatus::kNoneNow);
+  reply.status = EnumNumber(same_name ? LeaseStatus::kDatasetMismatch : LeaseStatus::kNoneNow);
   return reply;
 }
 
@@ -191,7 +191,7 @@ legopt_msg::lease Scheduler::LeaseFrom(const Instant& now, Experiment& experimen
 // The worker of the first job determines the build that finishes the experiment.
 void Scheduler::Bind(const Instant& now, Experiment& experiment, const Worker& worker, Ops& ops) {
   db::ExperimentSummary& summary = summaries_.at(experiment.experiment_id());
-  if (summary.control.builds != BuildRule::kOne || !summary.control.build_id.empty()) return;
+  if (summary.control.builds != BuildPolicy::kOne || !summary.control.build_id.empty()) return;
   if (worker.record.build_id.empty()) return;
   summary.control.build_id = worker.record.build_id;
   RecountWorkers(experiment);
@@ -218,7 +218,7 @@ legopt_msg::heartbeat_reply Scheduler::Heartbeat(const Instant& now, bus::Endpoi
     worker->leaving = request.leaving != 0;
   }
   const HeartbeatStatus known = registered && worker->profile.draining ? HeartbeatStatus::kDrain : HeartbeatStatus::kOk;
-  reply.status = NumberOf(registered ? known : HeartbeatStatus::kUnknownWorker);
+  reply.status = EnumNumber(registered ? known : HeartbeatStatus::kUnknownWorker);
   for (const legopt_msg::lease_state& held : request.leases) {
     const JobRef ref = FindJob(held.job_id);
     const Job* job = ref.experiment == nullptr ? nullptr : &ref.experiment->job(ref.index);
@@ -239,7 +239,7 @@ legopt_msg::heartbeat_reply Scheduler::Heartbeat(const Instant& now, bus::Endpoi
     } else {
       ++counters_.unknown_leases;
     }
-    reply.verdicts.push_back(NumberOf(verdict));
+    reply.verdicts.push_back(EnumNumber(verdict));
   }
   reply.num_leases = static_cast<std::int32_t>(reply.verdicts.size());
   return reply;
@@ -258,7 +258,7 @@ void Scheduler::Tick(const Instant& now, Ops& ops) {
   CountWork(now.steady - next_scan_ + options_.expiry_scan);
   next_scan_ = now.steady + options_.expiry_scan;
   ExpireLeases(now, ops);
-  LookAtWorkers(now, ops);
+  UpdateWorkerStates(now, ops);
   // Remove experiments closed long ago. Their rows are committed, so late results are looked up in the store.
   for (auto open = open_.begin(); open != open_.end();) {
     const Experiment& experiment = *open->second;

@@ -33,7 +33,7 @@ legopt_msg::result_reply Scheduler::Result(const Instant& now, const legopt_msg:
   const auto refuse = [&](const std::string& why) {
     ++counters_.results_refused;
     legopt_msg::result_reply reply{};
-    reply.status = NumberOf(ResultStatus::kRefused);
+    reply.status = EnumNumber(ResultStatus::kRefused);
     reply.message = "job " + std::to_string(request.job_id) + why;
     return reply;
   };
@@ -54,8 +54,8 @@ legopt_msg::result_reply Scheduler::Result(const Instant& now, const legopt_msg:
   // A released job without reported times was not started.
   const db::AttemptOutcome reported = OutcomeOf(request);
   const bool given_back = reported == db::AttemptOutcome::kCancelled || reported == db::AttemptOutcome::kReturned;
-  const std::int64_t told_us = request.cpu_us > 0 ? request.cpu_us : request.wall_us;
-  if (told_us > 0 || given_back) lease.used_us = told_us;
+  const std::int64_t reported_us = request.cpu_us > 0 ? request.cpu_us : request.wall_us;
+  if (reported_us > 0 || given_back) lease.used_us = reported_us;
   if (reported == db::AttemptOutcome::kFinished) return AcceptCurrent(now, ref, request, ops);
 
   db::EndAttempt end;
@@ -119,7 +119,7 @@ legopt_msg::result_reply Scheduler::AcceptCurrent(const Instant& now, const JobR
     end.outcome = db::AttemptOutcome::kError;
     end.message = kIllegalResult + fault;
     end.log_tail = request.log_tail;
-    reply.status = NumberOf(ResultStatus::kRefused);
+    reply.status = EnumNumber(ResultStatus::kRefused);
     reply.message = end.message;
     ++counters_.results_refused;
     EndCurrent(now, ref, std::move(end), ops);
@@ -138,7 +138,7 @@ legopt_msg::result_reply Scheduler::AcceptCurrent(const Instant& now, const JobR
                                     request.log_tail, now.wall_us});
   FinishIfComplete(now, *ref.experiment, ops);
   ++counters_.results_accepted;
-  reply.status = NumberOf(ResultStatus::kAccepted);
+  reply.status = EnumNumber(ResultStatus::kAccepted);
   return reply;
 }
 
@@ -193,13 +193,13 @@ legopt_msg::result_reply Scheduler::AnswerEnded(const Instant& now, const db::At
   const db::AttemptOutcome reported = OutcomeOf(request);
   if (reported == db::AttemptOutcome::kCancelled || reported == db::AttemptOutcome::kReturned) {
     // Cancelled, released or expired in the meantime: in each case there is nothing to store.
-    reply.status = record.outcome == db::AttemptOutcome::kCancelled ? NumberOf(ResultStatus::kAccepted)
-                                                                    : NumberOf(ResultStatus::kDuplicate);
+    reply.status = record.outcome == db::AttemptOutcome::kCancelled ? EnumNumber(ResultStatus::kAccepted)
+                                                                    : EnumNumber(ResultStatus::kDuplicate);
     return reply;
   }
   if (record.outcome == reported) {
     ++counters_.results_duplicate;
-    reply.status = NumberOf(ResultStatus::kDuplicate);
+    reply.status = EnumNumber(ResultStatus::kDuplicate);
     return reply;
   }
   db::RecordStaleResult stale;
@@ -207,7 +207,7 @@ legopt_msg::result_reply Scheduler::AnswerEnded(const Instant& now, const db::At
     auto [result, fault] = ResultOf(request);
     if (!fault.empty()) {  // the result is discarded: there is no column for unknown enum names
       ++counters_.results_refused;
-      reply.status = NumberOf(ResultStatus::kRefused);
+      reply.status = EnumNumber(ResultStatus::kRefused);
       reply.message = kIllegalResult + fault;
       return reply;
     }
@@ -221,7 +221,7 @@ legopt_msg::result_reply Scheduler::AnswerEnded(const Instant& now, const db::At
                  std::string(ToString(record.outcome)) + ", job is " + std::string(ToString(record.job_state));
   stale.message = request.message;
   stale.at_us = now.wall_us;
-  reply.status = NumberOf(ResultStatus::kStale);
+  reply.status = EnumNumber(ResultStatus::kStale);
   reply.message = stale.reason;
   ops.emplace_back(std::move(stale));
   return reply;

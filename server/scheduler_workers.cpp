@@ -45,7 +45,7 @@ void Scheduler::CountNew(Worker& worker, std::size_t bytes) {
   worker.new_bytes = bytes;
 }
 
-void Scheduler::LookAtWorkers(const Instant& now, Ops& ops) {
+void Scheduler::UpdateWorkerStates(const Instant& now, Ops& ops) {
   const microseconds silence = options_.lease + options_.grace;
   std::vector<std::int64_t> forgotten;
   bool any_lost = false;
@@ -65,11 +65,11 @@ void Scheduler::LookAtWorkers(const Instant& now, Ops& ops) {
     const char* kind = worker.leaving ? "worker_left" : "worker_lost";
     ops.emplace_back(db::RecordEvent{kind, now.wall_us, {}, {}, id, worker.record.name});
   }
-  for (const std::int64_t id : forgotten) ForgetNewWorker(id);
-  if (any_lost) ForgetGoneWorkers();
+  for (const std::int64_t id : forgotten) EvictNewWorker(id);
+  if (any_lost) EvictOfflineWorkers();
 }
 
-void Scheduler::ForgetNewWorker(std::int64_t worker_id) {
+void Scheduler::EvictNewWorker(std::int64_t worker_id) {
   Worker& worker = workers_.at(worker_id);
   SetOnline(worker, false);
   CountNew(worker, 0);
@@ -79,7 +79,7 @@ void Scheduler::ForgetNewWorker(std::int64_t worker_id) {
 
 // If new workers use too much memory, removes those silent for longest; a live one will say hello again. A quarter is
 // removed at once, so that not every hello triggers a search.
-void Scheduler::BoundNewWorkers(std::int64_t newest) {
+void Scheduler::LimitNewWorkerMemory(std::int64_t newest) {
   if (new_worker_bytes_ <= options_.max_new_worker_bytes) return;
   std::vector<std::pair<microseconds, std::int64_t>> by_silence;
   for (const auto& [id, worker] : workers_) {
@@ -89,12 +89,12 @@ void Scheduler::BoundNewWorkers(std::int64_t newest) {
   const std::size_t enough = options_.max_new_worker_bytes / 4 * 3;
   for (const auto& [seen, id] : by_silence) {
     if (new_worker_bytes_ <= enough) break;
-    ForgetNewWorker(id);
+    EvictNewWorker(id);
   }
 }
 
 // Workers have a new address after every start, so offline ones accumulate. Their rows stay in the store.
-void Scheduler::ForgetGoneWorkers() {
+void Scheduler::EvictOfflineWorkers() {
   std::vector<std::pair<std::int64_t, std::int64_t>> gone;  // last seen, id
   for (const auto& [id, worker] : workers_) {
     if (worker.stored && !worker.online && worker.leases == 0) gone.emplace_back(worker.record.seen_at_us, id);

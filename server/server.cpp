@@ -35,7 +35,7 @@ Server::Server(bus::Endpoint& endpoint, db::Store& store, QueryService* queries,
                   [&store](const std::string& hash) { return store.FindMethodOptions(hash); },
                   [&store](std::int64_t id) { return store.LoadExperiment(id); },
                   [&store](const db::ResultSearch& search) { return store.FindKnownResults(search); },
-                  options_.disk_space, [this](const std::string& hash) { return HandsOut(hash); }},
+                  options_.disk_space, [this](const std::string& hash) { return OffersDataset(hash); }},
                  Instant{endpoint.now(), wall_clock_()}),
       started_(endpoint.now()),
       last_commit_(endpoint.now() - options_.commit_interval),
@@ -126,12 +126,12 @@ void Server::RegisterHandlers() {
   Serve<legopt_msg::method_request>(MessageType::kMethod, true, [this](Sender, const auto& request, auto responder) {
     const auto options = store_.FindMethodOptions(request.hash);
     legopt_msg::method_reply reply{};
-    reply.status = NumberOf(options ? MethodStatus::kFound : MethodStatus::kUnknown);
+    reply.status = EnumNumber(options ? MethodStatus::kFound : MethodStatus::kUnknown);
     reply.options_json = options.value_or("");
     responder.Reply(EncodeReply(reply));
   });
   Serve<legopt_msg::dataset_request>(MessageType::kDataset, true, [this](Sender, const auto& request, auto responder) {
-    responder.Reply(EncodeReply(PieceOfDataset(request)));
+    responder.Reply(EncodeReply(ReadDatasetChunk(request)));
   });
   // Never deferred: archives that wait for the store would fill the memory, so they are refused instead.
   Serve<legopt_msg::store_dataset_request>(
@@ -167,7 +167,7 @@ void Server::ServeLease() {
           return;
         }
         legopt_msg::lease_reply reply{};
-        reply.status = NumberOf(LeaseStatus::kNoneNow);
+        reply.status = EnumNumber(LeaseStatus::kNoneNow);
         reply.retry_after_us = options_.max_store_retry.count();
         reply.message = "no job is leased while the database cannot be written: " + store_error_;
         responder.Reply(EncodeReply(reply));
@@ -201,7 +201,7 @@ void Server::ServeQuery() {
           return;
         }
         legopt_msg::query_reply reply{};
-        reply.status = NumberOf(QueryStatus::kRefused);
+        reply.status = EnumNumber(QueryStatus::kRefused);
         reply.message = refusal;
         responder.Reply(EncodeReply(reply));
       });
@@ -229,7 +229,7 @@ void Server::Drain() {
   ops_.emplace_back(db::RecordEvent{"server_stopping", wall_clock_(), {}, {}, {}, {}});
 }
 
-void Server::GiveBackRunningJobs(const std::string& why) { scheduler_.GiveBackAllRunning(Now(), why, ops_); }
+void Server::RequeueRunningJobs(const std::string& why) { scheduler_.RequeueAllRunning(Now(), why, ops_); }
 
 // --- Rounds ----------------------------------------------------------------------------------------------------------
 

@@ -18,7 +18,7 @@
 #include "legopt_msg/dataset_request.hpp"
 #include "legopt_msg/store_dataset_reply.hpp"
 #include "legopt_msg/store_dataset_request.hpp"
-#include "server/condition_watch.h"
+#include "server/condition_monitor.h"
 #include "server/query_service.h"
 #include "server/scheduler.h"
 #include "server/transport_health.h"
@@ -42,9 +42,9 @@ struct ServerOptions {
   std::function<const std::string*(const std::string& hash)> find_dataset = {};
   /// Called with each event when it is on disk, in order. Must not block. May be empty.
   std::function<void(const db::RecordEvent&)> on_event = {};
-  ConditionLimits conditions;                    ///< thresholds for events
+  MonitorLimits conditions;                      ///< thresholds for events
   std::function<microseconds()> stopwatch = {};  ///< steady time for measuring commits; empty: all durations are 0
-  ConditionWatch::DiskSpace disk_space = {};     ///< disk of the database; empty: not monitored
+  ConditionMonitor::DiskSpace disk_space = {};   ///< disk of the database; empty: not monitored
   bool store_datasets = true;  ///< store datasets (from find_dataset or sent by clients) once an experiment uses them
   /// Total size of all stored datasets above which datasets from clients are no longer stored.
   std::int64_t most_dataset_bytes = std::int64_t{1} << 30;
@@ -92,7 +92,7 @@ class Server {
   void Drain();
   /// Re-queues all running jobs without waiting until their leases expire; committed by the next round. For a server
   /// whose workers have ended before it.
-  void GiveBackRunningJobs(const std::string& why);
+  void RequeueRunningJobs(const std::string& why);
 
   bool store_healthy() const { return store_error_.empty(); }
   const Scheduler& scheduler() const { return scheduler_; }
@@ -118,12 +118,12 @@ class Server {
   void StoreDatasets(std::size_t first);
   void TakeDataset(const legopt_msg::store_dataset_request& request, bus::Responder responder);
   /// Returns why the archive of this dataset cannot be stored; empty if it can. Reads the store.
-  std::string ObstacleToStoring(const db::ArchiveFacts& facts, std::size_t bytes) const;
+  std::string ReasonNotToStore(const db::ArchiveFacts& facts, std::size_t bytes) const;
   /// Returns the archive of a dataset, from the operator's folder or the store; nullptr if missing. Valid until the
   /// next call.
   const std::string* FindArchive(const std::string& hash);
-  bool HandsOut(const std::string& hash);
-  legopt_msg::dataset_reply PieceOfDataset(const legopt_msg::dataset_request& request);
+  bool OffersDataset(const std::string& hash);
+  legopt_msg::dataset_reply ReadDatasetChunk(const legopt_msg::dataset_request& request);
   void ServeQuery();
   void ServeLease();
   void ServeStatus();
@@ -169,7 +169,7 @@ class Server {
     std::uint64_t count = 0;
     microseconds total{0}, longest{0};
   } commits_;
-  ConditionWatch watch_;
+  ConditionMonitor watch_;
   microseconds next_place_check_{0};
   bool tidy_ = true;
   std::map<std::int64_t, bus::Responder> open_queries_;

@@ -14,7 +14,7 @@
 namespace legopt::server {
 namespace {
 
-constexpr auto kMostStoredDatasetBytes = static_cast<std::size_t>(bus::fields::kMostStoredArchiveBytes);
+constexpr auto kMaxStoredDatasetBytes = static_cast<std::size_t>(bus::fields::kMaxStoredArchiveBytes);
 
 }  // namespace
 
@@ -26,16 +26,16 @@ void Server::StoreDatasets(std::size_t first) {
     const std::string hash = created->experiment.dataset.hash;
     const std::string* archive = options_.find_dataset(hash);
     if (archive == nullptr || archive->empty()) continue;
-    if (archive->size() > kMostStoredDatasetBytes) {
+    if (archive->size() > kMaxStoredDatasetBytes) {
       spdlog::warn("dataset {} is not stored with its results: its archive has {} bytes, more than {}", hash,
-                   archive->size(), kMostStoredDatasetBytes);
+                   archive->size(), kMaxStoredDatasetBytes);
       continue;
     }
     ops_.emplace_back(db::StoreDataset{hash, *archive});
   }
 }
 
-std::string Server::ObstacleToStoring(const db::ArchiveFacts& facts, std::size_t bytes) const {
+std::string Server::ReasonNotToStore(const db::ArchiveFacts& facts, std::size_t bytes) const {
   if (!options_.store_datasets) return "the server was started with --no-dataset";
   if (!facts.has_experiment) return "no experiment of this server was made on this dataset";
   if (!store_healthy()) return "the database cannot be written at the moment: " + store_error_;
@@ -57,19 +57,19 @@ std::string Server::ObstacleToStoring(const db::ArchiveFacts& facts, std::size_t
 // An archive that cannot be written is discarded: the sender may send it again.
 void Server::TakeDataset(const legopt_msg::store_dataset_request& request, bus::Responder responder) {
   legopt_msg::store_dataset_reply reply{};
-  reply.status = NumberOf(StoreDatasetStatus::kRefused);
+  reply.status = EnumNumber(StoreDatasetStatus::kRefused);
   try {
     CommitNow();  // the store then knows the experiment, and an archive received just before
     const db::ArchiveFacts facts = store_.FindArchiveFacts(request.hash);
-    if (!facts.stored) reply.message = ObstacleToStoring(facts, request.archive.size());
+    if (!facts.stored) reply.message = ReasonNotToStore(facts, request.archive.size());
     if (facts.stored) {
-      reply.status = NumberOf(StoreDatasetStatus::kStored);
+      reply.status = EnumNumber(StoreDatasetStatus::kStored);
     } else if (reply.message.empty() && request.archive.empty()) {
-      reply.status = NumberOf(StoreDatasetStatus::kWanted);
+      reply.status = EnumNumber(StoreDatasetStatus::kWanted);
     } else if (reply.message.empty()) {
       spdlog::info("dataset {}: received the archive, {} bytes", request.hash, request.archive.size());
       ops_.emplace_back(db::StoreDataset{request.hash, {request.archive.begin(), request.archive.end()}});
-      reply.status = NumberOf(StoreDatasetStatus::kStored);
+      reply.status = EnumNumber(StoreDatasetStatus::kStored);
       return Later(std::move(responder), bus::Encode(reply));
     }
   } catch (const db::StoreError& error) {
@@ -90,19 +90,19 @@ const std::string* Server::FindArchive(const std::string& hash) {
   return archive_.bytes.empty() ? nullptr : &archive_.bytes;
 }
 
-bool Server::HandsOut(const std::string& hash) {
+bool Server::OffersDataset(const std::string& hash) {
   return (options_.find_dataset && options_.find_dataset(hash) != nullptr) || store_.FindArchiveFacts(hash).stored;
 }
 
-legopt_msg::dataset_reply Server::PieceOfDataset(const legopt_msg::dataset_request& request) {
+legopt_msg::dataset_reply Server::ReadDatasetChunk(const legopt_msg::dataset_request& request) {
   legopt_msg::dataset_reply reply{};
   const std::string* archive = FindArchive(request.hash);
-  reply.status = NumberOf(archive != nullptr ? DatasetStatus::kFound : DatasetStatus::kUnknown);
+  reply.status = EnumNumber(archive != nullptr ? DatasetStatus::kFound : DatasetStatus::kUnknown);
   if (archive == nullptr) return reply;
   reply.archive_bytes = static_cast<std::int64_t>(archive->size());
   const auto offset = std::min(static_cast<std::size_t>(request.offset), archive->size());
   const auto begin = archive->begin() + static_cast<std::ptrdiff_t>(offset);
-  const std::size_t bytes = std::min(archive->size() - offset, static_cast<std::size_t>(bus::fields::kMostPieceBytes));
+  const std::size_t bytes = std::min(archive->size() - offset, static_cast<std::size_t>(bus::fields::kMaxPieceBytes));
   reply.piece.assign(begin, begin + static_cast<std::ptrdiff_t>(bytes));
   reply.num_bytes = static_cast<std::int32_t>(bytes);
   return reply;

@@ -87,16 +87,16 @@ std::string Text(const Json& json, const std::string& key) {
 
 std::string Name(const Json& json, const std::string& key) {
   std::string name = Text(json, key);
-  if (const auto fault = FindNameFault(name)) Refuse(key, fault->message + "; " + fault->fix);
+  if (const auto fault = DiagnoseName(name)) Refuse(key, fault->message + "; " + fault->fix);
   return name;
 }
 
 // Returns e.g. "neither 'a' nor 'b'", "neither 'a', 'b' nor 'c'".
-template <Worded Enum>
-std::string NoneOfTheWords() {
+template <NamedEnum Enum>
+std::string NoneOfTheNames() {
   std::string text;
-  for (const auto& [value, word] : kWords<Enum>) {
-    const bool last = word == kWords<Enum>.back().word;
+  for (const auto& [value, word] : kEnumNames<Enum>) {
+    const bool last = word == kEnumNames<Enum>.back().word;
     text += (text.empty() ? "neither '" : last ? " nor '" : ", '") + std::string(word) + "'";
   }
   return text;
@@ -107,10 +107,10 @@ bool Boolean(const Json& json, const std::string& key) {
   return json.get<bool>();
 }
 
-template <Worded Enum>
+template <NamedEnum Enum>
 Enum Choice(const Json& json, const std::string& key) {
-  const auto value = json.is_string() ? ParseWord<Enum>(json.get_ref<const std::string&>()) : std::nullopt;
-  if (!value) Refuse(key, Dump(json) + " is " + NoneOfTheWords<Enum>());
+  const auto value = json.is_string() ? ParseEnum<Enum>(json.get_ref<const std::string&>()) : std::nullopt;
+  if (!value) Refuse(key, Dump(json) + " is " + NoneOfTheNames<Enum>());
   return *value;
 }
 
@@ -121,13 +121,13 @@ std::string Hash(const Json& json, const std::string& key) {
 }
 
 db::DatasetRecord ParseDataset(const Json& json) {
-  constexpr std::size_t kMostJoints = 1000;
+  constexpr std::size_t kMaxJoints = 1000;
   RequireObject(json, "dataset", {"name", "hash", "joint_names"});
   db::DatasetRecord dataset;
   dataset.name = Name(Member(json, "dataset", "name"), "dataset.name");
   dataset.hash = Hash(Member(json, "dataset", "hash"), "dataset.hash");
   if (!json.contains("joint_names")) return dataset;
-  for (const Json& name : Array(json.at("joint_names"), "dataset.joint_names", kMostJoints)) {
+  for (const Json& name : Array(json.at("joint_names"), "dataset.joint_names", kMaxJoints)) {
     dataset.joint_names.push_back(Text(name, "dataset.joint_names"));
   }
   return dataset;
@@ -145,10 +145,10 @@ ExperimentSpec::TaskProblems ParseTask(const Json& json, const std::string& key)
   }
   std::set<int> seen;
   for (std::size_t i = 0; i < problems.size(); ++i) {
-    const auto id = static_cast<int>(Integer(problems[i], key + ".problems", 0, limits::kMostProblemId));
+    const auto id = static_cast<int>(Integer(problems[i], key + ".problems", 0, limits::kMaxProblemId));
     if (!seen.insert(id).second) Refuse(key + ".problems", "problem " + std::to_string(id) + " stands there twice");
     task.problems.push_back(id);
-    task.waypoints.push_back(static_cast<int>(Integer(waypoints[i], key + ".waypoints", 1, limits::kMostWaypoints)));
+    task.waypoints.push_back(static_cast<int>(Integer(waypoints[i], key + ".waypoints", 1, limits::kMaxWaypoints)));
   }
   return task;
 }
@@ -162,7 +162,7 @@ db::MethodRecord ParseMethod(const Json& json, const std::string& key) {
   if (!options.is_object()) Refuse(key + ".options", "must be an object");
   method.options_json = Dump(options);
   method.multi_starts =
-      static_cast<int>(Integer(Member(json, key, "multi_starts"), key + ".multi_starts", 0, limits::kMostMultiStarts));
+      static_cast<int>(Integer(Member(json, key, "multi_starts"), key + ".multi_starts", 0, limits::kMaxMultiStarts));
   method.sample_size_percent =
       static_cast<int>(Integer(Member(json, key, "sample_size"), key + ".sample_size", 1, 100));
   method.incremental = Boolean(Member(json, key, "incremental"), key + ".incremental");
@@ -174,13 +174,13 @@ db::MethodRecord ParseMethod(const Json& json, const std::string& key) {
 
 void ParseLists(const Json& json, ExperimentSpec& spec) {
   std::set<Task> tasks;
-  for (const Json& task : Array(Member(json, "", "tasks"), "tasks", kNumWords<Task>)) {
+  for (const Json& task : Array(Member(json, "", "tasks"), "tasks", kNumEnumerators<Task>)) {
     spec.tasks.push_back(ParseTask(task, "tasks[" + std::to_string(spec.tasks.size()) + "]"));
     if (!tasks.insert(spec.tasks.back().task).second) Refuse("tasks", "a task stands there twice");
   }
   std::set<Initialization> initializations;
   for (const Json& initialization :
-       Array(Member(json, "", "initializations"), "initializations", kNumWords<Initialization>)) {
+       Array(Member(json, "", "initializations"), "initializations", kNumEnumerators<Initialization>)) {
     spec.initializations.push_back(Choice<Initialization>(initialization, "initializations"));
     if (!initializations.insert(spec.initializations.back()).second)
       Refuse("initializations", "one stands there twice");
@@ -199,7 +199,7 @@ void ParseLists(const Json& json, ExperimentSpec& spec) {
 template <class Read>
 void ParseTaskLimits(const Json& limit, const std::string& key, ExperimentSpec& spec, const Read& read) {
   std::vector<std::string_view> tasks;
-  for (const auto& [task, word] : kWords<Task>) tasks.push_back(word);
+  for (const auto& [task, word] : kEnumNames<Task>) tasks.push_back(word);
   if (limit.is_object()) RequireObject(limit, key, tasks);
   for (ExperimentSpec::TaskProblems& task : spec.tasks) {
     read(task, limit.is_object() ? Member(limit, key, ToString(task.task)) : limit);
@@ -211,17 +211,17 @@ void ParseLimits(const Json& json, ExperimentSpec& spec) {
   const Json& object = RequireObject(json, "limits", {"effort_limit", "wall_time_s", "memory_mb"});
   const std::string wall_key = "limits.wall_time_s", effort_key = "limits.effort_limit";
   ParseTaskLimits(Member(object, "limits", "wall_time_s"), wall_key, spec, [&](auto& task, const Json& limit) {
-    task.wall_limit_us = std::llround(kMicrosecondsPerSecond *
-                                      Number(limit, wall_key, limits::kLeastWallTime_s, limits::kMostWallTime_s));
+    task.wall_limit_us =
+        std::llround(kMicrosecondsPerSecond * Number(limit, wall_key, limits::kMinWallTime_s, limits::kMaxWallTime_s));
   });
   if (object.contains("effort_limit")) {
     ParseTaskLimits(object.at("effort_limit"), effort_key, spec, [&](auto& task, const Json& limit) {
-      task.effort_limit = Integer(limit, effort_key, 1, limits::kMostEffort);
+      task.effort_limit = Integer(limit, effort_key, 1, limits::kMaxEffort);
     });
   }
   spec.memory_limit_bytes =
       std::llround(kBytesPerMb * Number(Member(object, "limits", "memory_mb"), "limits.memory_mb",
-                                        double{limits::kLeastMemory_mb}, double{limits::kMostMemory_mb}));
+                                        double{limits::kMinMemory_mb}, double{limits::kMaxMemory_mb}));
 }
 
 // Computed in floating point first: the product of four legal sizes may overflow an integer.
@@ -262,12 +262,12 @@ ExperimentSpec ParseSpec(std::string_view text) {
   ExperimentSpec spec;
   spec.name = Name(Member(json, "", "name"), "name");
   if (json.contains("submitter")) spec.submitter = Name(json.at("submitter"), "submitter");
-  if (json.contains("builds")) spec.builds = Choice<BuildRule>(json.at("builds"), "builds");
+  if (json.contains("builds")) spec.builds = Choice<BuildPolicy>(json.at("builds"), "builds");
   if (json.contains("rule")) spec.rule = Choice<Rule>(json.at("rule"), "rule");
   if (json.contains("again")) spec.again = Boolean(json.at("again"), "again");
   spec.seed = Integer(Member(json, "", "seed"), "seed", 0, INT64_MAX);
   spec.repetitions =
-      static_cast<int>(Integer(Member(json, "", "repetitions"), "repetitions", 1, limits::kMostRepetitions));
+      static_cast<int>(Integer(Member(json, "", "repetitions"), "repetitions", 1, limits::kMaxRepetitions));
   spec.dataset = ParseDataset(Member(json, "", "dataset"));
   ParseLists(json, spec);
   if (json.contains("split")) CheckSplit(Choice<Split>(json.at("split"), "split"), spec);

@@ -28,9 +28,9 @@ struct ExperimentSpec {
   db::DatasetRecord dataset;
   std::vector<TaskProblems> tasks;
   std::vector<Initialization> initializations;
-  BuildRule builds = BuildRule::kOne;  ///< builds that may finish it
-  Rule rule = Rule::kSolid;            ///< rule that counts its results
-  bool again = false;                  ///< solve all jobs, even if identical jobs have finished results
+  BuildPolicy builds = BuildPolicy::kOne;  ///< builds that may finish it
+  Rule rule = Rule::kSolid;                ///< rule that counts its results
+  bool again = false;                      ///< solve all jobs, even if identical jobs have finished results
   std::vector<db::MethodRecord> methods;
   std::int64_t memory_limit_bytes = 0;  ///< limit of a job process; [64 MiB, 1 TiB]
   int max_attempts = 3;                 ///< 1 .. 100
@@ -47,7 +47,7 @@ class SpecError : public std::runtime_error {
 };
 
 /// Maximum number of jobs of an experiment.
-inline constexpr std::int64_t kMaxJobsPerExperiment = bus::spec_limits::kMostJobs;
+inline constexpr std::int64_t kMaxJobsPerExperiment = bus::spec_limits::kMaxJobs;
 
 /// Parses and validates a spec; throws SpecError. All keys are required except "max_attempts", "submitter", "builds",
 /// "again", "split", "rule", "joint_names" and "limits.effort_limit"; an unknown key is an error.

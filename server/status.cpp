@@ -5,14 +5,14 @@
 #include <string>
 #include <vector>
 
-#include "server/outlook.h"
+#include "server/forecast.h"
 
 namespace legopt::server {
 namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::size_t kMostRunningShown = 1000;  // bounds the size of a reply
+constexpr std::size_t kMaxRunningShown = 1000;  // bounds the size of a reply
 
 Json RunningJson(const std::vector<JobProgress>& jobs) {
   Json running = Json::array();
@@ -56,11 +56,11 @@ Json KindsJson(const Experiment& experiment, const WorkLeft& left) {
   return kinds;
 }
 
-Json ExperimentJson(const db::ExperimentSummary& summary, const Scheduler& scheduler, const Outlooks& outlooks,
+Json ExperimentJson(const db::ExperimentSummary& summary, const Scheduler& scheduler, const ForecastSnapshot& outlooks,
                     bool with_kinds, const Instant& now) {
   Json jobs{{"total", summary.num_jobs}};
-  for (const auto& [state, word] : kWords<JobState>) jobs[std::string(word)] = summary.jobs_by_state[state];
-  const Outlook outlook = outlooks.Of(summary.experiment_id);
+  for (const auto& [state, word] : kEnumNames<JobState>) jobs[std::string(word)] = summary.jobs_by_state[state];
+  const ExperimentForecast outlook = outlooks.Of(summary.experiment_id);
   const Experiment* experiment = scheduler.InMemory(summary.experiment_id);
   Json json{{"id", summary.experiment_id},
             {"name", summary.name},
@@ -76,7 +76,7 @@ Json ExperimentJson(const db::ExperimentSummary& summary, const Scheduler& sched
             {"builds", ToString(summary.control.builds)},
             {"build_id", summary.control.build_id},
             {"jobs", std::move(jobs)},
-            {"running", RunningJson(scheduler.Progress(summary.experiment_id, kMostRunningShown))},
+            {"running", RunningJson(scheduler.Progress(summary.experiment_id, kMaxRunningShown))},
             {"rule", ToString(summary.rule)},
             {"solved", summary.solved},
             {"taken_over", summary.taken_over},
@@ -98,7 +98,7 @@ std::string Joined(const std::vector<std::string>& names) {
 double SecondsOf(microseconds duration) { return static_cast<double>(duration.count()) * kSecondsPerMicrosecond; }
 
 Json WorkerJson(const WorkerStatus& worker, const Instant& now) {
-  const Abilities& abilities = worker.profile.abilities;
+  const WorkerCapabilities& abilities = worker.profile.abilities;
   const std::int64_t silent_us =
       worker.online ? (now.steady - worker.last_seen).count() : now.wall_us - worker.record.seen_at_us;
   const double silent_s = static_cast<double>(std::max<std::int64_t>(silent_us, 0)) * kSecondsPerMicrosecond;
@@ -125,7 +125,7 @@ Json WorkerJson(const WorkerStatus& worker, const Instant& now) {
 
 Json StatusJson(const Scheduler& scheduler, std::int64_t experiment_id, const Instant& now,
                 const std::string& store_error) {
-  const Outlooks outlooks(scheduler, now, store_error);
+  const ForecastSnapshot outlooks(scheduler, now, store_error);
   Json experiments = Json::array();
   for (const auto& [id, summary] : scheduler.experiments()) {
     if (experiment_id != 0 && experiment_id != id) continue;

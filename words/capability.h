@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "words/words.h"
+#include "words/enum_names.h"
 
 namespace legopt {
 
@@ -16,10 +16,11 @@ enum class CapabilityKind : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kWords<CapabilityKind> = Words<CapabilityKind>({{CapabilityKind::kDataset, "dataset"},
-                                                                      {CapabilityKind::kSolver, "solver"},
-                                                                      {CapabilityKind::kCollision, "collision"},
-                                                                      {CapabilityKind::kFetch, "fetch"},
-                                                                      {CapabilityKind::kUnfetched, "unfetched"}});
+inline constexpr auto kEnumNames<CapabilityKind> =
+    MakeEnumNames<CapabilityKind>({{CapabilityKind::kDataset, "dataset"},
+                                   {CapabilityKind::kSolver, "solver"},
+                                   {CapabilityKind::kCollision, "collision"},
+                                   {CapabilityKind::kFetch, "fetch"},
+                                   {CapabilityKind::kUnfetched, "unfetched"}});
 
 }  // namespace legopt

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "words/words.h"
+#include "words/enum_names.h"
 
 namespace legopt {
 
@@ -20,10 +20,10 @@ enum class SceneRepresentation : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kWords<SceneRepresentation> =
-    Words<SceneRepresentation>({{SceneRepresentation::kSolid, "solid"},
-                                {SceneRepresentation::kSurface, "surface"},
-                                {SceneRepresentation::kOrientedSurface, "surface_oriented"}});
+inline constexpr auto kEnumNames<SceneRepresentation> =
+    MakeEnumNames<SceneRepresentation>({{SceneRepresentation::kSolid, "solid"},
+                                        {SceneRepresentation::kSurface, "surface"},
+                                        {SceneRepresentation::kOrientedSurface, "surface_oriented"}});
 
 /// How the solver treats collisions between consecutive waypoints. The paper's solver includes them although the task
 /// does not require it (paper, section V). A soft cost cannot make a window infeasible that the task's constraints
@@ -35,10 +35,10 @@ enum class ContinuousCollision : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kWords<ContinuousCollision> =
-    Words<ContinuousCollision>({{ContinuousCollision::kNone, "none"},
-                                {ContinuousCollision::kPreferred, "preferred"},
-                                {ContinuousCollision::kRequired, "required"}});
+inline constexpr auto kEnumNames<ContinuousCollision> =
+    MakeEnumNames<ContinuousCollision>({{ContinuousCollision::kNone, "none"},
+                                        {ContinuousCollision::kPreferred, "preferred"},
+                                        {ContinuousCollision::kRequired, "required"}});
 
 /// Pairs of links checked for self-collision (docs/readings.md#ignored-link-pairs). Neighbouring links are never
 /// checked.
@@ -48,7 +48,7 @@ enum class PairSelection : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kWords<PairSelection> = Words<PairSelection>({{PairSelection::kReference, "reference"},
-                                                                    {PairSelection::kAll, "all"}});
+inline constexpr auto kEnumNames<PairSelection> =
+    MakeEnumNames<PairSelection>({{PairSelection::kReference, "reference"}, {PairSelection::kAll, "all"}});
 
 }  // namespace legopt

@@ -2,12 +2,12 @@
 
 #include <cstdint>
 
-#include "words/words.h"
+#include "words/enum_names.h"
 
 namespace legopt {
 
 /// Result of comparing a second method with a first one.
-enum class Change : std::uint8_t {
+enum class ComparisonResult : std::uint8_t {
   kNone,    ///< no difference found; this does not prove that there is none
   kBetter,  ///< the second method solves more, is faster or cheaper
   kWorse,   ///< the second method solves fewer, is slower or more expensive
@@ -15,7 +15,10 @@ enum class Change : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kWords<Change> = Words<Change>(
-    {{Change::kNone, "none"}, {Change::kBetter, "better"}, {Change::kWorse, "worse"}, {Change::kMixed, "mixed"}});
+inline constexpr auto kEnumNames<ComparisonResult> =
+    MakeEnumNames<ComparisonResult>({{ComparisonResult::kNone, "none"},
+                                     {ComparisonResult::kBetter, "better"},
+                                     {ComparisonResult::kWorse, "worse"},
+                                     {ComparisonResult::kMixed, "mixed"}});
 
 }  // namespace legopt

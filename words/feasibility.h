@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "words/words.h"
+#include "words/enum_names.h"
 
 namespace legopt {
 
@@ -14,9 +14,9 @@ enum class Feasibility : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kWords<Feasibility> = Words<Feasibility>({{Feasibility::kCertified, "certified"},
-                                                                {Feasibility::kInfeasible, "infeasible"},
-                                                                {Feasibility::kOpen, "open"}});
+inline constexpr auto kEnumNames<Feasibility> = MakeEnumNames<Feasibility>({{Feasibility::kCertified, "certified"},
+                                                                            {Feasibility::kInfeasible, "infeasible"},
+                                                                            {Feasibility::kOpen, "open"}});
 
 /// Constraints of a stance that can be disabled together to find the conflicting ones.
 enum class ConstraintGroup : std::uint8_t {
@@ -26,8 +26,9 @@ enum class ConstraintGroup : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kWords<ConstraintGroup> = Words<ConstraintGroup>({{ConstraintGroup::kBalance, "balance"},
-                                                                        {ConstraintGroup::kSelf, "self"},
-                                                                        {ConstraintGroup::kEnvironment, "scene"}});
+inline constexpr auto kEnumNames<ConstraintGroup> =
+    MakeEnumNames<ConstraintGroup>({{ConstraintGroup::kBalance, "balance"},
+                                    {ConstraintGroup::kSelf, "self"},
+                                    {ConstraintGroup::kEnvironment, "scene"}});
 
 }  // namespace legopt

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "words/words.h"
+#include "words/enum_names.h"
 
 namespace legopt {
 
@@ -17,12 +17,12 @@ enum class JobState : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kWords<JobState> = Words<JobState>({{JobState::kQueued, "queued"},
-                                                          {JobState::kLeased, "leased"},
-                                                          {JobState::kDone, "done"},
-                                                          {JobState::kFailed, "failed"},
-                                                          {JobState::kDead, "dead"},
-                                                          {JobState::kCancelled, "cancelled"}});
+inline constexpr auto kEnumNames<JobState> = MakeEnumNames<JobState>({{JobState::kQueued, "queued"},
+                                                                      {JobState::kLeased, "leased"},
+                                                                      {JobState::kDone, "done"},
+                                                                      {JobState::kFailed, "failed"},
+                                                                      {JobState::kDead, "dead"},
+                                                                      {JobState::kCancelled, "cancelled"}});
 
 /// Returns whether a job in this state is finished.
 constexpr bool IsTerminal(JobState state) { return state != JobState::kQueued && state != JobState::kLeased; }
@@ -41,15 +41,16 @@ enum class AttemptOutcome : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kWords<AttemptOutcome> = Words<AttemptOutcome>({{AttemptOutcome::kRunning, "running"},
-                                                                      {AttemptOutcome::kFinished, "finished"},
-                                                                      {AttemptOutcome::kCrashed, "crashed"},
-                                                                      {AttemptOutcome::kTimeLimit, "time_limit"},
-                                                                      {AttemptOutcome::kMemoryLimit, "memory_limit"},
-                                                                      {AttemptOutcome::kError, "error"},
-                                                                      {AttemptOutcome::kExpired, "expired"},
-                                                                      {AttemptOutcome::kCancelled, "cancelled"},
-                                                                      {AttemptOutcome::kReturned, "returned"}});
+inline constexpr auto kEnumNames<AttemptOutcome> =
+    MakeEnumNames<AttemptOutcome>({{AttemptOutcome::kRunning, "running"},
+                                   {AttemptOutcome::kFinished, "finished"},
+                                   {AttemptOutcome::kCrashed, "crashed"},
+                                   {AttemptOutcome::kTimeLimit, "time_limit"},
+                                   {AttemptOutcome::kMemoryLimit, "memory_limit"},
+                                   {AttemptOutcome::kError, "error"},
+                                   {AttemptOutcome::kExpired, "expired"},
+                                   {AttemptOutcome::kCancelled, "cancelled"},
+                                   {AttemptOutcome::kReturned, "returned"}});
 
 /// Outcome of one attempt, as reported by the worker: the values of result_request.outcome.
 enum class ReportedOutcome : std::int8_t {
@@ -63,13 +64,14 @@ enum class ReportedOutcome : std::int8_t {
 };
 
 template <>
-inline constexpr auto kWords<ReportedOutcome> = Words<ReportedOutcome>({{ReportedOutcome::kFinished, "finished"},
-                                                                        {ReportedOutcome::kCrashed, "crashed"},
-                                                                        {ReportedOutcome::kTimeLimit, "time_limit"},
-                                                                        {ReportedOutcome::kMemoryLimit, "memory_limit"},
-                                                                        {ReportedOutcome::kCancelled, "cancelled"},
-                                                                        {ReportedOutcome::kError, "error"},
-                                                                        {ReportedOutcome::kRefused, "refused"}});
+inline constexpr auto kEnumNames<ReportedOutcome> =
+    MakeEnumNames<ReportedOutcome>({{ReportedOutcome::kFinished, "finished"},
+                                    {ReportedOutcome::kCrashed, "crashed"},
+                                    {ReportedOutcome::kTimeLimit, "time_limit"},
+                                    {ReportedOutcome::kMemoryLimit, "memory_limit"},
+                                    {ReportedOutcome::kCancelled, "cancelled"},
+                                    {ReportedOutcome::kError, "error"},
+                                    {ReportedOutcome::kRefused, "refused"}});
 
 /// State of an experiment.
 enum class ExperimentState : std::uint8_t {
@@ -79,28 +81,31 @@ enum class ExperimentState : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kWords<ExperimentState> = Words<ExperimentState>({{ExperimentState::kActive, "active"},
-                                                                        {ExperimentState::kDone, "done"},
-                                                                        {ExperimentState::kCancelled, "cancelled"}});
+inline constexpr auto kEnumNames<ExperimentState> =
+    MakeEnumNames<ExperimentState>({{ExperimentState::kActive, "active"},
+                                    {ExperimentState::kDone, "done"},
+                                    {ExperimentState::kCancelled, "cancelled"}});
 
 /// Suspension of an active experiment.
-enum class Hold : std::uint8_t {
+enum class ExperimentHold : std::uint8_t {
   kNone,    ///< jobs are leased
   kPaused,  ///< no job is leased
   kHeld,    ///< no job is leased, and running jobs were released; has a reason
 };
 
 template <>
-inline constexpr auto kWords<Hold> =
-    Words<Hold>({{Hold::kNone, "none"}, {Hold::kPaused, "paused"}, {Hold::kHeld, "held"}});
+inline constexpr auto kEnumNames<ExperimentHold> = MakeEnumNames<ExperimentHold>({{ExperimentHold::kNone, "none"},
+                                                                                  {ExperimentHold::kPaused, "paused"},
+                                                                                  {ExperimentHold::kHeld, "held"}});
 
 /// Workers that may run the jobs of an experiment.
-enum class BuildRule : std::uint8_t {
+enum class BuildPolicy : std::uint8_t {
   kOne,  ///< only workers with the same build as the one that took the first job
   kAny,  ///< all workers
 };
 
 template <>
-inline constexpr auto kWords<BuildRule> = Words<BuildRule>({{BuildRule::kOne, "one"}, {BuildRule::kAny, "any"}});
+inline constexpr auto kEnumNames<BuildPolicy> = MakeEnumNames<BuildPolicy>({{BuildPolicy::kOne, "one"},
+                                                                            {BuildPolicy::kAny, "any"}});
 
 }  // namespace legopt

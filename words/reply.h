@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "words/words.h"
+#include "words/enum_names.h"
 
 /// @file
 /// Status numbers of replies and actions of control requests, as specified in PROTOCOL.md: `status` of a message is the
@@ -18,9 +18,10 @@ enum class HelloStatus : std::int32_t {
 };
 
 template <>
-inline constexpr auto kWords<HelloStatus> = Words<HelloStatus>({{HelloStatus::kOk, "ok"},
-                                                                {HelloStatus::kVersionRefused, "version_refused"},
-                                                                {HelloStatus::kDatasetMismatch, "dataset_mismatch"}});
+inline constexpr auto kEnumNames<HelloStatus> =
+    MakeEnumNames<HelloStatus>({{HelloStatus::kOk, "ok"},
+                                {HelloStatus::kVersionRefused, "version_refused"},
+                                {HelloStatus::kDatasetMismatch, "dataset_mismatch"}});
 
 /// lease_reply.status.
 enum class LeaseStatus : std::int32_t {
@@ -32,11 +33,12 @@ enum class LeaseStatus : std::int32_t {
 };
 
 template <>
-inline constexpr auto kWords<LeaseStatus> = Words<LeaseStatus>({{LeaseStatus::kLeased, "leased"},
-                                                                {LeaseStatus::kNoneNow, "none_now"},
-                                                                {LeaseStatus::kUnknownWorker, "unknown_worker"},
-                                                                {LeaseStatus::kDatasetMismatch, "dataset_mismatch"},
-                                                                {LeaseStatus::kNoMoreWork, "no_more_work"}});
+inline constexpr auto kEnumNames<LeaseStatus> =
+    MakeEnumNames<LeaseStatus>({{LeaseStatus::kLeased, "leased"},
+                                {LeaseStatus::kNoneNow, "none_now"},
+                                {LeaseStatus::kUnknownWorker, "unknown_worker"},
+                                {LeaseStatus::kDatasetMismatch, "dataset_mismatch"},
+                                {LeaseStatus::kNoMoreWork, "no_more_work"}});
 
 /// method_reply.status.
 enum class MethodStatus : std::int32_t {
@@ -45,8 +47,8 @@ enum class MethodStatus : std::int32_t {
 };
 
 template <>
-inline constexpr auto kWords<MethodStatus> = Words<MethodStatus>({{MethodStatus::kFound, "found"},
-                                                                  {MethodStatus::kUnknown, "unknown"}});
+inline constexpr auto kEnumNames<MethodStatus> = MakeEnumNames<MethodStatus>({{MethodStatus::kFound, "found"},
+                                                                              {MethodStatus::kUnknown, "unknown"}});
 
 /// dataset_reply.status.
 enum class DatasetStatus : std::int32_t {
@@ -55,8 +57,8 @@ enum class DatasetStatus : std::int32_t {
 };
 
 template <>
-inline constexpr auto kWords<DatasetStatus> = Words<DatasetStatus>({{DatasetStatus::kFound, "found"},
-                                                                    {DatasetStatus::kUnknown, "unknown"}});
+inline constexpr auto kEnumNames<DatasetStatus> = MakeEnumNames<DatasetStatus>({{DatasetStatus::kFound, "found"},
+                                                                                {DatasetStatus::kUnknown, "unknown"}});
 
 /// store_dataset_reply.status.
 enum class StoreDatasetStatus : std::int32_t {
@@ -66,10 +68,10 @@ enum class StoreDatasetStatus : std::int32_t {
 };
 
 template <>
-inline constexpr auto kWords<StoreDatasetStatus> = Words<StoreDatasetStatus>({{StoreDatasetStatus::kStored, "stored"},
-                                                                              {StoreDatasetStatus::kWanted, "wanted"},
-                                                                              {StoreDatasetStatus::kRefused,
-                                                                               "refused"}});
+inline constexpr auto kEnumNames<StoreDatasetStatus> =
+    MakeEnumNames<StoreDatasetStatus>({{StoreDatasetStatus::kStored, "stored"},
+                                       {StoreDatasetStatus::kWanted, "wanted"},
+                                       {StoreDatasetStatus::kRefused, "refused"}});
 
 /// heartbeat_reply.status.
 enum class HeartbeatStatus : std::int32_t {
@@ -79,10 +81,10 @@ enum class HeartbeatStatus : std::int32_t {
 };
 
 template <>
-inline constexpr auto kWords<HeartbeatStatus> = Words<HeartbeatStatus>({{HeartbeatStatus::kOk, "ok"},
-                                                                        {HeartbeatStatus::kDrain, "drain"},
-                                                                        {HeartbeatStatus::kUnknownWorker,
-                                                                         "unknown_worker"}});
+inline constexpr auto kEnumNames<HeartbeatStatus> = MakeEnumNames<HeartbeatStatus>({{HeartbeatStatus::kOk, "ok"},
+                                                                                    {HeartbeatStatus::kDrain, "drain"},
+                                                                                    {HeartbeatStatus::kUnknownWorker,
+                                                                                     "unknown_worker"}});
 
 /// heartbeat_reply.verdicts.
 enum class LeaseVerdict : std::int8_t {
@@ -92,9 +94,10 @@ enum class LeaseVerdict : std::int8_t {
 };
 
 template <>
-inline constexpr auto kWords<LeaseVerdict> = Words<LeaseVerdict>({{LeaseVerdict::kContinue, "continue"},
-                                                                  {LeaseVerdict::kCancel, "cancel"},
-                                                                  {LeaseVerdict::kUnknownLease, "unknown_lease"}});
+inline constexpr auto kEnumNames<LeaseVerdict> = MakeEnumNames<LeaseVerdict>({{LeaseVerdict::kContinue, "continue"},
+                                                                              {LeaseVerdict::kCancel, "cancel"},
+                                                                              {LeaseVerdict::kUnknownLease,
+                                                                               "unknown_lease"}});
 
 /// result_reply.status.
 enum class ResultStatus : std::int32_t {
@@ -105,10 +108,10 @@ enum class ResultStatus : std::int32_t {
 };
 
 template <>
-inline constexpr auto kWords<ResultStatus> = Words<ResultStatus>({{ResultStatus::kAccepted, "accepted"},
-                                                                  {ResultStatus::kDuplicate, "duplicate"},
-                                                                  {ResultStatus::kStale, "stale"},
-                                                                  {ResultStatus::kRefused, "refused"}});
+inline constexpr auto kEnumNames<ResultStatus> = MakeEnumNames<ResultStatus>({{ResultStatus::kAccepted, "accepted"},
+                                                                              {ResultStatus::kDuplicate, "duplicate"},
+                                                                              {ResultStatus::kStale, "stale"},
+                                                                              {ResultStatus::kRefused, "refused"}});
 
 /// submit_reply.status.
 enum class SubmitStatus : std::int32_t {
@@ -118,9 +121,10 @@ enum class SubmitStatus : std::int32_t {
 };
 
 template <>
-inline constexpr auto kWords<SubmitStatus> = Words<SubmitStatus>({{SubmitStatus::kCreated, "created"},
-                                                                  {SubmitStatus::kAlreadyKnown, "already_known"},
-                                                                  {SubmitStatus::kRefused, "refused"}});
+inline constexpr auto kEnumNames<SubmitStatus> = MakeEnumNames<SubmitStatus>({{SubmitStatus::kCreated, "created"},
+                                                                              {SubmitStatus::kAlreadyKnown,
+                                                                               "already_known"},
+                                                                              {SubmitStatus::kRefused, "refused"}});
 
 /// query_reply.status.
 enum class QueryStatus : std::int32_t {
@@ -130,9 +134,9 @@ enum class QueryStatus : std::int32_t {
 };
 
 template <>
-inline constexpr auto kWords<QueryStatus> = Words<QueryStatus>({{QueryStatus::kOk, "ok"},
-                                                                {QueryStatus::kRefused, "refused"},
-                                                                {QueryStatus::kStopped, "stopped"}});
+inline constexpr auto kEnumNames<QueryStatus> = MakeEnumNames<QueryStatus>({{QueryStatus::kOk, "ok"},
+                                                                            {QueryStatus::kRefused, "refused"},
+                                                                            {QueryStatus::kStopped, "stopped"}});
 
 /// control_reply.status and cancel_reply.status.
 enum class ControlStatus : std::int32_t {
@@ -142,10 +146,10 @@ enum class ControlStatus : std::int32_t {
 };
 
 template <>
-inline constexpr auto kWords<ControlStatus> = Words<ControlStatus>({{ControlStatus::kOk, "ok"},
-                                                                    {ControlStatus::kUnknownExperiment,
-                                                                     "unknown_experiment"},
-                                                                    {ControlStatus::kRefused, "refused"}});
+inline constexpr auto kEnumNames<ControlStatus> = MakeEnumNames<ControlStatus>({{ControlStatus::kOk, "ok"},
+                                                                                {ControlStatus::kUnknownExperiment,
+                                                                                 "unknown_experiment"},
+                                                                                {ControlStatus::kRefused, "refused"}});
 
 /// shutdown_reply.status.
 enum class ShutdownStatus : std::int32_t {
@@ -154,8 +158,8 @@ enum class ShutdownStatus : std::int32_t {
 };
 
 template <>
-inline constexpr auto kWords<ShutdownStatus> = Words<ShutdownStatus>({{ShutdownStatus::kStopping, "stopping"},
-                                                                      {ShutdownStatus::kRefused, "refused"}});
+inline constexpr auto kEnumNames<ShutdownStatus> =
+    MakeEnumNames<ShutdownStatus>({{ShutdownStatus::kStopping, "stopping"}, {ShutdownStatus::kRefused, "refused"}});
 
 /// control_request.action.
 enum class ControlAction : std::int8_t {
@@ -175,19 +179,19 @@ enum class ControlAction : std::int8_t {
 };
 
 template <>
-inline constexpr auto kWords<ControlAction> =
-    Words<ControlAction>({{ControlAction::kPause, "pause"},
-                          {ControlAction::kResume, "resume"},
-                          {ControlAction::kHold, "hold"},
-                          {ControlAction::kRelease, "release"},
-                          {ControlAction::kPriority, "priority"},
-                          {ControlAction::kRetry, "retry"},
-                          {ControlAction::kRetryTimeLimits, "retry_time_limits"},
-                          {ControlAction::kRename, "rename"},
-                          {ControlAction::kTag, "tag"},
-                          {ControlAction::kUntag, "untag"},
-                          {ControlAction::kDelete, "delete"},
-                          {ControlAction::kResumeAnyBuild, "resume_any_build"},
-                          {ControlAction::kDrainWorker, "drain_worker"}});
+inline constexpr auto kEnumNames<ControlAction> =
+    MakeEnumNames<ControlAction>({{ControlAction::kPause, "pause"},
+                                  {ControlAction::kResume, "resume"},
+                                  {ControlAction::kHold, "hold"},
+                                  {ControlAction::kRelease, "release"},
+                                  {ControlAction::kPriority, "priority"},
+                                  {ControlAction::kRetry, "retry"},
+                                  {ControlAction::kRetryTimeLimits, "retry_time_limits"},
+                                  {ControlAction::kRename, "rename"},
+                                  {ControlAction::kTag, "tag"},
+                                  {ControlAction::kUntag, "untag"},
+                                  {ControlAction::kDelete, "delete"},
+                                  {ControlAction::kResumeAnyBuild, "resume_any_build"},
+                                  {ControlAction::kDrainWorker, "drain_worker"}});
 
 }  // namespace legopt

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "words/words.h"
+#include "words/enum_names.h"
 
 namespace legopt {
 
@@ -14,8 +14,9 @@ enum class Reproduction : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kWords<Reproduction> = Words<Reproduction>({{Reproduction::kBitIdentical, "bit-identical"},
-                                                                  {Reproduction::kSameStatus, "same status"},
-                                                                  {Reproduction::kDiffers, "differs"}});
+inline constexpr auto kEnumNames<Reproduction> =
+    MakeEnumNames<Reproduction>({{Reproduction::kBitIdentical, "bit-identical"},
+                                 {Reproduction::kSameStatus, "same status"},
+                                 {Reproduction::kDiffers, "differs"}});
 
 }  // namespace legopt

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "words/words.h"
+#include "words/enum_names.h"
 
 namespace legopt {
 
@@ -20,15 +20,15 @@ enum class SolveStatus : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kWords<SolveStatus> = Words<SolveStatus>({{SolveStatus::kNotRun, "not_run"},
-                                                                {SolveStatus::kConvergedFeasible, "converged_feasible"},
-                                                                {SolveStatus::kConvergedInfeasible,
-                                                                 "converged_infeasible"},
-                                                                {SolveStatus::kIterationLimit, "iteration_limit"},
-                                                                {SolveStatus::kEffortLimit, "effort_limit"},
-                                                                {SolveStatus::kTimeLimit, "time_limit"},
-                                                                {SolveStatus::kNumericalFailure, "numerical_failure"},
-                                                                {SolveStatus::kCancelled, "cancelled"}});
+inline constexpr auto kEnumNames<SolveStatus> =
+    MakeEnumNames<SolveStatus>({{SolveStatus::kNotRun, "not_run"},
+                                {SolveStatus::kConvergedFeasible, "converged_feasible"},
+                                {SolveStatus::kConvergedInfeasible, "converged_infeasible"},
+                                {SolveStatus::kIterationLimit, "iteration_limit"},
+                                {SolveStatus::kEffortLimit, "effort_limit"},
+                                {SolveStatus::kTimeLimit, "time_limit"},
+                                {SolveStatus::kNumericalFailure, "numerical_failure"},
+                                {SolveStatus::kCancelled, "cancelled"}});
 
 /// Returns whether a stop check ended the solve. The job must not continue with another random restart then.
 constexpr bool IsStopped(SolveStatus status) {
@@ -53,18 +53,19 @@ enum class Verdict : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kWords<Verdict> = Words<Verdict>({{Verdict::kSuccess, "success"},
-                                                        {Verdict::kWrongWaypointCount, "wrong_waypoint_count"},
-                                                        {Verdict::kWindowUnsolved, "window_unsolved"},
-                                                        {Verdict::kWrongSize, "wrong_size"},
-                                                        {Verdict::kNotFinite, "not_finite"},
-                                                        {Verdict::kFootPose, "foot_pose"},
-                                                        {Verdict::kCom, "com"},
-                                                        {Verdict::kJointLimit, "joint_limit"},
-                                                        {Verdict::kEnvironmentCollision, "environment_collision"},
-                                                        {Verdict::kSelfCollision, "self_collision"},
-                                                        {Verdict::kContainment, "containment"},
-                                                        {Verdict::kStep, "step"}});
+inline constexpr auto kEnumNames<Verdict> =
+    MakeEnumNames<Verdict>({{Verdict::kSuccess, "success"},
+                            {Verdict::kWrongWaypointCount, "wrong_waypoint_count"},
+                            {Verdict::kWindowUnsolved, "window_unsolved"},
+                            {Verdict::kWrongSize, "wrong_size"},
+                            {Verdict::kNotFinite, "not_finite"},
+                            {Verdict::kFootPose, "foot_pose"},
+                            {Verdict::kCom, "com"},
+                            {Verdict::kJointLimit, "joint_limit"},
+                            {Verdict::kEnvironmentCollision, "environment_collision"},
+                            {Verdict::kSelfCollision, "self_collision"},
+                            {Verdict::kContainment, "containment"},
+                            {Verdict::kStep, "step"}});
 
 /// Rule by which the judge decides. Each rule includes all checks of the previous one and adds more.
 enum class Rule : std::uint8_t {
@@ -74,7 +75,7 @@ enum class Rule : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kWords<Rule> =
-    Words<Rule>({{Rule::kLiteral, "literal"}, {Rule::kStrict, "strict"}, {Rule::kSolid, "solid"}});
+inline constexpr auto kEnumNames<Rule> =
+    MakeEnumNames<Rule>({{Rule::kLiteral, "literal"}, {Rule::kStrict, "strict"}, {Rule::kSolid, "solid"}});
 
 }  // namespace legopt

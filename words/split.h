@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "words/words.h"
+#include "words/enum_names.h"
 
 namespace legopt {
 
@@ -15,16 +15,16 @@ enum class Split : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kWords<Split> =
-    Words<Split>({{Split::kAll, "all"}, {Split::kTuning, "tuning"}, {Split::kTest, "test"}});
+inline constexpr auto kEnumNames<Split> =
+    MakeEnumNames<Split>({{Split::kAll, "all"}, {Split::kTuning, "tuning"}, {Split::kTest, "test"}});
 
 /// Returns whether a split contains the problem `problem_id`, >= 0.
-constexpr bool Holds(Split split, int problem_id) {
+constexpr bool ContainsProblem(Split split, int problem_id) {
   return split == Split::kAll || (split == Split::kTuning) == (problem_id % 2 == 0);
 }
 
 /// Text appended to the dataset's name in captions; empty for all problems.
-constexpr std::string_view Mention(Split split) {
+constexpr std::string_view SplitCaption(Split split) {
   if (split == Split::kAll) return "";
   return split == Split::kTuning ? " (tuning split, even ids)" : " (test split, odd ids)";
 }

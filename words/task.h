@@ -9,7 +9,7 @@
 #include <span>
 #include <string_view>
 
-#include "words/words.h"
+#include "words/enum_names.h"
 
 namespace legopt {
 
@@ -23,10 +23,10 @@ enum class Task : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kWords<Task> = Words<Task>({{Task::kPosture, "posture"},
-                                                  {Task::kMotion, "motion"},
-                                                  {Task::kContinuous, "continuous"},
-                                                  {Task::kBalanced, "balanced"}});
+inline constexpr auto kEnumNames<Task> = MakeEnumNames<Task>({{Task::kPosture, "posture"},
+                                                              {Task::kMotion, "motion"},
+                                                              {Task::kContinuous, "continuous"},
+                                                              {Task::kBalanced, "balanced"}});
 
 /// The paper's two initial guesses.
 enum class Initialization : std::uint8_t {
@@ -35,8 +35,8 @@ enum class Initialization : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kWords<Initialization> = Words<Initialization>({{Initialization::kGood, "good"},
-                                                                      {Initialization::kInCollision, "in_collision"}});
+inline constexpr auto kEnumNames<Initialization> =
+    MakeEnumNames<Initialization>({{Initialization::kGood, "good"}, {Initialization::kInCollision, "in_collision"}});
 
 /// Cost of a solution (docs/readings.md#the-judge).
 enum class TaskCost : std::uint8_t {
@@ -45,7 +45,7 @@ enum class TaskCost : std::uint8_t {
 };
 
 /// Requirements on the motion between consecutive waypoints; each value includes the previous one.
-enum class Between : std::uint8_t {
+enum class TransitionRule : std::uint8_t {
   kNothing,   ///< a single posture, no motion
   kScored,    ///< scored, but not part of the verdict
   kFree,      ///< solutions are paths in time: feet planted, no collision
@@ -53,7 +53,7 @@ enum class Between : std::uint8_t {
 };
 
 /// Maximum number of pieces of a path in time between consecutive waypoints.
-inline constexpr int kMostPieces = 16;
+inline constexpr int kMaxPieces = 16;
 
 /// All properties that distinguish a task from the others. Code tests these, not the task itself. The cost and
 /// constraint terms of each task are listed in legopt/terms/task_program.h, one row per task.
@@ -70,7 +70,7 @@ struct TaskDescription {
   int most_stances = 1;                       ///< maximum of a problem, >= least_stances
   int waypoints_per_stance = 1;               ///< consecutive waypoints under the constraints of one stance
   TaskCost cost{};
-  Between between = Between::kNothing;  ///< requirements between waypoints
+  TransitionRule between = TransitionRule::kNothing;  ///< requirements between waypoints
   /// Solved window by window; progress counts windows. Otherwise progress counts attempts, and the first success is the
   /// last.
   bool windowed = false;
@@ -105,7 +105,7 @@ inline constexpr std::array kTasks = {
                     .most_stances = std::numeric_limits<int>::max(),
                     .waypoints_per_stance = 2,  // docs/readings.md#waypoints-of-a-stance
                     .cost = TaskCost::kJointSteps,
-                    .between = Between::kScored,
+                    .between = TransitionRule::kScored,
                     .windowed = true,
                     .long_jobs = true,
                     .default_effort_limit = 400'000'000,  // the longest problems have nearly a thousand waypoints
@@ -120,7 +120,7 @@ inline constexpr std::array kTasks = {
                     .most_stances = std::numeric_limits<int>::max(),
                     .waypoints_per_stance = 2,
                     .cost = TaskCost::kJointSteps,
-                    .between = Between::kFree,
+                    .between = TransitionRule::kFree,
                     .windowed = true,
                     .long_jobs = true,
                     .default_effort_limit = 400'000'000,
@@ -135,13 +135,13 @@ inline constexpr std::array kTasks = {
                     .most_stances = std::numeric_limits<int>::max(),
                     .waypoints_per_stance = 2,
                     .cost = TaskCost::kJointSteps,
-                    .between = Between::kBalanced,
+                    .between = TransitionRule::kBalanced,
                     .windowed = true,
                     .long_jobs = true,
                     .default_effort_limit = 400'000'000,
                     .default_wall_limit_s = 72'000},
 };
-static_assert(kTasks.size() == kNumWords<Task>);
+static_assert(kTasks.size() == kNumEnumerators<Task>);
 
 /// Returns the row of `task` in kTasks.
 constexpr const TaskDescription& DescriptionOf(Task task) { return kTasks.at(static_cast<std::size_t>(task)); }
@@ -158,7 +158,7 @@ constexpr std::span<const TaskDescription> ProblemTasks() {
 }
 
 /// Returns whether solutions are paths in time: points with time stamps, some of which are waypoints.
-constexpr bool IsTimed(Task task) { return DescriptionOf(task).between >= Between::kFree; }
+constexpr bool IsTimed(Task task) { return DescriptionOf(task).between >= TransitionRule::kFree; }
 
 /// Number of waypoints that a solution must have or, for a path in time, pass through.
 constexpr int NumWaypoints(Task task, int num_stances) {

@@ -50,7 +50,7 @@ std::vector<std::string> ChildEnvironment() {
 struct SpawnAttributes {
   SpawnAttributes() {
     posix_spawnattr_init(&value);
-    const sigset_t others = SignalsForOthers();
+    const sigset_t others = SupervisorSignals();
     sigset_t all;
     sigfillset(&all);
     posix_spawnattr_setsigmask(&value, &others);

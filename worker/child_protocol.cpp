@@ -139,7 +139,7 @@ bool DecodeCapabilities(std::string_view body, std::vector<Capability>* capabili
   if (!message) return false;
   capabilities->clear();
   for (const legopt_msg::capability& capability : message->capabilities) {
-    const auto kind = ParseWord<CapabilityKind>(capability.kind);
+    const auto kind = ParseEnum<CapabilityKind>(capability.kind);
     if (!kind) return false;
     capabilities->push_back({capability.name, capability.hash, *kind});
   }

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 // Creates a folder that only this user can write to. In the folder for temporary files another user may already have
 // created it.
-void MakeOwn(const fs::path& folder) {
+void CreatePrivateFolder(const fs::path& folder) {
   const std::string fix = "set XDG_CACHE_HOME to a folder of your own with free space";
   std::error_code error;
   fs::create_directories(folder, error);
@@ -72,7 +72,7 @@ std::optional<fs::path> DatasetCache::Find(const std::string& hash) const {
 }
 
 fs::path DatasetCache::Add(const std::string& hash, const std::string& archive) const {
-  MakeOwn(folder_);
+  CreatePrivateFolder(folder_);
   const UnpackFolder unpacked(folder_);
   UnpackDataset(archive, unpacked.path(), guard_);
   if (const std::string found = HashOfDataset(unpacked.path(), guard_); found != hash) {

@@ -25,7 +25,7 @@ std::optional<fs::path> FindEmbedded(const std::string& hash) {
   return std::nullopt;
 }
 
-ExitCode EndOf(const FetchedFolder& found, const SearchSurroundings& around) {
+ExitCode EndOf(const FetchedFolder& found, const DatasetSearchContext& around) {
   switch (found.end) {
     case FetchedDataset::End::kUnknown:
       around.logger.error(found.error);
@@ -43,7 +43,7 @@ ExitCode EndOf(const FetchedFolder& found, const SearchSurroundings& around) {
 }  // namespace
 
 FetchedFolder FindOrFetch(const std::string& hash, const DatasetCache& cache, ServerLink& link,
-                          microseconds wait_server, const SearchSurroundings& around) {
+                          microseconds wait_server, const DatasetSearchContext& around) {
   if (const auto folder = cache.Find(hash)) return {FetchedDataset::End::kFetched, *folder, {}};
   DatasetFetchOptions options;
   options.wait_server = wait_server;
@@ -62,7 +62,7 @@ FetchedFolder FindOrFetch(const std::string& hash, const DatasetCache& cache, Se
 }
 
 std::optional<ExitCode> FindDatasets(std::vector<fs::path>& datasets, const DatasetCache& cache, ServerLink& link,
-                                     const PoolOptions& pool, const SearchSurroundings& around) {
+                                     const PoolOptions& pool, const DatasetSearchContext& around) {
   for (fs::path& dataset : datasets) {
     const std::string hash = dataset.string();
     if (!programs::IsDatasetHash(hash)) continue;

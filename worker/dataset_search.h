@@ -17,7 +17,7 @@
 namespace legopt::worker {
 
 /// Signals and logger used by a search; both must outlive it.
-struct SearchSurroundings {
+struct DatasetSearchContext {
   programs::StopSignals& stop;
   spdlog::logger& logger;
   std::string server_address;  ///< shown in messages
@@ -34,12 +34,12 @@ struct FetchedFolder {
 /// `wait_server`. Prints the location of a dataset from the server. Throws InputError if the archive does not contain
 /// this dataset or the cache cannot be written.
 FetchedFolder FindOrFetch(const std::string& hash, const DatasetCache& cache, ServerLink& link,
-                          microseconds wait_server, const SearchSurroundings& around);
+                          microseconds wait_server, const DatasetSearchContext& around);
 
 /// Replaces each content hash in `datasets` by the folder of an embedded dataset, a cached one, or one from the server,
 /// in this order. If one is missing, logs the reason and returns the exit code: kUnreachable, kDatasetMismatch, or that
 /// of an order to stop. Throws InputError if the server sends different content.
 std::optional<ExitCode> FindDatasets(std::vector<std::filesystem::path>& datasets, const DatasetCache& cache,
-                                     ServerLink& link, const PoolOptions& pool, const SearchSurroundings& around);
+                                     ServerLink& link, const PoolOptions& pool, const DatasetSearchContext& around);
 
 }  // namespace legopt::worker

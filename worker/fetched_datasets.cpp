@@ -28,7 +28,7 @@ std::vector<fs::path> FetchedDatasets::folders() const {
 
 void FetchedDatasets::NoteFailure(const std::string& hash) {
   unfetched_.push_back(hash);
-  if (unfetched_.size() > kMostUnfetched) unfetched_.erase(unfetched_.begin());
+  if (unfetched_.size() > kMaxUnfetched) unfetched_.erase(unfetched_.begin());
 }
 
 bool FetchedDatasets::DropLast(spdlog::logger& logger) {
@@ -40,7 +40,7 @@ bool FetchedDatasets::DropLast(spdlog::logger& logger) {
 }
 
 bool FetchedDatasets::Fetch(const std::string& hash, ServerLink& link, const PoolOptions& pool,
-                            const SearchSurroundings& around) {
+                            const DatasetSearchContext& around) {
   const auto is_it = [&](const Fetched& fetched) { return fetched.hash == hash; };
   if (std::any_of(fetched_.begin(), fetched_.end(), is_it)) {
     around.logger.warn("dataset {} was fetched, but the job processes have not loaded it", hash);
@@ -52,7 +52,7 @@ bool FetchedDatasets::Fetch(const std::string& hash, ServerLink& link, const Poo
     const FetchedFolder found = FindOrFetch(hash, cache_, link, std::min(pool.wait_server, kFetchPatience), around);
     if (found.end == FetchedDataset::End::kStopped) return false;
     if (found.end == FetchedDataset::End::kFetched) {
-      if (fetched_.size() == kMostFetched) fetched_.erase(fetched_.begin());
+      if (fetched_.size() == kMaxFetched) fetched_.erase(fetched_.begin());
       fetched_.push_back({hash, found.folder});
       return true;
     }

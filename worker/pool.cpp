@@ -59,7 +59,7 @@ void Pool::Advance(microseconds now) {
   AskForRegistration(now);
   AskForMethods(now);
   Dispatch(now);
-  GiveBackWaiting(now);
+  ReleaseWaiting(now);
   AskForLeases(now);
   SendHeartbeat(now);
   DeliverResults(now);
@@ -88,7 +88,7 @@ microseconds Pool::next_deadline() const {
   if (const auto end = WaitEnd()) at(*end);
   at(IdleEnd());
   if (draining_) at(leases_.empty() ? LeaseAnswerEnd() : DeliveryEnd());
-  if (draining_ && !gave_back_) at(drain_end_);
+  if (draining_ && !jobs_released_) at(drain_end_);
   return next;
 }
 
@@ -155,7 +155,7 @@ void Pool::OnHelloReply(microseconds now, const legopt_msg::hello_reply* reply, 
       }
       Log(LogLevel::kInfo, "registered as worker " + std::to_string(reply->worker_id) + " with " +
                                std::to_string(options_.slots) + " slot(s)");
-      TellOnce(reply->message);
+      LogOnce(reply->message);
       break;
     }
     case HelloStatus::kDatasetMismatch:
@@ -281,7 +281,7 @@ void Pool::OnLeaseReply(microseconds now, const legopt_msg::lease_reply* reply, 
       next_lease_ = now;
       break;
     case LeaseStatus::kNoneNow:
-      TellOnce(reply->message);
+      LogOnce(reply->message);
       next_lease_ = now + retry;
       break;
     case LeaseStatus::kUnknownWorker:
@@ -300,15 +300,15 @@ void Pool::OnLeaseReply(microseconds now, const legopt_msg::lease_reply* reply, 
 
 // Adds at most a quarter, so that workers with the same interval do not all ask at once.
 microseconds Pool::Jittered(microseconds duration) {
-  constexpr double kMostJitter = 0.25;
+  constexpr double kMaxJitter = 0.25;
   const double unit = std::generate_canonical<double, 16>(random_);
-  return duration + microseconds(static_cast<std::int64_t>(kMostJitter * unit * static_cast<double>(duration.count())));
+  return duration + microseconds(static_cast<std::int64_t>(kMaxJitter * unit * static_cast<double>(duration.count())));
 }
 
 // Logs a message of the server once, e.g. that no job needs the datasets of this worker.
-void Pool::TellOnce(const std::string& server_message) {
-  if (server_message.empty() || server_message == told_) return;
-  told_ = server_message;
+void Pool::LogOnce(const std::string& server_message) {
+  if (server_message.empty() || server_message == last_logged_message_) return;
+  last_logged_message_ = server_message;
   Log(LogLevel::kWarning, PrintableText(server_message, kMaxMessageBytes));
 }
 
@@ -328,7 +328,7 @@ void Pool::AcceptLease(microseconds now, const legopt_msg::lease& lease) {
     return RefuseLease(now, key, "this worker does not have dataset " + lease.dataset_hash);
   }
   if (draining_) return StopLease(now, key, StopReason::kShutdown);  // the reply to a request made before draining
-  const std::optional<Task> task = ParseWord<Task>(lease.task);
+  const std::optional<Task> task = ParseEnum<Task>(lease.task);
   if (!task) return RefuseLease(now, key, "this worker does not know the task '" + lease.task + "'");
   leases_.at(key).task = *task;
   methods_.try_emplace(lease.method_hash);

@@ -53,7 +53,7 @@ struct PoolOptions {
   int max_prefetch_per_slot = 64;
   /// Maximum time that a prefetched lease waits. If the previous jobs take longer than estimated, it is released,
   /// because another worker may have an idle slot.
-  microseconds longest_ready = std::chrono::seconds(2);
+  microseconds max_prefetch_wait = std::chrono::seconds(2);
   /// Exit after this time without a job, whether or not there is a server; counted from when the first process is
   /// ready.
   microseconds idle_timeout = microseconds::max();
@@ -186,7 +186,7 @@ class Pool {
   void ServerSilent(microseconds now, const std::string& error);
   void ForgetRegistration(microseconds now, const std::string& why);
   microseconds Jittered(microseconds duration);
-  void TellOnce(const std::string& server_message);
+  void LogOnce(const std::string& server_message);
   std::string MismatchText(const std::string& server_message) const;
   bool HasDataset(const std::string& hash) const;
   microseconds StopMargin(const legopt_msg::lease& lease) const;
@@ -205,30 +205,30 @@ class Pool {
   microseconds IdleEnd() const;
   void Drain(microseconds now, ExitCode exit_code);
   void EndDrain(microseconds now);
-  void GiveBackRunning();
-  void SayGoodbye();
+  void ReleaseRunning();
+  void SendLeavingHeartbeat();
   void Finish(ExitCode exit_code);
   void DrainForServer(microseconds now);
   std::string CausesOfSilence() const;
 
   // pool_jobs.cpp: slots, results
   void AdvanceSlots(microseconds now);
-  void Carry(int slot, JobSlot::Command command);
+  void ApplyCommand(int slot, JobSlot::Command command);
   void Dispatch(microseconds now);
   std::size_t NumIn(Phase phase) const;
   bool CanDeliver() const;
   void DeliverResults(microseconds now);
   void EndStoppedJob(microseconds now, const LeaseKey& key, StopReason reason);
   void EndKilledJob(microseconds now, const SlotEntry& slot, const ChildExit& exit);
-  bool EndedWithTheWorker(const JobSlot& machine, const ChildExit& exit) const;
+  bool WasStoppedExternally(const JobSlot& machine, const ChildExit& exit) const;
   void KeepResult(microseconds now, const LeaseKey& key, legopt_msg::result_request result);
   void FailLease(microseconds now, const LeaseKey& key, const std::string& message);
   void RefuseLease(microseconds now, const LeaseKey& key, const std::string& message);
-  void GiveBackReady(microseconds now);
-  void GiveBackWaiting(microseconds now);
+  void ReleaseReady(microseconds now);
+  void ReleaseWaiting(microseconds now);
   std::optional<microseconds> WaitEnd() const;
   void StopLease(microseconds now, const LeaseKey& key, StopReason reason);
-  void NoteDuration(microseconds duration);
+  void RecordJobDuration(microseconds duration);
   void CheckStarts(const ChildExit& last);
 
   PoolOptions options_;
@@ -251,7 +251,7 @@ class Pool {
   bool no_more_work_ = false;
   std::string wanted_dataset_;  // content hash in the last lease reply; empty: none
   std::string ended_to_fetch_;
-  std::string told_;  // last message of the server that was logged
+  std::string last_logged_message_;  // last message of the server that was logged
   std::minstd_rand random_;
 
   bool heartbeat_in_flight_ = false;
@@ -268,11 +268,11 @@ class Pool {
   double mean_job_us_ = -1;                 // moving average; negative: unknown
   double mean_answer_us_ = 0;               // moving average of the time between requesting and receiving jobs
   std::optional<microseconds> idle_since_;  // time since which no job is held, except for delivery
-  bool told_to_stop_ = false;
+  bool stop_requested_ = false;
   bool draining_ = false;  // no new jobs
   microseconds drain_end_ = microseconds::max();
   microseconds stop_end_ = microseconds::max();  // time by which the first order is carried out
-  bool gave_back_ = false;                       // running jobs were released; only deliveries are left
+  bool jobs_released_ = false;                   // running jobs were released; only deliveries are left
   bool killing_ = false;
   bool finished_ = false;
   ExitCode exit_code_ = ExitCode::kOk;

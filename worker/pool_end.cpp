@@ -19,13 +19,13 @@ constexpr microseconds kLastDelivery = std::chrono::milliseconds(1'500);  // tim
 void Pool::Stop(microseconds now) {
   if (killing_) {
     Finish(ExitCode::kInterrupted);
-  } else if (told_to_stop_) {
+  } else if (stop_requested_) {
     killing_ = true;
     if (!leases_.empty()) exit_code_ = ExitCode::kInterrupted;
     delivering_since_ = now;
-    GiveBackRunning();
+    ReleaseRunning();
   } else {
-    told_to_stop_ = true;
+    stop_requested_ = true;
     Drain(now, ExitCode::kOk);
     drain_end_ = now + options_.drain;
     stop_end_ = std::max(now + kStopLimit, drain_end_ + kLastDelivery);
@@ -52,23 +52,23 @@ void Pool::Drain(microseconds now, ExitCode exit_code) {
   exit_code_ = exit_code;
   delivering_since_ = now;
   for (SlotEntry& slot : slots_) slot.machine.Retire();
-  GiveBackReady(now);
+  ReleaseReady(now);
 }
 
 void Pool::EndDrain(microseconds now) {
-  if (!draining_ || gave_back_ || now < drain_end_) return;
+  if (!draining_ || jobs_released_ || now < drain_end_) return;
   if (const std::size_t running = num_running(); running > 0) {
     Log(LogLevel::kWarning, std::to_string(running) + " job(s) still running after " + Seconds(options_.drain) +
                                 ": released without using an attempt");
     delivering_since_ = now;
   }
-  GiveBackRunning();
+  ReleaseRunning();
 }
 
-void Pool::GiveBackRunning() {
-  gave_back_ = true;
+void Pool::ReleaseRunning() {
+  jobs_released_ = true;
   for (int i = 0; i < options_.slots; ++i) {
-    Carry(i, slots_[static_cast<std::size_t>(i)].machine.Kill(StopReason::kShutdown, ""));
+    ApplyCommand(i, slots_[static_cast<std::size_t>(i)].machine.Kill(StopReason::kShutdown, ""));
   }
 }
 
@@ -83,7 +83,7 @@ void Pool::OnKeyRefused(microseconds now, const std::string& error) {
 
 // Does not wait for an answer. If the message is lost, the server considers the worker lost after the duration of a
 // lease.
-void Pool::SayGoodbye() {
+void Pool::SendLeavingHeartbeat() {
   if (!registration_) return;
   legopt_msg::heartbeat_request request{};
   request.load = options_.load();
@@ -96,7 +96,7 @@ void Pool::SayGoodbye() {
 void Pool::Finish(ExitCode exit_code) {
   if (finished_) return;
   finished_ = true;
-  SayGoodbye();
+  SendLeavingHeartbeat();
   actions_.emplace_back(ExitWorker{exit_code});
 }
 
@@ -130,7 +130,7 @@ void Pool::CheckDrained(microseconds now) {
   const bool only_deliveries = num_undelivered() == leases_.size();
   if (leases_.empty() && now >= LeaseAnswerEnd()) {
     Finish(exit_code_);
-  } else if (!only_deliveries && !gave_back_) {
+  } else if (!only_deliveries && !jobs_released_) {
     delivering_since_ = now;
   } else if (now >= DeliveryEnd()) {
     Log(LogLevel::kError, std::to_string(leases_.size()) + " result(s) could not be delivered");

@@ -20,7 +20,7 @@ using std::chrono::seconds;
 constexpr microseconds kFirstDeliveryRetry = milliseconds(250);
 constexpr microseconds kLastDeliveryRetry = seconds(5);
 constexpr std::size_t kMaxDeliveriesInFlight = 64;
-constexpr int kHopelessStarts = 3;  // failed starts per slot, before any process was ever ready
+constexpr int kMaxFailedStarts = 3;  // failed starts per slot, before any process was ever ready
 constexpr double kMicroseconds = 1e6;
 
 std::string JobName(const LeaseKey& key) {
@@ -35,7 +35,7 @@ std::string SecondsText(microseconds duration) {
 }
 
 // Describes the end of a process that had a job and was not killed by the worker.
-legopt_msg::result_request DescribeDeath(const ChildExit& exit) {
+legopt_msg::result_request DescribeExit(const ChildExit& exit) {
   if (exit.signal == 0 && exit.exit_code == kChildOutOfMemory) {
     return ResultWithoutSolution(ReportedOutcome::kMemoryLimit, "the job needed more memory than its limit allows");
   }
@@ -59,7 +59,7 @@ std::vector<Capability> DatasetsAmong(const std::vector<Capability>& capabilitie
 
 // --- Job processes ---------------------------------------------------------------------------------------------------
 
-void Pool::Carry(int slot, JobSlot::Command command) {
+void Pool::ApplyCommand(int slot, JobSlot::Command command) {
   switch (command) {
     case JobSlot::Command::kStart:
       actions_.emplace_back(StartChild{slot});
@@ -76,7 +76,7 @@ void Pool::Carry(int slot, JobSlot::Command command) {
 }
 
 void Pool::AdvanceSlots(microseconds now) {
-  for (int i = 0; i < options_.slots; ++i) Carry(i, slots_[static_cast<std::size_t>(i)].machine.Tick(now));
+  for (int i = 0; i < options_.slots; ++i) ApplyCommand(i, slots_[static_cast<std::size_t>(i)].machine.Tick(now));
 }
 
 void Pool::OnChildReady(microseconds now, int slot, const std::vector<Capability>& capabilities) {
@@ -92,7 +92,7 @@ void Pool::OnChildReady(microseconds now, int slot, const std::vector<Capability
   if (!first && datasets != DatasetsAmong(capabilities_)) {
     Log(LogLevel::kError,
         "the files of a dataset have changed since this worker started; start the worker again to use the new ones");
-    Carry(slot, machine.Kill(StopReason::kGarbage, "loaded other datasets than the processes before it"));
+    ApplyCommand(slot, machine.Kill(StopReason::kGarbage, "loaded other datasets than the processes before it"));
     Drain(now, ExitCode::kDatasetMismatch);
   } else if (!machine.Ready()) {
     OnChildGarbage(now, slot, "ready at the wrong time");
@@ -117,7 +117,7 @@ void Pool::OnChildStartFailed(microseconds now, int slot, const std::string& mes
     Finish(ExitCode::kUsage);
     return;
   }
-  Carry(slot, slots_[static_cast<std::size_t>(slot)].machine.Kill(StopReason::kGarbage, message));
+  ApplyCommand(slot, slots_[static_cast<std::size_t>(slot)].machine.Kill(StopReason::kGarbage, message));
   Advance(now);
 }
 
@@ -150,7 +150,7 @@ void Pool::OnChildResult(microseconds now, int slot, std::uint64_t sequence, leg
   if (refused && reason == StopReason::kNone) {
     RefuseLease(now, entry.key, result.message);
   } else if (reason == StopReason::kNone || reason == StopReason::kTimeLimit) {
-    NoteDuration(now - entry.machine.assigned_at());
+    RecordJobDuration(now - entry.machine.assigned_at());
     KeepResult(now, entry.key, std::move(result));
   } else {
     EndStoppedJob(now, entry.key, reason);
@@ -165,7 +165,7 @@ void Pool::OnChildGarbage(microseconds now, int slot, const std::string& why) {
     Log(LogLevel::kWarning,
         "slot " + std::to_string(slot) + ": job process broke the protocol (" + why + "), killing it");
   }
-  Carry(slot, command);
+  ApplyCommand(slot, command);
   Advance(now);
 }
 
@@ -176,7 +176,7 @@ void Pool::OnChildExited(microseconds now, int slot, const ChildExit& exit) {
   if (machine.has_job()) {
     EndKilledJob(now, entry, exit);
   } else if (starting || machine.state() == JobSlot::State::kIdle) {
-    Log(LogLevel::kWarning, "slot " + std::to_string(slot) + ": " + DescribeDeath(exit).message +
+    Log(LogLevel::kWarning, "slot " + std::to_string(slot) + ": " + DescribeExit(exit).message +
                                 (starting ? " while it loaded its datasets" : " between two jobs"));
   }
   machine.Exited(now);
@@ -185,7 +185,7 @@ void Pool::OnChildExited(microseconds now, int slot, const ChildExit& exit) {
 }
 
 void Pool::CheckStarts(const ChildExit& last) {
-  const auto hopeless = [](const SlotEntry& slot) { return slot.machine.failed_starts() >= kHopelessStarts; };
+  const auto hopeless = [](const SlotEntry& slot) { return slot.machine.failed_starts() >= kMaxFailedStarts; };
   if (!capabilities_.empty() || !std::all_of(slots_.begin(), slots_.end(), hopeless)) return;
   const std::string cause =
       last.signal != 0 ? "; the last one was ended by " + programs::SignalMeaning(last.signal) : "";
@@ -195,7 +195,7 @@ void Pool::CheckStarts(const ChildExit& last) {
   Finish(machine ? ExitCode::kMachine : ExitCode::kInternal);
 }
 
-void Pool::NoteDuration(microseconds duration) {
+void Pool::RecordJobDuration(microseconds duration) {
   const auto us = static_cast<double>(duration.count());
   mean_job_us_ = mean_job_us_ < 0 ? us : mean_job_us_ + kAverageWeight * (us - mean_job_us_);
 }
@@ -228,7 +228,7 @@ void Pool::StopLease(microseconds now, const LeaseKey& key, StopReason reason) {
   }
   for (int i = 0; i < options_.slots; ++i) {
     SlotEntry& slot = slots_[static_cast<std::size_t>(i)];
-    if (slot.machine.has_job() && slot.key == key) Carry(i, slot.machine.StopJob(now, reason));
+    if (slot.machine.has_job() && slot.key == key) ApplyCommand(i, slot.machine.StopJob(now, reason));
   }
 }
 
@@ -253,7 +253,7 @@ void Pool::EndStoppedJob(microseconds now, const LeaseKey& key, StopReason reaso
   }
 }
 
-void Pool::GiveBackReady(microseconds now) {
+void Pool::ReleaseReady(microseconds now) {
   const std::deque<LeaseKey> waiting = ready_;
   for (const LeaseKey& key : waiting) StopLease(now, key, StopReason::kShutdown);
 }
@@ -267,10 +267,10 @@ std::optional<microseconds> Pool::WaitEnd() const {
       std::none_of(slots_.begin(), slots_.end(), busy)) {
     return std::nullopt;
   }
-  return leases_.at(ready_.front()).accepted + options_.longest_ready;
+  return leases_.at(ready_.front()).accepted + options_.max_prefetch_wait;
 }
 
-void Pool::GiveBackWaiting(microseconds now) {
+void Pool::ReleaseWaiting(microseconds now) {
   for (auto end = WaitEnd(); end && *end <= now; end = WaitEnd()) {
     const LeaseKey key = ready_.front();
     StopLease(now, key, StopReason::kWaited);
@@ -279,15 +279,15 @@ void Pool::GiveBackWaiting(microseconds now) {
 
 // Returns whether the end of a process was caused by terminating the worker from outside. A batch system or container
 // may kill the job processes slightly before the worker; that is not the fault of their jobs.
-bool Pool::EndedWithTheWorker(const JobSlot& machine, const ChildExit& exit) const {
+bool Pool::WasStoppedExternally(const JobSlot& machine, const ChildExit& exit) const {
   constexpr std::array kFromOutside = {SIGTERM, SIGINT, SIGHUP, SIGKILL};
-  return told_to_stop_ && machine.stop_reason() == StopReason::kNone &&
+  return stop_requested_ && machine.stop_reason() == StopReason::kNone &&
          std::find(kFromOutside.begin(), kFromOutside.end(), exit.signal) != kFromOutside.end();
 }
 
 void Pool::EndKilledJob(microseconds now, const SlotEntry& slot, const ChildExit& exit) {
   const JobSlot& machine = slot.machine;
-  if (EndedWithTheWorker(machine, exit)) {
+  if (WasStoppedExternally(machine, exit)) {
     Log(LogLevel::kWarning, JobName(slot.key) + ": its process was ended by " + programs::SignalMeaning(exit.signal) +
                                 " while this worker stops; released");
     return EndStoppedJob(now, slot.key, StopReason::kShutdown);
@@ -295,7 +295,7 @@ void Pool::EndKilledJob(microseconds now, const SlotEntry& slot, const ChildExit
   legopt_msg::result_request result;
   switch (machine.stop_reason()) {
     case StopReason::kNone:
-      result = DescribeDeath(exit);
+      result = DescribeExit(exit);
       break;
     case StopReason::kTimeLimit: {
       const microseconds limit(leases_.at(slot.key).lease.wall_limit_us);

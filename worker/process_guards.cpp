@@ -69,7 +69,7 @@ void OnCrash(int signal, siginfo_t* info, void* /*context*/) {
 
 }  // namespace
 
-sigset_t SignalsForOthers() {
+sigset_t SupervisorSignals() {
   sigset_t signals;
   sigemptyset(&signals);
   for (const int signal : {SIGTERM, SIGINT, SIGHUP, SIGUSR1, SIGUSR2}) sigaddset(&signals, signal);

@@ -11,7 +11,7 @@ namespace legopt::worker {
 /// send them to every process of a job, regardless of its process group or session. The supervisor reacts to them and
 /// ends its job processes with KILL. The signals are blocked, not ignored, so that this holds from the first
 /// instruction on.
-sigset_t SignalsForOthers();
+sigset_t SupervisorSignals();
 
 /// Asks the kernel to kill this process when the supervisor ends. Exits immediately (kChildOrphaned) if it has already
 /// ended.

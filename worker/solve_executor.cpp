@@ -8,11 +8,11 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "legopt/enum_input.h"
 #include "legopt/input/json.h"
 #include "legopt/input_error.h"
 #include "legopt/number_text.h"
 #include "legopt/solve/trace.h"
-#include "legopt/word_input.h"
 #include "programs/isolated_call.h"
 #include "worker/outcome.h"
 
@@ -91,7 +91,7 @@ std::vector<Capability> SolveExecutor::Load() {
   for (const external::Declaration& declaration : external_->declarations()) {
     loaded.push_back({declaration.name, declaration.hash, CapabilityKind::kSolver});
   }
-  for (const auto& [model, word] : kWords<SceneRepresentation>) {
+  for (const auto& [model, word] : kEnumNames<SceneRepresentation>) {
     loaded.push_back({std::string(word), {}, CapabilityKind::kCollision});
   }
   return loaded;

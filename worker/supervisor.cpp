@@ -63,7 +63,7 @@ ExitCode Supervisor::Run(int stop_fd, const std::function<bool()>& take_order) {
     descriptors.assign(1, {stop_fd, POLLIN, 0});
     for (const Child& entry : children_) {
       const ChildProcess* process = entry.process.get();
-      const bool talks = process != nullptr && !entry.deaf;
+      const bool talks = process != nullptr && !entry.output_ignored;
       const auto events = static_cast<short>(POLLIN | (talks && process->unsent() ? POLLOUT : 0));
       descriptors.push_back({talks ? process->socket() : -1, events, 0});
       descriptors.push_back({process != nullptr ? process->log_pipe() : -1, POLLIN, 0});
@@ -96,7 +96,8 @@ void Supervisor::CarryOut(const StartChild& action) {
   entry = Child{};
   try {
     std::optional<programs::PinnedThread> pinned;  // inherited by child processes
-    if (!options_.places.empty()) pinned.emplace(options_.places[static_cast<std::size_t>(action.slot)]);
+    if (!options_.slot_processors.empty())
+      pinned.emplace(options_.slot_processors[static_cast<std::size_t>(action.slot)]);
     entry.process = std::make_unique<ChildProcess>(options_.child_command);
     logger_.debug("slot {}: job process {} started", action.slot, entry.process->pid());
   } catch (const std::system_error& error) {
@@ -145,10 +146,10 @@ void Supervisor::ReadFrames(int slot) {
   Frame frame;
   std::string why;
   // A process may end with more data on its socket than one read returns.
-  for (bool more = true; more && !entry.deaf && entry.process->socket() >= 0;) {
+  for (bool more = true; more && !entry.output_ignored && entry.process->socket() >= 0;) {
     if (!entry.process->ReadSocket()) entry.closed_at = link_.now();
     more = false;
-    while (!entry.deaf) {
+    while (!entry.output_ignored) {
       const FrameReader::Status status = entry.process->NextFrame(&frame, &why);
       if (status == FrameReader::Status::kNeedMore) break;
       if (status == FrameReader::Status::kGarbage) {
@@ -162,7 +163,7 @@ void Supervisor::ReadFrames(int slot) {
 }
 
 void Supervisor::Garbage(int slot, const std::string& why) {
-  child(slot).deaf = true;
+  child(slot).output_ignored = true;
   child(slot).closed_at.reset();
   pool_.OnChildGarbage(link_.now(), slot, why);
 }

@@ -21,7 +21,7 @@ struct SupervisorOptions {
   /// Program and arguments of a job process, which gets its socket as ChildProcess::kSocket.
   std::vector<std::string> child_command;
   /// Processor to which the job process of each slot is pinned; empty: none.
-  std::vector<int> places = {};
+  std::vector<int> slot_processors = {};
 };
 
 /// Runs a worker: performs the actions of its Pool on job processes and over the link to the server, and reports events
@@ -45,7 +45,7 @@ class Supervisor {
  private:
   struct Child {
     std::unique_ptr<ChildProcess> process;
-    bool deaf = false;                      // violated the protocol: its output is ignored
+    bool output_ignored = false;            // violated the protocol: its output is ignored
     std::optional<microseconds> closed_at;  // time when it closed its socket; it should end soon
   };
 

@@ -72,13 +72,13 @@ struct CommandLine {
 
 std::string HostName() {
   std::array<char, kMaxNameBytes> name{};
-  if (gethostname(name.data(), name.size() - 1) != 0 || FindNameFault(name.data())) return "unknown";
+  if (gethostname(name.data(), name.size() - 1) != 0 || DiagnoseName(name.data())) return "unknown";
   return name.data();
 }
 
 std::string FaultOfWorkerName(const std::string& name) {
   if (name.size() > kMaxNameBytes) return "has more than " + std::to_string(kMaxNameBytes) + " bytes";
-  const auto fault = name.empty() ? std::nullopt : FindNameFault(name);
+  const auto fault = name.empty() ? std::nullopt : DiagnoseName(name);
   return fault ? fault->message + " (got '" + name + "'); " + fault->fix : "";
 }
 
@@ -173,10 +173,11 @@ void DescribeHost(PoolOptions& pool) {
 }
 
 std::vector<int> PlacesOf(int slots) {
-  return programs::PlacesOfSlots(slots, programs::OneOfEachCore(programs::AffinityMask()));
+  return programs::ProcessorsOfSlots(slots, programs::OneOfEachCore(programs::AffinityMask()));
 }
 
-SupervisorOptions OptionsOf(const CommandLine& line, const programs::BuildFacts& build, const bridge::Uplink& uplink) {
+SupervisorOptions OptionsOf(const CommandLine& line, const programs::BuildFacts& build,
+                            const bridge::ServerUplink& uplink) {
   SupervisorOptions options;
   PoolOptions& pool = options.pool;
   pool.slots = *line.slots;
@@ -195,7 +196,7 @@ SupervisorOptions OptionsOf(const CommandLine& line, const programs::BuildFacts&
   pool.drain = Microseconds(line.drain_s);
   if (line.wait_server_s > 0) pool.wait_server = Microseconds(line.wait_server_s);
   if (line.idle_timeout_s > 0) pool.idle_timeout = Microseconds(line.idle_timeout_s);
-  options.places = PlacesOf(pool.slots);
+  options.slot_processors = PlacesOf(pool.slots);
   return options;
 }
 
@@ -215,7 +216,7 @@ std::string FitSlotsToDescriptors(int& slots) {
 
 // Uses as many slots as processors were granted, unless the user specified a number, and prints the number with its
 // reason. Prints to standard output, so that a log of warnings stays empty if there are none.
-void SettleSlots(CommandLine& line, spdlog::logger& logger) {
+void ResolveSlotCount(CommandLine& line, spdlog::logger& logger) {
   const programs::ProcessorGrant grant = programs::GrantedProcessors(programs::ReadProcessorFacts());
   if (line.slots && *line.slots > grant.processors) {
     logger.warn("--slots {} is more than was granted: {}. Jobs will take turns, and their wall times tell nothing",
@@ -234,7 +235,7 @@ void SettleSlots(CommandLine& line, spdlog::logger& logger) {
 
 // Runs one pool after another, each with an additional dataset that jobs wait for.
 ExitCode RunPools(WorkerInputs inputs, SupervisorOptions options, const DatasetCache& cache, ServerLink& link,
-                  const SearchSurroundings& around) {
+                  const DatasetSearchContext& around) {
   options.pool.fetch_datasets = inputs.datasets.empty();
   if (options.pool.fetch_datasets) inputs.datasets = programs::EmbeddedDatasetFolders();
   if (const auto end = FindDatasets(inputs.datasets, cache, link, options.pool, around)) return *end;
@@ -256,10 +257,11 @@ ExitCode RunPools(WorkerInputs inputs, SupervisorOptions options, const DatasetC
 
 ExitCode SupervisorMain(CommandLine line, const programs::BuildFacts& build, spdlog::logger& logger) {
   programs::StopSignals stop(line.owner);
-  SettleSlots(line, logger);
+  ResolveSlotCount(line, logger);
   const DatasetCache cache(programs::DatasetCacheFolder(), CallIsolated);
   try {
-    bridge::Uplink uplink = bridge::FindUplink(line.network.Resolve(), line.access, bridge::BusPlace::kOwnNamespace);
+    bridge::ServerUplink uplink =
+        bridge::PrepareUplink(line.network.Resolve(), line.access, bridge::BusLocation::kOwnNamespace);
     if (uplink.bridged()) {
       std::printf("legopt-worker: LCM stays %s\n", uplink.bus.c_str());
       std::fflush(stdout);

@@ -79,7 +79,7 @@ ExitCode Certify(const CertifyFlags& flags) {
   hooks.progress = [&](const char* stage, std::size_t done, std::size_t total) {
     progress.Show(stage, static_cast<double>(done), static_cast<double>(total), "stances");
   };
-  hooks.learnt = [&](const certify::Certificate& certificate) { writer.WriteIfDue(certificate); };
+  hooks.on_update = [&](const certify::Certificate& certificate) { writer.WriteIfDue(certificate); };
   const certify::Certificate certificate =
       certify::CertifyDataset(dataset, catalogue, flags.options, known ? &*known : nullptr, hooks);
   progress.Break();
@@ -96,8 +96,8 @@ ExitCode Certify(const CertifyFlags& flags) {
 }  // namespace
 
 void AddCertifyCommand(const programs::Command& program, Invocation* invocation) {
-  constexpr int kMostStarts = 10'000'000;
-  constexpr int kMostThreads = 1024;
+  constexpr int kMaxStarts = 10'000'000;
+  constexpr int kMaxThreads = 1024;
   const auto command = program.AddCommand(
       "certify", "Find which problems of a dataset are feasible: a posture or a proof for every stance");
   const auto flags = std::make_shared<CertifyFlags>();
@@ -106,10 +106,10 @@ void AddCertifyCommand(const programs::Command& program, Invocation* invocation)
                     "Certificate to write or to continue (default: certificate.json in the dataset's folder)");
   command.AddOption("--starts", flags->options.starts, "Initial guesses for a stance before it is reported as open")
       .ShowDefault()
-      .Check(programs::WholeNumber(1, kMostStarts));
+      .Check(programs::WholeNumber(1, kMaxStarts));
   flags->options.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   command.AddOption("--threads", flags->options.threads, "Number of threads, same result for any (default: all cores)")
-      .Check(programs::WholeNumber(1, kMostThreads));
+      .Check(programs::WholeNumber(1, kMaxThreads));
   AddFormatOption(command, &flags->format);
   AddOutputOptions(command, &flags->output);
   command.WhenChosen([=] { invocation->body = [flags] { return Certify(*flags); }; });

@@ -34,14 +34,14 @@ ExitCode Compare(const CompareOptions& options) {
       options.plot.any() ? DrawPlot(ScatterPlot(comparison, options.time_unit), options.plot, layout) : "";
   Print(RenderComparison(comparison, options.format, {options.time_unit, layout}) + drawn, options.output);
   const bool worse = std::any_of(comparison.cells.begin(), comparison.cells.end(),
-                                 [](const CellComparison& cell) { return cell.change == Change::kWorse; });
+                                 [](const CellComparison& cell) { return cell.change == ComparisonResult::kWorse; });
   return options.fail_if_worse && worse ? ExitCode::kWorse : ExitCode::kOk;
 }
 
 }  // namespace
 
 void AddCompareCommand(const programs::Command& program, Invocation* invocation) {
-  using programs::Alternatives, programs::WordsOf;
+  using programs::Alternatives, programs::EnumNamesOf;
   constexpr double kLargestMargin_percent = 1000.0;
   const auto command = program.AddCommand("compare", "Compare two methods, experiments or database files by problems");
   const auto options = std::make_shared<CompareOptions>();
@@ -56,9 +56,9 @@ void AddCompareCommand(const programs::Command& program, Invocation* invocation)
       .AddOption("--experiment", request.experiment, "Experiment of both methods, or of both files (default: newest)")
       .Check(programs::WholeNumber(1));
   command.AddOption("--method", request.method, "Compare only this method of experiments or files");
-  command.AddWord<Task>("--task", request.task, "Only this: " + Alternatives(WordsOf<Task>()));
-  command.AddWord<Initialization>("--initialization", request.initialization,
-                                  "Only this: " + Alternatives(WordsOf<Initialization>()));
+  command.AddEnum<Task>("--task", request.task, "Only this: " + Alternatives(EnumNamesOf<Task>()));
+  command.AddEnum<Initialization>("--initialization", request.initialization,
+                                  "Only this: " + Alternatives(EnumNamesOf<Initialization>()));
   AddRuleOption(command, &request.rule);
   command
       .AddOption("--margin", options->margin_percent,

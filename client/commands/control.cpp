@@ -73,9 +73,9 @@ void CheckText(const ControlOptions& options) {
   }
   const bool name = options.action == ControlAction::kRename;
   if (!name && options.action != ControlAction::kTag && options.action != ControlAction::kUntag) return;
-  std::string fault = name ? db::FaultOfName(options.reason) : db::FaultOfTag(options.reason);
+  std::string fault = name ? db::ValidateName(options.reason) : db::ValidateTag(options.reason);
   if (fault.empty() && !bus::IsText(options.reason)) fault = "must be UTF-8";
-  const auto unfit = options.action == ControlAction::kUntag ? std::nullopt : FindNameFault(options.reason);
+  const auto unfit = options.action == ControlAction::kUntag ? std::nullopt : DiagnoseName(options.reason);
   if (fault.empty() && unfit) fault = unfit->message + "; " + unfit->fix;
   if (!fault.empty()) throw ClientError(ExitCode::kUsage, (name ? "NAME: " : "TAG: ") + fault);
 }

@@ -144,7 +144,7 @@ struct CheckOptions {
 
 ExitCode Check(const CheckOptions& options) {
   const auto dataset = Dataset::Load(ChooseDatasetFolder(options.folder, nullptr), CallIsolated);
-  const std::vector<DatasetFinding> findings = CheckDataset(*dataset);
+  const std::vector<DatasetDiagnostic> findings = CheckDataset(*dataset);
   if (options.json) {
     std::cout << JsonText(DatasetFindingsToJson(findings)) << "\n";
   } else {

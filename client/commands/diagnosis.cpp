@@ -27,7 +27,7 @@
 namespace legopt::client {
 namespace {
 
-using State = Finding::State;
+using State = DoctorDiagnostic::State;
 
 // Timeout of doctor's probe; a running server answers within milliseconds.
 constexpr double kProbeTimeout_s = 1.5;
@@ -44,14 +44,14 @@ std::string_view StateWord(State state) {
   return "";
 }
 
-Finding CheckVersions(const programs::BuildFacts& build) {
+DoctorDiagnostic CheckVersions(const programs::BuildFacts& build) {
   return {"versions", State::kOk,
           programs::BuildName(build) + ", build " + programs::BuildId(build) + ", protocol " +
               std::to_string(bus::kProtocolVersion) + ", " LEGOPT_BUILT_WITH ", " + build.libraries,
           "", ExitCode::kOk};
 }
 
-Finding CheckPrograms() {
+DoctorDiagnostic CheckPrograms() {
   const auto folder = programs::ProgramFolder();
   std::string missing;
   for (const char* program : {"legopt-server", "legopt-worker"}) {
@@ -63,7 +63,7 @@ Finding CheckPrograms() {
           "build or install all three programs in one folder", ExitCode::kMachine};
 }
 
-Finding CheckData() {
+DoctorDiagnostic CheckData() {
   try {
     return {"data", State::kOk, "embedded suites and datasets in " + programs::DataFolder().string(), "", {}};
   } catch (const InputError& error) {
@@ -71,14 +71,14 @@ Finding CheckData() {
   }
 }
 
-Finding CheckRoute(const bus::LcmOptions& network) {
+DoctorDiagnostic CheckRoute(const bus::LcmOptions& network) {
   const auto route = bus::ProbeMulticastRoute(network.group, network.ttl);
   if (route.usable) return {"multicast route", State::kOk, network.group + " through " + route.interface, "", {}};
   return {"multicast route", State::kFail, network.group + " cannot be used", route.problem,
           ExitCode::kNetworkUnusable};
 }
 
-Finding CheckBuffers(const bus::LcmOptions& network, const bus::LcmTransport& transport) {
+DoctorDiagnostic CheckBuffers(const bus::LcmOptions& network, const bus::LcmTransport& transport) {
   constexpr std::size_t kKiB = 1024;
   // The kernel reports twice the granted size: payload and its own overhead.
   const std::string detail = std::to_string(transport.granted_receive_buffer_bytes() / 2 / kKiB) + " KiB of " +
@@ -88,14 +88,15 @@ Finding CheckBuffers(const bus::LcmOptions& network, const bus::LcmTransport& tr
   return {"receive buffers", warning.empty() ? State::kOk : State::kWarn, detail, warning, {}};
 }
 
-Finding CheckKey(const bus::LcmOptions& network, const bus::LcmTransport& transport) {
+DoctorDiagnostic CheckKey(const bus::LcmOptions& network, const bus::LcmTransport& transport) {
   if (transport.key() != nullptr) return {"message tags", State::kOk, "keyed by " + network.key_file, "", {}};
   const std::string warning = transport.missing_key_warning();
   if (network.ttl == 0) return {"message tags", State::kOk, warning, "", {}};
   return {"message tags", State::kWarn, "messages leave this machine without a key", warning, {}};
 }
 
-Finding CheckServer(const legopt_msg::probe_reply& probe, const std::string& address, const std::string& version) {
+DoctorDiagnostic CheckServer(const legopt_msg::probe_reply& probe, const std::string& address,
+                             const std::string& version) {
   const std::string detail = "legopt-server " + probe.server_version + " at " + address + " on " + probe.hostname +
                              ", database " + probe.database + ", up " +
                              FormatDuration(std::chrono::microseconds(probe.uptime_us));
@@ -110,7 +111,7 @@ Finding CheckServer(const legopt_msg::probe_reply& probe, const std::string& add
 }
 
 // Checks whether the server can write its database: on this disk, under this name.
-Finding CheckServersDatabase(ServerConnection& server) {
+DoctorDiagnostic CheckServersDatabase(ServerConnection& server) {
   constexpr std::int64_t kNoExperiment = std::numeric_limits<std::int64_t>::max();  // keeps the answer small
   const std::string error = StoreError(server.Status(kNoExperiment));
   if (error.empty()) return {"server's database", State::kOk, "can be written", "", {}};
@@ -118,7 +119,7 @@ Finding CheckServersDatabase(ServerConnection& server) {
           ExitCode::kDatabaseUnusable};
 }
 
-Finding CheckClock(const std::optional<legopt_msg::probe_reply>& probe) {
+DoctorDiagnostic CheckClock(const std::optional<legopt_msg::probe_reply>& probe) {
   using std::chrono::microseconds;
   constexpr double kToleratedDifference_s = 2.0;
   constexpr std::int64_t kSomeTimeIn2024_s = 1'704'067'200;
@@ -143,7 +144,7 @@ Finding CheckClock(const std::optional<legopt_msg::probe_reply>& probe) {
   return {"clock", State::kOk, detail, "", {}};
 }
 
-void CheckNetwork(const DiagnosisOptions& options, std::vector<Finding>* findings) {
+void CheckNetwork(const DiagnosisOptions& options, std::vector<DoctorDiagnostic>* findings) {
   std::optional<legopt_msg::probe_reply> probe;
   try {
     NetworkOptions network = options.network;
@@ -186,7 +187,7 @@ std::string CountProblems(const Dataset& dataset) {
   return text;
 }
 
-Finding CheckDataset(const DiagnosisOptions& options) {
+DoctorDiagnostic CheckDataset(const DiagnosisOptions& options) {
   try {
     const auto dataset = Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), CallIsolated);
     return {"dataset",
@@ -203,9 +204,9 @@ Finding CheckDataset(const DiagnosisOptions& options) {
 }
 
 // Returns one finding per violated rule; empty if the file is undamaged.
-std::vector<Finding> CheckInside(const std::string& file) {
-  std::vector<Finding> findings;
-  for (const db::Defect& defect : db::Audit(file)) {
+std::vector<DoctorDiagnostic> CheckInside(const std::string& file) {
+  std::vector<DoctorDiagnostic> findings;
+  for (const db::AuditDiagnostic& defect : db::Audit(file)) {
     const std::string more = defect.places > 1 ? " (and " + std::to_string(defect.places - 1) + " more)" : "";
     findings.push_back({"database: " + defect.rule, State::kFail, defect.detail + more,
                         "stop the server and restore a backup, or go on reading with care",
@@ -214,7 +215,7 @@ std::vector<Finding> CheckInside(const std::string& file) {
   return findings;
 }
 
-Finding Summarise(const std::string& file) {
+DoctorDiagnostic Summarise(const std::string& file) {
   db::ReadOnlyDatabase database(file);
   const auto result = database.Query("SELECT count(*), coalesce(sum(num_jobs), 0) FROM experiments", 1);
   const auto number = [&](std::size_t column) {
@@ -228,7 +229,7 @@ Finding Summarise(const std::string& file) {
           {}};
 }
 
-void CheckDatabase(const std::string& file, std::vector<Finding>* findings) {
+void CheckDatabase(const std::string& file, std::vector<DoctorDiagnostic>* findings) {
   try {
     const auto defects = CheckInside(file);
     findings->insert(findings->end(), defects.begin(), defects.end());
@@ -242,15 +243,16 @@ void CheckDatabase(const std::string& file, std::vector<Finding>* findings) {
 
 }  // namespace
 
-std::vector<Finding> Diagnose(const DiagnosisOptions& options) {
-  std::vector<Finding> findings = {CheckVersions(options.build), CheckPrograms(), CheckData()};
+std::vector<DoctorDiagnostic> Diagnose(const DiagnosisOptions& options) {
+  std::vector<DoctorDiagnostic> findings = {CheckVersions(options.build), CheckPrograms(), CheckData()};
   CheckNetwork(options, &findings);
   findings.push_back(CheckDataset(options));
   if (options.db) CheckDatabase(*options.db, &findings);
   return findings;
 }
 
-std::string RenderFindings(const std::vector<Finding>& findings, ListingFormat format, const TextLayout& layout) {
+std::string RenderFindings(const std::vector<DoctorDiagnostic>& findings, ListingFormat format,
+                           const TextLayout& layout) {
   Listing listing;
   if (format != ListingFormat::kText) {
     listing.columns = {"check", "state", "detail", "fix"};
@@ -265,7 +267,7 @@ std::string RenderFindings(const std::vector<Finding>& findings, ListingFormat f
   return AlignSentences(lines, layout.width);
 }
 
-ExitCode WorstOf(const std::vector<Finding>& findings) {
+ExitCode WorstOf(const std::vector<DoctorDiagnostic>& findings) {
   for (const auto& finding : findings) {
     if (finding.state == State::kFail) return finding.code;
   }

@@ -12,7 +12,7 @@
 namespace legopt::client {
 
 /// A check of `legopt doctor` with its result.
-struct Finding {
+struct DoctorDiagnostic {
   enum class State { kOk, kWarn, kFail };
   std::string check;  ///< e.g. "multicast route"
   State state = State::kOk;
@@ -29,12 +29,13 @@ struct DiagnosisOptions {
 };
 
 /// Checks everything that a run depends on. Failed checks become findings, not exceptions.
-std::vector<Finding> Diagnose(const DiagnosisOptions& options);
+std::vector<DoctorDiagnostic> Diagnose(const DiagnosisOptions& options);
 
 /// Renders lines such as "ok    multicast route  through lo"; a failed check or warning is followed by its fix.
-std::string RenderFindings(const std::vector<Finding>& findings, ListingFormat format, const TextLayout& layout);
+std::string RenderFindings(const std::vector<DoctorDiagnostic>& findings, ListingFormat format,
+                           const TextLayout& layout);
 
 /// Returns kOk if no check failed, else the code of the first failure. Warnings do not count.
-ExitCode WorstOf(const std::vector<Finding>& findings);
+ExitCode WorstOf(const std::vector<DoctorDiagnostic>& findings);
 
 }  // namespace legopt::client

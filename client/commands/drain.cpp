@@ -47,7 +47,7 @@ ExitCode Drain(const DrainOptions& options) {
   }
   legopt_msg::control_request request{};
   request.experiment_id = found.front();
-  request.action = NumberOf(ControlAction::kDrainWorker);
+  request.action = EnumNumber(ControlAction::kDrainWorker);
   const auto reply = server.Control(request);
   if (ControlStatus{reply.status} != ControlStatus::kOk) throw ClientError(ExitCode::kUsage, reply.message);
   std::cout << "worker " << found.front() << ": takes no more jobs, finishes the " << reply.num_jobs

@@ -54,7 +54,7 @@ void AddEvaluateCommand(const programs::Command& program, Invocation* invocation
   const auto options = std::make_shared<EvaluateOptions>();
   command.AddOption("FILE", options->file, "LegOpt solution JSON, - for standard input").Required();
   AddDatasetOption(command, &options->dataset);
-  command.AddWord<Definitions>(
+  command.AddEnum<Definitions>(
       "--definitions", options->definitions,
       "Source of the problem definitions: file (default), as in the original evaluator, or dataset");
   AddRuleOption(command, &options->rule, "literal");

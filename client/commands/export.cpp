@@ -68,8 +68,8 @@ void Write(const std::string& out, const SolutionFile& file, std::size_t num_fil
 // Returns e.g. "both tasks, -a and -b".
 std::string AllTasks() {
   std::string endings;
-  for (const auto& row : kWords<Task>) endings += (endings.empty() ? "-" : " and -") + std::string(row.word);
-  return (kNumWords<Task> == 2 ? "both tasks, " : "several tasks, ") + endings;
+  for (const auto& row : kEnumNames<Task>) endings += (endings.empty() ? "-" : " and -") + std::string(row.word);
+  return (kNumEnumerators<Task> == 2 ? "both tasks, " : "several tasks, ") + endings;
 }
 
 ExitCode Export(const ExportOptions& options) {
@@ -101,7 +101,7 @@ ExitCode Export(const ExportOptions& options) {
 }  // namespace
 
 void AddExportCommand(const programs::Command& program, Invocation* invocation) {
-  using programs::Alternatives, programs::WordsOf;
+  using programs::Alternatives, programs::EnumNamesOf;
   const auto command =
       program.AddCommand("export", "Write solutions as LegOpt solution JSON, which 'legopt evaluate' judges");
   const auto options = std::make_shared<ExportOptions>();
@@ -111,9 +111,9 @@ void AddExportCommand(const programs::Command& program, Invocation* invocation) 
                  "File to write, - for standard output; with " + AllTasks() + " are added to its name")
       .Required();
   AddMethodFilterOptions(command, &options->methods);
-  command.AddWord<Initialization>("--initialization", options->initialization,
-                                  "Only this one: " + Alternatives(WordsOf<Initialization>()));
-  command.AddWord<Task>("--task", options->task, "Only this task: " + Alternatives(WordsOf<Task>()));
+  command.AddEnum<Initialization>("--initialization", options->initialization,
+                                  "Only this one: " + Alternatives(EnumNamesOf<Initialization>()));
+  command.AddEnum<Task>("--task", options->task, "Only this task: " + Alternatives(EnumNamesOf<Task>()));
   command.AddOption("--dataset", options->dataset,
                     "Dataset folder, for the problem definitions (default: the embedded garage-easier)");
   AddSourceOptions(command, &options->source);

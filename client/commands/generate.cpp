@@ -61,7 +61,7 @@ generate::ScenarioOptions OptionsOf(const ScenarioFlags& flags) {
 /// if stances were proven, because the same command then continues from it.
 void MakeFolder(const std::filesystem::path& out, const std::string& identity,
                 const std::function<void(const std::filesystem::path&, const generate::BuildProgress&)>& make) {
-  NewFolder folder(out, identity, Unfinished::kKept);
+  StagedFolder folder(out, identity, Unfinished::kKept);
   const InterruptGuard guard;
   GenerationProgress progress;
   try {
@@ -163,7 +163,7 @@ generate::DatasetReport BuildFolder(const DatasetFlags& flags, const std::string
   options.Validate();
   const auto source = Dataset::Load(options.robot_folder, CallIsolated);
   generate::CheckSource(source, options.ProbeFor(*source), !options.scenario);
-  const std::string identity = what + options.StancesIdentity() + ", from " + source->content_hash() + "\n";
+  const std::string identity = what + options.StanceOptionsText() + ", from " + source->content_hash() + "\n";
   generate::DatasetReport report;
   MakeFolder(out, identity, [&](const std::filesystem::path& folder, const generate::BuildProgress& progress) {
     report = build(options, folder, progress);

@@ -80,7 +80,7 @@ ExitCode Import(const Flags& flags) {
   if (options.name.empty()) options.name = (out.has_filename() ? out : out.parent_path()).filename().string();
   options.Validate();
   const std::vector<std::unique_ptr<RereadableFile>> copies = MakeProblemsRereadable(options);
-  NewFolder folder(out, "import of " + options.source.string() + "\n", Unfinished::kRemoved);
+  StagedFolder folder(out, "import of " + options.source.string() + "\n", Unfinished::kRemoved);
   ImportReport report;
   try {
     report = ImportDataset(options, folder.path());

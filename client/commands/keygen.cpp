@@ -63,7 +63,7 @@ void AddKeygenCommand(const programs::Command& program, Invocation* invocation) 
       program.AddCommand("keygen", "Make the shared key of a deployment, or a derived key with fewer rights");
   const auto options = std::make_shared<KeygenOptions>();
   command.AddOption("FILE", options->file, "File to create; an existing one is never overwritten").Required();
-  const auto role = command.AddWord<KeyRole>("--role", options->role,
+  const auto role = command.AddEnum<KeyRole>("--role", options->role,
                                              "Derive a key from --from: worker (a pool's host) or client (a user)",
                                              programs::OneOf({"worker", "client"}));
   const auto from =

@@ -32,7 +32,7 @@ std::map<CostKey, Mean> ReadMeans(const nlohmann::json& spec, ResultSource& sour
   std::map<CostKey, Mean> means;
   const auto dataset = spec.at("dataset").at("hash").get<std::string>();
   for (std::size_t i = 0; i < rows.rows.size(); ++i) {
-    const CostKey key{rows.Text(i, "method"), rows.WordAt<Task>(i, "task"), rows.Text(i, "dataset") == dataset};
+    const CostKey key{rows.Text(i, "method"), rows.EnumAt<Task>(i, "task"), rows.Text(i, "dataset") == dataset};
     means[key].Add(rows.At(i, "cpu_s").get<double>(), rows.At(i, "results").get<double>());
   }
   return means;
@@ -49,7 +49,7 @@ std::vector<KnownCost> FindKnownCosts(const nlohmann::json& spec, ResultSource* 
     for (const auto& task : spec.at("tasks")) {
       KnownCost cost;
       cost.method_hash = method.at("hash").get<std::string>();
-      cost.task = ParseWord<Task>(task.at("task").get<std::string>()).value();
+      cost.task = ParseEnum<Task>(task.at("task").get<std::string>()).value();
       cost.jobs = static_cast<std::int64_t>(task.at("problems").size()) * times;
       for (const bool same : {true, false}) {
         const auto found = means.find({cost.method_hash, cost.task, same});

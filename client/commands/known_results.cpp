@@ -91,7 +91,7 @@ void ReadKnownJobs(const nlohmann::json& spec, ResultSource& source, KnownResult
 KnownResults FindKnownResults(const Submission& submission, ResultSource* source) {
   KnownResults known;
   known.again = submission.spec.value("again", false);
-  known.any_build = submission.spec.value("builds", "") == ToString(BuildRule::kAny);
+  known.any_build = submission.spec.value("builds", "") == ToString(BuildPolicy::kAny);
   if (source == nullptr || known.again) return known;
   const Listing same =
       source->Query("SELECT experiment_id FROM experiments WHERE submission_id = " + SqlText(submission.id));

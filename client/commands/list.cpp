@@ -38,11 +38,11 @@ struct ListOptions {
 };
 
 std::string FaultOfVerdict(const std::string& word) {
-  if (ParseWord<Verdict>(word)) return {};
-  return "'" + word + "' is no verdict; " + SuggestName(word, programs::WordsOf<Verdict>());
+  if (ParseEnum<Verdict>(word)) return {};
+  return "'" + word + "' is no verdict; " + SuggestName(word, programs::EnumNamesOf<Verdict>());
 }
 
-template <Worded Enum>
+template <NamedEnum Enum>
 std::string SqlWord(Enum value) {
   return SqlText(std::string(ToString(value)));
 }
@@ -54,10 +54,10 @@ void RequireProblem(ResultSource& source, std::int64_t experiment_id, int proble
       std::to_string(problem) + ") AS n FROM (SELECT DISTINCT c.task, p.problem_id FROM cells AS c JOIN jobs AS j " +
       "USING (cell_id) JOIN problems AS p USING (problem_key) WHERE c.experiment_id = " +
       std::to_string(experiment_id) + ") GROUP BY task");
-  Per<Task, std::string> known;
+  EnumArray<Task, std::string> known;
   for (std::size_t i = 0; i < found.rows.size(); ++i) {
     if (found.At(i, "n").get<int>() > 0) return;
-    const Task task = found.WordAt<Task>(i, "task");
+    const Task task = found.EnumAt<Task>(i, "task");
     known[task] = std::string(ToString(task)) + " " + Dump(found.At(i, "first")) + " to " + Dump(found.At(i, "last"));
   }
   std::string text;
@@ -78,7 +78,7 @@ std::string VerdictSql(Rule rule) {
 std::string Sql(const ListOptions& options, const ExperimentInfo& experiment, const ExperimentMethods& methods) {
   const std::string verdict = VerdictSql(options.rule.value_or(experiment.rule));
   std::string telling;
-  for (const std::string& column : methods.TellingColumns()) telling += column + ", ";
+  for (const std::string& column : methods.DistinguishingColumns()) telling += column + ", ";
   std::string sql = "SELECT job_id AS job, method, " + telling +
                     "task, initialization, problem_id AS problem, repetition, state, attempts, " + verdict +
                     " AS verdict, solver_status, cost, time_s, worker FROM job_list WHERE "
@@ -121,7 +121,7 @@ void AddProgress(const ListOptions& options, std::int64_t experiment_id, Listing
 }
 
 // Warns about jobs that were stopped by the wall-time limit, perhaps due to a busy machine, and suggests a remedy.
-void HintAtStoppedJobs(ResultSource& source, std::int64_t experiment_id) {
+void WarnAboutTimeLimitedJobs(ResultSource& source, std::int64_t experiment_id) {
   const Listing stopped =
       source.Query("SELECT count(*) AS n FROM clock_stopped WHERE experiment_id = " + std::to_string(experiment_id));
   const std::string warning = ClockWarning(stopped.At(0, "n").get<std::int64_t>(), experiment_id);
@@ -146,7 +146,7 @@ ExitCode List(const ListOptions& options) {
   if (!options.source.db) AddProgress(options, experiment.id, &jobs);
   PrintListing(jobs, options.listing);
   if (jobs.truncated) ReportCut(options, jobs.rows.size());
-  if (options.unsolved) HintAtStoppedJobs(*source, experiment.id);
+  if (options.unsolved) WarnAboutTimeLimitedJobs(*source, experiment.id);
   if (jobs.rows.empty()) std::cerr << "legopt: no job of experiment " << experiment.id << " is like that\n";
   return jobs.truncated ? ExitCode::kCutShort : ExitCode::kOk;
 }
@@ -154,16 +154,17 @@ ExitCode List(const ListOptions& options) {
 }  // namespace
 
 void AddListCommand(const programs::Command& program, Invocation* invocation) {
-  using programs::Alternatives, programs::WordsOf;
+  using programs::Alternatives, programs::EnumNamesOf;
   const auto command = program.AddCommand("list", "List the jobs of an experiment");
   const auto options = std::make_shared<ListOptions>();
   command.AddOption("ID", options->experiment, "Experiment (default: the newest)").Check(programs::WholeNumber(1));
-  command.AddWord<JobState>("--state", options->state, Alternatives(WordsOf<JobState>()));
+  command.AddEnum<JobState>("--state", options->state, Alternatives(EnumNamesOf<JobState>()));
   AddMethodFilterOptions(command, &options->methods);
-  command.AddWord<Task>("--task", options->task, Alternatives(WordsOf<Task>()));
-  command.AddWord<Initialization>("--initialization", options->initialization, Alternatives(WordsOf<Initialization>()));
+  command.AddEnum<Task>("--task", options->task, Alternatives(EnumNamesOf<Task>()));
+  command.AddEnum<Initialization>("--initialization", options->initialization,
+                                  Alternatives(EnumNamesOf<Initialization>()));
   command.AddOption("--problem", options->problem, "Only this problem");
-  command.AddWord<Verdict>("--verdict", options->verdict, "Only this verdict of the judge, e.g. foot_pose",
+  command.AddEnum<Verdict>("--verdict", options->verdict, "Only this verdict of the judge, e.g. foot_pose",
                            {FaultOfVerdict, ""});
   command.AddFlag("--unsolved", options->unsolved, "Only jobs that ended without success");
   AddRuleOption(command, &options->rule);

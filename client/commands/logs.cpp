@@ -24,7 +24,7 @@ struct LogsOptions {
 
 // Returns e.g. "crashed by signal 11 (Segmentation fault) after 3.2 s".
 std::string CauseOf(const Listing& attempts, std::size_t row) {
-  std::string text(ToString(attempts.WordAt<AttemptOutcome>(row, "outcome")));
+  std::string text(ToString(attempts.EnumAt<AttemptOutcome>(row, "outcome")));
   if (const auto& number = attempts.At(row, "exit_signal"); !number.is_null()) {
     text += " by signal " + Dump(number) + " (" + ::strsignal(number.get<int>()) + ")";
   }

@@ -30,7 +30,7 @@ NewDatabase::NewDatabase(const std::optional<std::string>& named, const std::str
     created_ = !std::filesystem::exists(path_, error) && !error;
     return;
   }
-  for (int i = 2; !files::ClaimName(path_); ++i) path_ = stem + "-" + std::to_string(i) + ".sqlite";
+  for (int i = 2; !files::ReserveFileName(path_); ++i) path_ = stem + "-" + std::to_string(i) + ".sqlite";
   created_ = true;
 }
 

@@ -128,7 +128,7 @@ void AddTableFormatOption(const programs::Command& command, TableFormat* format)
 }
 
 void AddRuleOption(const programs::Command& command, std::optional<Rule>* rule, const std::string& by_default) {
-  command.AddWord<Rule>("--rule", *rule,
+  command.AddEnum<Rule>("--rule", *rule,
                         "Count success by this rule: literal (original evaluator), strict (every listed link pair) or "
                         "solid (physical rule) (default: " +
                             by_default + ")");
@@ -178,7 +178,7 @@ void AddDatasetOption(const programs::Command& command, std::optional<std::strin
 }
 
 void AddSuiteOptions(const programs::Command& command, SuiteOptions* options) {
-  using programs::Joined, programs::WordsOf;
+  using programs::Joined, programs::EnumNamesOf;
   command
       .AddOption("SUITE", options->suite,
                  "Experiment file (YAML), - for standard input, or the name of an embedded suite, e.g. quick")
@@ -191,16 +191,16 @@ void AddSuiteOptions(const programs::Command& command, SuiteOptions* options) {
   command.AddOption("--methods", options->filter.methods, "Keep only these methods, by name").OneArgumentEach();
   command.AddList("--multi-starts", options->filter.multi_starts, "Keep only methods with these numbers of restarts");
   command.AddList("--sample-size", options->filter.sample_sizes, "Keep only methods with these sample sizes, percent");
-  command.AddList("--tasks", options->filter.tasks, "Keep only these tasks: " + Joined(WordsOf<Task>()));
+  command.AddList("--tasks", options->filter.tasks, "Keep only these tasks: " + Joined(EnumNamesOf<Task>()));
   command.AddList("--problems", options->filter.problems, "Keep only these problems: ids and ranges, e.g. 0-9,12");
   command.AddList("--initializations", options->filter.initializations,
-                  "Keep only these: " + Joined(WordsOf<Initialization>()));
+                  "Keep only these: " + Joined(EnumNamesOf<Initialization>()));
   command.AddList("--collision", options->filter.collision,
-                  "Keep only methods with these models: " + Joined(WordsOf<SceneRepresentation>()));
+                  "Keep only methods with these models: " + Joined(EnumNamesOf<SceneRepresentation>()));
   command.AddOption("--max-stances", options->filter.max_stances, "Omit longer " + LongTasks() + " problems")
-      .Check(programs::WholeNumber(2, bus::spec_limits::kMostWaypoints));
-  command.AddWord<Split>("--split", options->filter.split,
-                         "Problems to tune on (even ids) or to report on (odd ids): " + Joined(WordsOf<Split>()));
+      .Check(programs::WholeNumber(2, bus::spec_limits::kMaxWaypoints));
+  command.AddEnum<Split>("--split", options->filter.split,
+                         "Problems to tune on (even ids) or to report on (odd ids): " + Joined(EnumNamesOf<Split>()));
   command.AddOption("--seed", options->filter.seed, "Seed of the experiment, instead of the suite's")
       .Check(programs::WholeNumber(0));
   command.AddFlag("--again,--new", options->fresh,

@@ -49,7 +49,7 @@ struct PoolFlags {
 std::string Absolute(const std::string& file) { return fs::absolute(file).lexically_normal().string(); }
 
 PoolAccess AccessFor(const PoolFlags& flags, const PoolFile& file) {
-  PoolAccess access = AccessLikeOurs(file, flags.folder);
+  PoolAccess access = AccessWithLocalPaths(file, flags.folder);
   access.job_name = "legopt-" + std::to_string(bridge::ReadAccessFile(flags.access).deployment);
   return access;
 }
@@ -155,12 +155,12 @@ ExitCode StartSsh(PoolFlags& flags) {
   StartedFolder started(flags.folder);
   flags.guard = std::make_unique<InterruptGuard>();
   SshPool pool(file, access);
-  AddToRecord(flags.folder, {Engine::kSsh, Keeper::ThisProcess().id()});
+  AddToRecord(flags.folder, {Engine::kSsh, PoolProcess::ThisProcess().id()});
   started.Keep();
   std::cout << file.nodes << (file.nodes == 1 ? " worker" : " workers") << ", one to a host; logs in "
             << programs::Printable(flags.folder) << "; Ctrl-C stops them\n"
             << std::flush;
-  const HostsFile hosts(flags.folder, Keeper::ThisProcess());
+  const HostsFile hosts(flags.folder, PoolProcess::ThisProcess());
   KeepUntilOver(pool, hosts);
   hosts.Remove();
   return OutcomeOf(pool);
@@ -202,7 +202,7 @@ ExitCode Status(const FolderFlags& flags) {
   for (const PoolMember& member : ReadRecord(flags.folder)) {
     if (member.engine == Engine::kSlurm) {
       ListArray(member.id, listing);
-    } else if (const auto keeper = Keeper::FromId(member.id); keeper && keeper->runs()) {
+    } else if (const auto keeper = PoolProcess::FromId(member.id); keeper && keeper->runs()) {
       ListHosts({flags.folder, *keeper}, listing);
     }
   }
@@ -220,7 +220,7 @@ void StopArray(const std::string& job, std::chrono::milliseconds patience) {
 }
 
 void StopHosts(const std::string& id, std::chrono::milliseconds patience) {
-  const auto keeper = Keeper::FromId(id);
+  const auto keeper = PoolProcess::FromId(id);
   if (!keeper || !keeper->runs()) return;
   std::cout << "workers through ssh: stopping\n" << std::flush;
   keeper->Stop(patience, Interrupted);
@@ -270,7 +270,7 @@ void AddPoolCommand(const programs::Command& program, Invocation* invocation) {
   const auto script_flags = std::make_shared<PoolFlags>();
   AddStartFlags(script, script_flags.get());
   script
-      .AddWord<Engine>("--engine", script_flags->engine, "pbs, sge or htcondor",
+      .AddEnum<Engine>("--engine", script_flags->engine, "pbs, sge or htcondor",
                        programs::OneOf({"pbs", "sge", "htcondor"}))
       .Required();
   script.WhenChosen([=] { invocation->body = [script_flags] { return PrintScript(*script_flags); }; });

@@ -98,7 +98,7 @@ nlohmann::ordered_json ReplayJson(const StoredJob& job, const Replay& replay) {
 }
 
 void PrintReplays(const std::vector<StoredJob>& jobs, const std::vector<Replay>& replays, bool json) {
-  Per<Reproduction, std::size_t> counts;
+  EnumArray<Reproduction, std::size_t> counts;
   auto list = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     ++counts[replays[i].outcome];
@@ -128,7 +128,8 @@ void PrintReplays(const std::vector<StoredJob>& jobs, const std::vector<Replay>&
 ExitCode ExitCodeOf(const std::vector<Replay>& replays) {
   Reproduction worst = Reproduction::kBitIdentical;
   for (const Replay& replay : replays) worst = std::max(worst, replay.outcome);
-  constexpr Per<Reproduction, ExitCode> kCodes = {{{ExitCode::kOk, ExitCode::kOtherBits, ExitCode::kOtherResult}}};
+  constexpr EnumArray<Reproduction, ExitCode> kCodes = {
+      {{ExitCode::kOk, ExitCode::kOtherBits, ExitCode::kOtherResult}}};
   return kCodes[worst];
 }
 
@@ -167,19 +168,19 @@ ExitCode ReplayStored(const ReplayOptions& options) {
 }  // namespace
 
 void AddReplayCommand(const programs::Command& program, Invocation* invocation) {
-  constexpr int kMostJobs = 1'000'000, kMostParallel = 256;
+  constexpr int kMaxJobs = 1'000'000, kMaxParallel = 256;
   const auto command = program.AddCommand("replay", "Solve a stored job again on this machine and compare the bits");
   const auto options = std::make_shared<ReplayOptions>();
   command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Check(programs::WholeNumber(1));
   command
       .AddOption("--random", options->random,
                  "Replay this many random jobs of an experiment, over all methods and tasks")
-      .Check(programs::WholeNumber(1, kMostJobs));
+      .Check(programs::WholeNumber(1, kMaxJobs));
   command.AddOption("--seed", options->seed, "Seed of --random (default 1)").Check(programs::WholeNumber(0));
   command.AddOption("--experiment", options->experiment, "Experiment for --random (default: the newest)")
       .Check(programs::WholeNumber(1));
   command.AddOption("--jobs", options->parallel, "Number of parallel jobs (default: the processors granted)")
-      .Check(programs::WholeNumber(1, kMostParallel));
+      .Check(programs::WholeNumber(1, kMaxParallel));
   AddDatasetOption(command, &options->dataset);
   command.AddOption(
       "--solver", options->solvers,

@@ -51,7 +51,7 @@ struct RunOptions {
   std::optional<std::string> slurm;
   std::optional<PoolFile> pool;  // its contents
   programs::BuildFacts build;
-  int workers = 0;  // 0 until SettleWorkers
+  int workers = 0;  // 0 until ResolveWorkerCount
   std::string workers_reason;
   TableFormat format = TableFormat::kText;
   std::optional<Rule> rule;
@@ -88,7 +88,7 @@ struct Outcome {
 };
 
 // A server that is too busy to report its status may still be storing the experiment.
-void LookAt(ServerConnection& server, StoreTrouble& trouble) {
+void LookAt(ServerConnection& server, StoreOutageMonitor& trouble) {
   server.set_timeout(kCallTimeout);
   try {
     trouble.Look(server.Status(0), nullptr);
@@ -103,11 +103,11 @@ void RequireBuild(ServerConnection& server, std::int64_t experiment_id, const Ru
   if (experiments.empty() || experiments.front().over()) return;
   const ExperimentStatus& experiment = experiments.front();
   const std::string mine = programs::BuildId(options.build);
-  if (experiment.builds == BuildRule::kAny || experiment.build_id.empty() || experiment.build_id == mine) return;
+  if (experiment.builds == BuildPolicy::kAny || experiment.build_id.empty() || experiment.build_id == mine) return;
   if (options.any_build) {
     legopt_msg::control_request request{};
     request.experiment_id = experiment_id;
-    request.action = NumberOf(ControlAction::kResumeAnyBuild);
+    request.action = EnumNumber(ControlAction::kResumeAnyBuild);
     server.Control(request);
     return;
   }
@@ -118,10 +118,10 @@ void RequireBuild(ServerConnection& server, std::int64_t experiment_id, const Ru
                                           "--again for another experiment");
 }
 
-Outcome RunExperiment(const Submission& submission, const RunOptions& options, OwnPool& pool,
+Outcome RunExperiment(const Submission& submission, const RunOptions& options, ManagedPool& pool,
                       const std::filesystem::path& db) {
   Outcome outcome;
-  StoreTrouble trouble;
+  StoreOutageMonitor trouble;
   try {
     ServerConnection server(pool.network());
     const auto reply = server.Submit(submission.id, Dump(submission.spec), [&] {
@@ -230,9 +230,9 @@ std::unique_ptr<OfferedFolder> OfferDataset(const RunOptions& options, const Sub
   }
 }
 
-std::unique_ptr<OwnPool> StartPool(const RunOptions& options, const Submission& submission,
-                                   const std::filesystem::path& db, const std::filesystem::path& offered,
-                                   bool verbose) {
+std::unique_ptr<ManagedPool> StartPool(const RunOptions& options, const Submission& submission,
+                                       const std::filesystem::path& db, const std::filesystem::path& offered,
+                                       bool verbose) {
   const std::filesystem::path& dataset = submission.dataset_folder;
   if (options.pool) {
     SlurmPoolOptions pool = PoolOptionsOf(options, submission, db);
@@ -262,7 +262,7 @@ ExitCode Run(RunOptions& options, bool verbose) {
   RequireOneStandardInput(InputsOf(options.suite));
   const auto solver_copies = MakeRereadable(options.suite.solvers);  // the workers read them again
   const Submission submission = PrepareFrom(options.suite, solver_copies);
-  WarnOfLosses(submission);
+  WarnAboutOmittedProblems(submission);
   const std::string stem = options.db ? "" : NewDatabaseStem(submission.spec.at("name").get<std::string>());
   if (options.dry_run) return DryRun(submission, options, options.db.value_or(stem + ".sqlite"));
   const NewDatabase database(options.db, stem);
@@ -271,7 +271,7 @@ ExitCode Run(RunOptions& options, bool verbose) {
   Outcome outcome;
   {
     const std::unique_ptr<OfferedFolder> offered = OfferDataset(options, submission);
-    const std::unique_ptr<OwnPool> pool =
+    const std::unique_ptr<ManagedPool> pool =
         StartPool(options, submission, db, offered ? offered->path() : std::filesystem::path(), verbose);
     RecordDataset(submission);
     outcome = RunExperiment(submission, options, *pool, db);
@@ -281,7 +281,7 @@ ExitCode Run(RunOptions& options, bool verbose) {
 }
 
 // Uses the rule for legopt-worker's slots.
-void SettleWorkers(RunOptions& options) {
+void ResolveWorkerCount(RunOptions& options) {
   const programs::ProcessorGrant grant = programs::GrantedProcessors(programs::ReadProcessorFacts());
   if (options.workers > grant.processors) {
     std::cerr << "legopt: warning: --workers " << options.workers << " is more than was granted: " << grant.reason
@@ -325,7 +325,7 @@ void AddRunCommand(const programs::Command& program, Invocation* invocation) {
   command.AddOption("--port", options->network.port, "Control port (default: a free pair of ports)").Group("Network");
   command.AddOption("--group", options->network.group, "Multicast group").Group("Network");
   command.WhenChosen([=] {
-    if (!options->slurm) SettleWorkers(*options);
+    if (!options->slurm) ResolveWorkerCount(*options);
     options->build = invocation->build;
     invocation->body = [options, invocation] { return Run(*options, invocation->verbose); };
   });

@@ -103,7 +103,7 @@ ExitCode Serve(const ServeOptions& options) {
       http,
       [&](const HttpRequest& request) {
         if (Monitoring::Answers(request.path)) return std::optional<HttpReply>();  // slow: calls the server
-        return request.path == kState ? std::optional(StateReply(state)) : blocks.AtHand(request);
+        return request.path == kState ? std::optional(StateReply(state)) : blocks.TryAnswer(request);
       },
       [&](const HttpRequest& request) {
         return Monitoring::Answers(request.path) ? Monitoring(options.source).Answer(request) : blocks.Make(request);

@@ -34,7 +34,7 @@ ExitCode CheckDeclared(const SolverFlags& flags) {
   Listing listing;
   listing.columns = {"result", "check", "detail"};
   bool passed = true;
-  for (const external::SolverFinding& finding : external::CheckSolver(solvers, dataset)) {
+  for (const external::SolverDiagnostic& finding : external::CheckSolver(solvers, dataset)) {
     listing.rows.push_back({finding.passed ? "ok" : "FAIL", finding.check, finding.detail});
     passed = passed && finding.passed;
   }

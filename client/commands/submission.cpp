@@ -32,7 +32,7 @@ std::string Plural(std::int64_t count, const std::string& word) {
 
 /// Warns about implausible values before hours are spent on them.
 void WarnAbout(const Dataset& dataset) {
-  for (const DatasetFinding& finding : CheckPlausibility(dataset)) {
+  for (const DatasetDiagnostic& finding : CheckPlausibility(dataset)) {
     const std::string text = dataset.folder().string() + ": " + finding.field +
                              (finding.value.empty() ? "" : " (" + finding.value + ")") + ": " + finding.message + "; " +
                              finding.fix;
@@ -42,7 +42,7 @@ void WarnAbout(const Dataset& dataset) {
 
 // A suite checks its own names; a name may also come from a file or folder.
 void CheckName(const std::string& name, const std::string& file, const std::string& fix) {
-  if (const auto fault = FindNameFault(name)) throw InputError({file, "name", name, fault->message, fix});
+  if (const auto fault = DiagnoseName(name)) throw InputError({file, "name", name, fault->message, fix});
   if (name.size() <= limits::kMostNameBytes) return;
   throw InputError({file, "name", name,
                     "must be UTF-8 of 1 to " + std::to_string(limits::kMostNameBytes) + " bytes, it has " +
@@ -51,10 +51,10 @@ void CheckName(const std::string& name, const std::string& file, const std::stri
 }
 
 void CheckSize(const Suite& suite, const Submission& submission) {
-  if (submission.num_jobs > limits::kMostJobs) {
+  if (submission.num_jobs > limits::kMaxJobs) {
     throw ClientError(ExitCode::kUsage, suite.file + ": " + std::to_string(submission.num_jobs) +
                                             " jobs are more than one experiment may have (" +
-                                            std::to_string(limits::kMostJobs) + "); split it");
+                                            std::to_string(limits::kMaxJobs) + "); split it");
   }
   const std::size_t bytes = Dump(submission.spec).size();
   if (bytes > limits::kMostBytes) {
@@ -103,7 +103,7 @@ void RecordDataset(const Submission& submission) {
   RecordDatasetFolder(submission.spec.at("dataset").at("hash").get<std::string>(), submission.dataset_folder);
 }
 
-void WarnOfLosses(const Submission& submission) {
+void WarnAboutOmittedProblems(const Submission& submission) {
   if (!submission.surprising) return;
   for (const auto& loss : submission.left_out) {
     std::cerr << "legopt: warning: " << loss << "; --max-stances takes them in\n";

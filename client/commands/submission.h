@@ -25,7 +25,7 @@ struct Submission {
 void RecordDataset(const Submission& submission);
 
 /// Warns on standard error about omitted problems if that is surprising.
-void WarnOfLosses(const Submission& submission);
+void WarnAboutOmittedProblems(const Submission& submission);
 
 /// Reads the suite, applies the filters, loads the dataset and builds the spec. Warns on standard error about
 /// implausible values in the dataset (plausibility.h). Throws InputError or ClientError; sends nothing.

@@ -49,7 +49,7 @@ ExitCode Wait(ServerConnection& server, std::int64_t experiment_id, const Submit
 
 // The answer arrives when the experiment is on disk. Equal ids create one experiment, so it may be sent again.
 legopt_msg::submit_reply Send(ServerConnection& server, const Submission& submission) {
-  StoreTrouble trouble;
+  StoreOutageMonitor trouble;
   try {
     return server.Submit(submission.id, Dump(submission.spec), [&] { trouble.Look(server.Status(0), nullptr); });
   } catch (const ClientError& error) {
@@ -78,7 +78,7 @@ void SendDataset(ServerConnection& server, const Submission& submission) {
 }
 
 // Reports that an identical experiment exists and nothing was started.
-void SayThatItExists(const ExperimentStatus& experiment) {
+void ReportExistingExperiment(const ExperimentStatus& experiment) {
   std::cerr << "legopt: this experiment was submitted before, as " << experiment.id << ", and is "
             << ToString(experiment.state) << ": nothing was started; --again solves it anew\n";
 }
@@ -110,7 +110,7 @@ ExitCode DryRunSubmission(const Submission& submission, const SubmitOptions& opt
 
 ExitCode Submit(const SubmitOptions& options) {
   const Submission submission = PrepareSubmission(options.suite);
-  WarnOfLosses(submission);
+  WarnAboutOmittedProblems(submission);
   if (options.dry_run) return DryRunSubmission(submission, options);
   ServerConnection server(options.network);
   const auto reply = Send(server, submission);
@@ -126,7 +126,7 @@ ExitCode Submit(const SubmitOptions& options) {
     std::cout << reply.experiment_id << std::endl;
   }
   if (known) {
-    SayThatItExists(ParseExperiments(server.Status(reply.experiment_id)).at(0));
+    ReportExistingExperiment(ParseExperiments(server.Status(reply.experiment_id)).at(0));
   } else {
     std::cerr << DescribeJobs(submission.spec) << "\n";
   }

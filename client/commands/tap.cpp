@@ -16,7 +16,7 @@
 #include "client/commands/options.h"
 #include "client/report/json_text.h"
 #include "client/service/interrupt.h"
-#include "client/tap/heard_datagram.h"
+#include "client/tap/captured_datagram.h"
 #include "client/tap/traffic_rates.h"
 #include "legopt/nearest_name.h"
 #include "programs/checks.h"
@@ -51,8 +51,10 @@ class Listener final : public bus::DatagramReceiver {
     std::vector<std::uint8_t> bytes;
   };
 
-  explicit Listener(bus::Transport& transport) : transport_(transport) { transport_.SetReceiver(this, bus::kAnybody); }
-  ~Listener() { transport_.SetReceiver(nullptr, bus::kAnybody); }
+  explicit Listener(bus::Transport& transport) : transport_(transport) {
+    transport_.SetReceiver(this, bus::kAnyDestination);
+  }
+  ~Listener() { transport_.SetReceiver(nullptr, bus::kAnyDestination); }
   Listener(const Listener&) = delete;
   Listener& operator=(const Listener&) = delete;
 
@@ -88,7 +90,7 @@ class Filter {
  public:
   explicit Filter(const TapOptions& options)
       : types_(options.types.begin(), options.types.end()), sender_(ParseAddress(options.from)) {}
-  bool Takes(const HeardDatagram& heard) const {
+  bool Takes(const CapturedDatagram& heard) const {
     if (!types_.empty() && !types_.contains(TypeName(heard))) return false;
     return !sender_ || (heard.is_frame && heard.header.sender == *sender_);
   }
@@ -162,7 +164,8 @@ class TapRun {
   }
 
   void Take(const Listener::Datagram& datagram) {
-    const HeardDatagram heard = ReadDatagram(datagram.port, datagram.bytes, transport_.deployment(), transport_.key());
+    const CapturedDatagram heard =
+        ReadDatagram(datagram.port, datagram.bytes, transport_.deployment(), transport_.key());
     all_.Add(heard);
     if (!filter_.Takes(heard)) return;
     ++chosen_;
@@ -190,8 +193,8 @@ class TapRun {
   }
 
   void SayIfSilent() {
-    if (told_silence_ || all_.datagrams() > 0 || transport_.now() - begin_ < kPatience) return;
-    told_silence_ = true;
+    if (reported_silence_ || all_.datagrams() > 0 || transport_.now() - begin_ < kPatience) return;
+    reported_silence_ = true;
     std::cerr << "legopt: nothing heard yet at " << address_ << "; does a server run there? ('legopt status')"
               << std::endl;
   }
@@ -232,7 +235,7 @@ class TapRun {
   TrafficRates interval_;
   std::int64_t chosen_ = 0;
   std::int64_t printed_ = 0;  // number of lines or tables
-  bool told_silence_ = false;
+  bool reported_silence_ = false;
 };
 
 ExitCode Tap(const TapOptions& options) {

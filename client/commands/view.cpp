@@ -117,7 +117,7 @@ void AddViewCommand(const programs::Command& program, Invocation* invocation) {
   command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Check(programs::WholeNumber(1));
   command.AddOption("--problem", options->problem, "Show a problem of the dataset instead, without a solution")
       .Check(programs::WholeNumber(0));
-  command.AddWord<Task>("--task", options->task, "Task of the problem (default: posture)");
+  command.AddEnum<Task>("--task", options->task, "Task of the problem (default: posture)");
   command.AddOption("--ghost", options->ghost, "Draw another job of the same problem transparently")
       .Check(programs::WholeNumber(1));
   command.AddOption("--out", options->out,

@@ -21,8 +21,8 @@ double Charge::Apply(const ProblemRuns& problem) const {
   return problem.time.Charged(rule == ChargeRule::kPerWaypoint ? ms * problem.waypoints : ms);
 }
 
-Per<Task, Charge> ChargesOf(std::span<const SolveCell> cells, std::optional<double> chosen_ms) {
-  Per<Task, Charge> charges;
+EnumArray<Task, Charge> ChargesOf(std::span<const SolveCell> cells, std::optional<double> chosen_ms) {
+  EnumArray<Task, Charge> charges;
   for (const TaskDescription& description : kTasks) {
     charges[description.task] = chosen_ms ? Charge{*chosen_ms, ChargeRule::kChosen} : ChargeOf(cells, description.task);
   }
@@ -43,7 +43,7 @@ std::string DescribeCharge(const Charge& charge, const TimeUnit& unit) {
   return time;
 }
 
-const char* WordOf(ChargeRule rule) {
+const char* EnumNameOf(ChargeRule rule) {
   switch (rule) {
     case ChargeRule::kChosen:
       return "chosen";

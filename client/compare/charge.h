@@ -35,13 +35,13 @@ struct Charge {
 
 /// Returns the charge of each task for cells that are shown or compared together. `chosen_ms` (> 0) is used unchanged.
 /// With kWallLimit the smallest limit is used. 0 for tasks without cells.
-Per<Task, Charge> ChargesOf(std::span<const SolveCell> cells, std::optional<double> chosen_ms);
+EnumArray<Task, Charge> ChargesOf(std::span<const SolveCell> cells, std::optional<double> chosen_ms);
 
 /// Returns e.g. "10.0 s for each waypoint of the problem", "3.00 s, as chosen" for captions, in `unit`.
 std::string DescribeCharge(const Charge& charge, const TimeUnit& unit);
 
 /// Returns "chosen", "per_waypoint" or "wall_limit".
-const char* WordOf(ChargeRule rule);
+const char* EnumNameOf(ChargeRule rule);
 
 /// Returns "PAR10", or "Charged" if the charge was chosen.
 const char* TitleOfChargedMean(ChargeRule rule);

@@ -16,7 +16,7 @@ namespace legopt::client {
 namespace {
 
 using statistics::ProblemScore;
-using statistics::RunEnd;
+using statistics::RunOutcome;
 using Indices = std::span<const int>;
 
 // Applies a smaller limit: returns the outcomes under it.
@@ -26,7 +26,7 @@ SolveCell Truncated(const SolveCell& cell, double limit_ms) {
   for (Solve& solve : shorter.solves) {
     if (solve.time_ms <= limit_ms) continue;
     solve.time_ms = limit_ms;
-    if (solve.end == RunEnd::kSolved) solve.end = RunEnd::kFailed;
+    if (solve.end == RunOutcome::kSolved) solve.end = RunOutcome::kFailed;
   }
   return shorter;
 }
@@ -51,14 +51,14 @@ std::vector<ProblemPair> PairsOf(const SolveCell& a, const SolveCell& b, CellCom
 // For many problems, fewer resamples and plain percentiles suffice, because means are nearly normal; 100,000 jobs then
 // take seconds. BCa alone computes the statistic once for each problem left out.
 statistics::BootstrapOptions BootstrapOf(std::size_t problems, const ComparisonOptions& options) {
-  constexpr double kMostDraws = 2e7;
+  constexpr double kMaxDraws = 2e7;
   constexpr int kMost = 10'000, kFewest = 1'000;
-  constexpr std::size_t kMostCorrected = 5'000;
-  const double affordable = kMostDraws / static_cast<double>(std::max<std::size_t>(problems, 1));
+  constexpr std::size_t kMaxCorrected = 5'000;
+  const double affordable = kMaxDraws / static_cast<double>(std::max<std::size_t>(problems, 1));
   return {.resamples = static_cast<int>(std::clamp<double>(affordable, kFewest, kMost)),
           .level = kLevel,
           .seed = options.seed,
-          .kind = problems > kMostCorrected ? statistics::BootstrapKind::kPercentile : statistics::BootstrapKind::kBca};
+          .kind = problems > kMaxCorrected ? statistics::BootstrapKind::kPercentile : statistics::BootstrapKind::kBca};
 }
 
 double MeanOver(const std::vector<double>& values, Indices problems) {
@@ -138,8 +138,8 @@ void CompareTimes(const std::vector<ProblemPair>& pairs, const std::vector<int>&
   std::vector<ProblemRatio> ratios;
   for (const int i : common) {
     const ProblemPair& pair = pairs[static_cast<std::size_t>(i)];
-    const double a = std::max(pair.a.time.MeanOfSolved(), kShortest_ms);
-    const double b = std::max(pair.b.time.MeanOfSolved(), kShortest_ms);
+    const double a = std::max(pair.a.time.MeanSolvedValue(), kShortest_ms);
+    const double b = std::max(pair.b.time.MeanSolvedValue(), kShortest_ms);
     logarithms.push_back(std::log(b / a));
     ratios.push_back({pair.a.problem, pair.a.job_id, pair.b.job_id, b / a});
   }
@@ -157,7 +157,7 @@ void CompareCosts(const std::vector<ProblemPair>& pairs, const std::vector<int>&
   std::vector<double> logarithms, differences;
   for (const int i : common) {
     const ProblemPair& pair = pairs[static_cast<std::size_t>(i)];
-    const double a = pair.a.cost.MeanOfSolved(), b = pair.b.cost.MeanOfSolved();
+    const double a = pair.a.cost.MeanSolvedValue(), b = pair.b.cost.MeanSolvedValue();
     if (!(a > 0.0 && b > 0.0)) continue;  // no ratio
     logarithms.push_back(std::log(b / a));
     differences.push_back(TrustedDifference(b, a));
@@ -209,7 +209,7 @@ double ContendedShare(const SolveCell& a, const SolveCell& b) {
 
 std::vector<PairedTimes> TimesOf(const std::vector<ProblemPair>& pairs) {
   const auto time_ms = [](const ProblemScore& score) {
-    return score.solved > 0 ? std::max(score.MeanOfSolved(), kShortest_ms) : statistics::kInfinity;
+    return score.solved > 0 ? std::max(score.MeanSolvedValue(), kShortest_ms) : statistics::kInfinity;
   };
   std::vector<PairedTimes> times;
   for (const ProblemPair& pair : pairs) {
@@ -228,24 +228,27 @@ void Adjust(std::vector<CellComparison>* cells, const Get& test) {
   for (std::size_t i = 0; i < adjusted.size(); ++i) *test((*cells)[i]).second = adjusted[i];
 }
 
-Change ChangeOf(const RatioComparison& ratios, double margin) {
-  if (ratios.n == 0 || ratios.adjusted_p >= kSignificance) return Change::kNone;
-  if (ratios.interval.upper < 1.0 / (1.0 + margin)) return Change::kBetter;
-  return ratios.interval.lower > 1.0 + margin ? Change::kWorse : Change::kNone;
+ComparisonResult ChangeOf(const RatioComparison& ratios, double margin) {
+  if (ratios.n == 0 || ratios.adjusted_p >= kSignificance) return ComparisonResult::kNone;
+  if (ratios.interval.upper < 1.0 / (1.0 + margin)) return ComparisonResult::kBetter;
+  return ratios.interval.lower > 1.0 + margin ? ComparisonResult::kWorse : ComparisonResult::kNone;
 }
 
-Change ChangeOf(const SuccessComparison& success) {
-  if (success.adjusted_p >= kSignificance) return Change::kNone;
-  return success.counts.only_second > success.counts.only_first ? Change::kBetter : Change::kWorse;
+ComparisonResult ChangeOf(const SuccessComparison& success) {
+  if (success.adjusted_p >= kSignificance) return ComparisonResult::kNone;
+  return success.counts.only_second > success.counts.only_first ? ComparisonResult::kBetter : ComparisonResult::kWorse;
 }
 
 // Combines changes of equal rank.
-Change Together(std::initializer_list<Change> changes) {
-  const auto any = [&](Change change) { return std::find(changes.begin(), changes.end(), change) != changes.end(); };
-  const bool better = any(Change::kBetter) || any(Change::kMixed), worse = any(Change::kWorse) || any(Change::kMixed);
-  if (better && worse) return Change::kMixed;
-  if (better) return Change::kBetter;
-  return worse ? Change::kWorse : Change::kNone;
+ComparisonResult Together(std::initializer_list<ComparisonResult> changes) {
+  const auto any = [&](ComparisonResult change) {
+    return std::find(changes.begin(), changes.end(), change) != changes.end();
+  };
+  const bool better = any(ComparisonResult::kBetter) || any(ComparisonResult::kMixed),
+             worse = any(ComparisonResult::kWorse) || any(ComparisonResult::kMixed);
+  if (better && worse) return ComparisonResult::kMixed;
+  if (better) return ComparisonResult::kBetter;
+  return worse ? ComparisonResult::kWorse : ComparisonResult::kNone;
 }
 
 }  // namespace
@@ -286,18 +289,18 @@ void Decide(const ComparisonOptions& options, std::vector<CellComparison>* cells
     cell.success.change = ChangeOf(cell.success);
     cell.time.change = ChangeOf(cell.time, options.margin);
     cell.cost.change = ChangeOf(cell.cost, options.margin);
-    cell.change =
-        cell.success.change == Change::kNone ? Together({cell.time.change, cell.cost.change}) : cell.success.change;
+    cell.change = cell.success.change == ComparisonResult::kNone ? Together({cell.time.change, cell.cost.change})
+                                                                 : cell.success.change;
   }
 }
 
-Change OverallChange(const std::vector<CellComparison>& cells) {
-  Change change = Change::kNone;
+ComparisonResult OverallChange(const std::vector<CellComparison>& cells) {
+  ComparisonResult change = ComparisonResult::kNone;
   for (const CellComparison& cell : cells) change = Together({change, cell.change});
   return change;
 }
 
-int LeastDiscordant() {
+int MinDiscordantPairs() {
   int discordant = 1;
   while (statistics::McNemar(0, discordant).mid_p >= kSignificance) ++discordant;
   return discordant;

@@ -40,7 +40,7 @@ struct RatioComparison {
   statistics::SignedRankTest test;      ///< test of logarithms of times, or differences of costs
   double adjusted_p = 1.0;              ///< Holm-adjusted over all comparisons shown
   int lower = 0;                        ///< number of problems on which B is faster or cheaper
-  Change change = Change::kNone;
+  ComparisonResult change = ComparisonResult::kNone;
 };
 
 /// Times of a problem: means of solved repetitions; infinite if none was solved.
@@ -63,7 +63,7 @@ struct SuccessComparison {
   statistics::ShareDifference difference;  ///< Newcombe's interval; with repetitions by bootstrap over problems
   statistics::McNemarTest test;
   double adjusted_p = 1.0;
-  Change change = Change::kNone;
+  ComparisonResult change = ComparisonResult::kNone;
 };
 
 /// Comparison of two methods on one task and initialization.
@@ -83,7 +83,7 @@ struct CellComparison {
   double contended_share = 0.0;                ///< share of disturbed runs of both
   std::vector<PairedTimes> times;              ///< times of the pairs, by problem
   std::vector<ProblemRatio> fastest, slowest;  ///< extreme time ratios: the smallest below 1, the largest above 1
-  Change change = Change::kNone;
+  ComparisonResult change = ComparisonResult::kNone;
 };
 
 /// Options of a comparison.
@@ -103,10 +103,10 @@ CellComparison CompareCells(const SolveCell& a, const SolveCell& b, const Charge
 void Decide(const ComparisonOptions& options, std::vector<CellComparison>* cells);
 
 /// Returns the overall change of all cells.
-Change OverallChange(const std::vector<CellComparison>& cells);
+ComparisonResult OverallChange(const std::vector<CellComparison>& cells);
 
 /// Returns the smallest number of problems solved by only one of two methods for which McNemar's mid-p can be below
 /// kSignificance.
-int LeastDiscordant();
+int MinDiscordantPairs();
 
 }  // namespace legopt::client

@@ -46,9 +46,9 @@ struct ChangeWords {
 constexpr ChangeWords kSuccessWords = {"solves more", "solves fewer"}, kTimeWords = {"faster", "slower"},
                       kCostWords = {"cheaper", "dearer"};
 
-void AddWords(Change change, const ChangeWords& words, std::string* text) {
-  if (change != Change::kBetter && change != Change::kWorse) return;
-  *text += (text->empty() ? "" : ", ") + std::string(change == Change::kBetter ? words.better : words.worse);
+void AddWords(ComparisonResult change, const ChangeWords& words, std::string* text) {
+  if (change != ComparisonResult::kBetter && change != ComparisonResult::kWorse) return;
+  *text += (text->empty() ? "" : ", ") + std::string(change == ComparisonResult::kBetter ? words.better : words.worse);
 }
 
 // Returns e.g. "better (faster, cheaper)".
@@ -57,7 +57,8 @@ std::string Verdict(const CellComparison& cell) {
   AddWords(cell.success.change, kSuccessWords, &reasons);
   AddWords(cell.time.change, kTimeWords, &reasons);
   AddWords(cell.cost.change, kCostWords, &reasons);
-  constexpr Per<Change, const char*> kVerdicts = {{{"no difference shown", "B is better", "B is worse", "mixed"}}};
+  constexpr EnumArray<ComparisonResult, const char*> kVerdicts = {
+      {{"no difference shown", "B is better", "B is worse", "mixed"}}};
   return kVerdicts[cell.change] + (reasons.empty() ? "" : " (" + reasons + ")");
 }
 
@@ -133,20 +134,21 @@ std::string RuleText(const Comparison& comparison) {
   return "Intervals are of 95 %; p is adjusted by Holm over the " + std::to_string(comparison.cells.size()) +
          " comparisons shown, each test for itself. Rule: success decides where its adjusted p is below 0.05; else "
          "time and cost on what both solved, each where its interval lies beyond 1" +
-         margin + " and its adjusted p is below 0.05. Fewer than " + std::to_string(LeastDiscordant()) +
+         margin + " and its adjusted p is below 0.05. Fewer than " + std::to_string(MinDiscordantPairs()) +
          " problems that only one of both solves cannot show a difference in success.";
 }
 
 // Returns e.g. "B is worse in 1 of 4 comparisons, better in 2, mixed in 0."
 std::string Summary(const Comparison& comparison) {
-  Per<Change, int> counts;
+  EnumArray<ComparisonResult, int> counts;
   for (const CellComparison& cell : comparison.cells) ++counts[cell.change];
-  constexpr Per<Change, const char*> kSentences = {
+  constexpr EnumArray<ComparisonResult, const char*> kSentences = {
       {{"No difference between A and B is shown", "B is better than A", "B is worse than A",
         "B is better than A in some respects, worse in others"}}};
   return std::string(kSentences[comparison.change]) + ": of " + std::to_string(comparison.cells.size()) +
-         " comparisons better in " + std::to_string(counts[Change::kBetter]) + ", worse in " +
-         std::to_string(counts[Change::kWorse]) + ", mixed in " + std::to_string(counts[Change::kMixed]) + ".";
+         " comparisons better in " + std::to_string(counts[ComparisonResult::kBetter]) + ", worse in " +
+         std::to_string(counts[ComparisonResult::kWorse]) + ", mixed in " +
+         std::to_string(counts[ComparisonResult::kMixed]) + ".";
 }
 
 // Returns the texts above and below the comparisons.
@@ -167,7 +169,7 @@ std::string ComparisonText(const Comparison& comparison, const TableStyle& style
   std::string text;
   for (const std::string& line : above) text += Paragraph(line, style.layout);
   for (const CellComparison& cell : comparison.cells) {
-    const Emphasis emphasis = cell.change == Change::kWorse ? Emphasis::kBad : Emphasis::kBest;
+    const Emphasis emphasis = cell.change == ComparisonResult::kWorse ? Emphasis::kBad : Emphasis::kBest;
     text += "\n" + Paragraph(programs::Printable(TitleOf(comparison, cell)), style.layout, emphasis);
     text += AlignSentences(LinesOf(cell, style.time_unit), style.layout.width);
   }
@@ -273,7 +275,7 @@ Json CellJson(const CellComparison& cell) {
           {"time", RatioJson(cell.time)},
           {"cost", RatioJson(cell.cost)},
           {"charge_ms", cell.charge.ms},
-          {"charge_rule", WordOf(cell.charge.rule)},
+          {"charge_rule", EnumNameOf(cell.charge.rule)},
           {"par10_a_ms", cell.par10_a_ms},
           {"par10_b_ms", cell.par10_b_ms},
           {"par10_ratio_interval", IntervalJson(cell.par10_ratio)},
@@ -318,7 +320,7 @@ nlohmann::ordered_json ComparisonJson(const Comparison& comparison) {
                {"margin", comparison.options.margin},
                {"bootstrap_seed", comparison.options.seed},
                {"change", ToString(comparison.change)},
-               {"least_discordant", LeastDiscordant()},
+               {"least_discordant", MinDiscordantPairs()},
                {"notes", comparison.notes}};
   json["comparisons"] = Json::array();
   for (const CellComparison& cell : comparison.cells) json["comparisons"].push_back(CellJson(cell));

@@ -107,7 +107,7 @@ Sides FindSides(const ComparisonRequest& request) {
   return SidesOfOneDatabase(request);
 }
 
-void RequireTwoThings(const Sides& sides) {
+void RequireDistinctSides(const Sides& sides) {
   const auto& [a, b] = sides;
   if (a.place != b.place || a.experiment.info.id != b.experiment.info.id) return;
   if (a.method && b.method && a.method->method_id != b.method->method_id) return;
@@ -214,9 +214,9 @@ std::vector<CellPair> PairCells(Sides& sides, const std::vector<MethodPair>& met
 
 // Returns the distinct texts of the origins, "a, b".
 template <class Get>
-std::string Listed(const std::vector<ResultOrigin>& origins, const Get& get) {
+std::string Listed(const std::vector<ResultProvenance>& origins, const Get& get) {
   std::vector<std::string> texts;
-  for (const ResultOrigin& origin : origins) {
+  for (const ResultProvenance& origin : origins) {
     const std::string text = get(origin).empty() ? "unknown" : get(origin);
     if (std::find(texts.begin(), texts.end(), text) == texts.end()) texts.push_back(text);
   }
@@ -227,16 +227,16 @@ std::string Listed(const std::vector<ResultOrigin>& origins, const Get& get) {
 }
 
 void NoteOrigins(const Sides& sides, std::vector<std::string>* notes) {
-  const auto note = [&](const char* what, const char* consequence, std::string ResultOrigin::*figure) {
-    const auto get = [&](const ResultOrigin& origin) { return origin.*figure; };
+  const auto note = [&](const char* what, const char* consequence, std::string ResultProvenance::*figure) {
+    const auto get = [&](const ResultProvenance& origin) { return origin.*figure; };
     const std::string a = Listed(sides.a.experiment.origins, get), b = Listed(sides.b.experiment.origins, get);
     if (a != b) notes->push_back("Different " + std::string(what) + ": A " + a + ", B " + b + "; " + consequence + ".");
     if (a == b && a.find(", ") != std::string::npos) {
       notes->push_back("Several " + std::string(what) + ": " + a + "; " + consequence + ".");
     }
   };
-  note("builds", "what differs may be the build's doing", &ResultOrigin::build_id);
-  note("processors", "times are not comparable", &ResultOrigin::processor);
+  note("builds", "what differs may be the build's doing", &ResultProvenance::build_id);
+  note("processors", "times are not comparable", &ResultProvenance::processor);
 }
 
 void NoteSettings(const Sides& sides, const std::vector<CellPair>& pairs, std::vector<std::string>* notes) {
@@ -265,7 +265,7 @@ void NoteClock(const Sides& sides, std::vector<std::string>* notes) {
                    " of B's: they count as failures, and say nothing about a method.");
 }
 
-void NoteTakenOver(const Sides& sides, std::vector<std::string>* notes) {
+void AddReusedResultsNote(const Sides& sides, std::vector<std::string>* notes) {
   const std::int64_t a = sides.a.experiment.taken_over, b = sides.b.experiment.taken_over;
   if (a + b == 0) return;
   const bool same = sides.a.place == sides.b.place && sides.a.experiment.info.id == sides.b.experiment.info.id;
@@ -299,12 +299,12 @@ void NoteCells(const std::vector<CellComparison>& cells, std::vector<std::string
 
 Comparison ReadComparison(const ComparisonRequest& request) {
   Sides sides = FindSides(request);
-  RequireTwoThings(sides);
+  RequireDistinctSides(sides);
   RequireOneDataset(sides);
   Comparison comparison;
   const std::vector<MethodPair> methods = PairMethods(sides, request, &comparison.notes);
   const std::vector<CellPair> pairs = PairCells(sides, methods, request);
-  const Per<Task, Charge> charges = ChargesOf(CellsOf(pairs), request.charge_ms);
+  const EnumArray<Task, Charge> charges = ChargesOf(CellsOf(pairs), request.charge_ms);
   for (const CellPair& pair : pairs) {
     CellComparison cell = CompareCells(pair.a, pair.b, charges[pair.a.column.task], request.options);
     if (cell.success.counts.pairs() > 0) comparison.cells.push_back(std::move(cell));
@@ -326,7 +326,7 @@ Comparison ReadComparison(const ComparisonRequest& request) {
   NoteOrigins(sides, &comparison.notes);
   NoteSettings(sides, pairs, &comparison.notes);
   NoteClock(sides, &comparison.notes);
-  NoteTakenOver(sides, &comparison.notes);
+  AddReusedResultsNote(sides, &comparison.notes);
   NoteCells(comparison.cells, &comparison.notes);
   return comparison;
 }

@@ -28,7 +28,7 @@ struct ComparisonRequest {
 struct ComparedSide {
   std::string title;  ///< e.g. "LegOpt-best of experiment 3 'quick'"
   std::int64_t experiment_id = 0;
-  std::vector<ResultOrigin> origins;
+  std::vector<ResultProvenance> origins;
   std::int64_t taken_over = 0;  ///< number of results reused from other experiments
 };
 
@@ -38,9 +38,9 @@ struct Comparison {
   std::string dataset;
   Rule rule = Rule::kSolid;
   ComparisonOptions options;
-  std::vector<CellComparison> cells;  ///< ordered as in A's table
-  std::vector<std::string> notes;     ///< caveats for the reader: other builds, machines, seeds
-  Change change = Change::kNone;      ///< overall change of all cells
+  std::vector<CellComparison> cells;                  ///< ordered as in A's table
+  std::vector<std::string> notes;                     ///< caveats for the reader: other builds, machines, seeds
+  ComparisonResult change = ComparisonResult::kNone;  ///< overall change of all cells
 };
 
 /// Reads both sides and compares them. Throws ClientError: kUsage for sides that do not exist, have nothing in common

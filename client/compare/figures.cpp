@@ -12,7 +12,7 @@
 namespace legopt::client {
 namespace {
 
-constexpr double kPercent = 100.0, kLeastSpan = 2.0;
+constexpr double kPercent = 100.0, kMinSpan = 2.0;
 
 // Returns e.g. "SQP, 10 restarts, sample 80 %": name and distinguishing properties of a row.
 std::string NameOf(const StatisticsTable& table, const StatisticsRow& row) {
@@ -47,7 +47,7 @@ PlotPanel ProfilePanel(const StatisticsTable& table, const BenchmarkColumn& colu
   PlotPanel panel;
   panel.title = group.section.full + ", " + group.title.full + ": " + std::to_string(profile.problems) +
                 (profile.problems == 1 ? " problem" : " problems");
-  panel.x = {"time over that of the best method", true, 1.0, kLeastSpan, false};
+  panel.x = {"time over that of the best method", true, 1.0, kMinSpan, false};
   panel.y = {"problems solved within it (%)", false, 0.0, kPercent, false};
   std::size_t next = 0;
   for (std::size_t row = 0; row < table.rows.size(); ++row) {

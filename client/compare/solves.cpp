@@ -11,19 +11,19 @@
 namespace legopt::client {
 namespace {
 
-using statistics::RunEnd;
+using statistics::RunOutcome;
 
 constexpr double kMicrosecondsPerMs = 1e3;
 
-RunEnd EndOf(JobState state, bool solved) {
+RunOutcome EndOf(JobState state, bool solved) {
   switch (state) {
     case JobState::kDone:
-      return solved ? RunEnd::kSolved : RunEnd::kFailed;
+      return solved ? RunOutcome::kSolved : RunOutcome::kFailed;
     case JobState::kFailed:
     case JobState::kDead:
-      return RunEnd::kFailed;
+      return RunOutcome::kFailed;
     default:
-      return RunEnd::kMissing;
+      return RunOutcome::kMissing;
   }
 }
 
@@ -35,7 +35,7 @@ Solve SolveAt(const Listing& jobs, std::size_t row, double limit_ms) {
   solve.waypoints = jobs.At(row, "num_waypoints").get<int>();
   solve.reported = !jobs.At(row, "wall_us").is_null();
   const bool solved = solve.reported && jobs.At(row, "solved").get<int>() == 1;
-  solve.end = EndOf(jobs.WordAt<JobState>(row, "state"), solved);
+  solve.end = EndOf(jobs.EnumAt<JobState>(row, "state"), solved);
   solve.time_ms = limit_ms;
   if (!solve.reported) return solve;
   const auto wall_us = jobs.At(row, "wall_us").get<std::int64_t>();
@@ -43,7 +43,7 @@ Solve SolveAt(const Listing& jobs, std::size_t row, double limit_ms) {
   solve.contended = Contended(wall_us, cpu_us, jobs.At(row, "involuntary_context_switches").get<std::int64_t>());
   solve.cpu_ms = static_cast<double>(cpu_us) / kMicrosecondsPerMs;
   solve.time_ms = solve.contended ? solve.cpu_ms : static_cast<double>(wall_us) / kMicrosecondsPerMs;
-  solve.stopped = EndedByLimit(jobs.WordAt<SolveStatus>(row, "solver_status"));
+  solve.stopped = EndedByLimit(jobs.EnumAt<SolveStatus>(row, "solver_status"));
   if (solved) solve.cost = jobs.At(row, "cost").get<double>();
   return solve;
 }
@@ -66,7 +66,7 @@ MethodIdentity MethodAt(const Listing& cells, std::size_t row) {
   method.inner_starts = cells.At(row, "inner_starts").get<std::int64_t>();
   method.sample_size = cells.At(row, "sample_size").get<std::int64_t>();
   method.incremental = cells.At(row, "incremental").get<int>() != 0;
-  method.collision = cells.WordAt<SceneRepresentation>(row, "collision");
+  method.collision = cells.EnumAt<SceneRepresentation>(row, "collision");
   method.hash = cells.Text(row, "hash");
   return method;
 }
@@ -74,9 +74,9 @@ MethodIdentity MethodAt(const Listing& cells, std::size_t row) {
 }  // namespace
 
 bool Contended(std::int64_t wall_us, std::int64_t cpu_us, std::int64_t involuntary_context_switches) {
-  constexpr double kMostWallOverCpu = 1.2;
+  constexpr double kMaxWallOverCpu = 1.2;
   return involuntary_context_switches > 0 ||
-         static_cast<double>(wall_us) > kMostWallOverCpu * static_cast<double>(cpu_us);
+         static_cast<double>(wall_us) > kMaxWallOverCpu * static_cast<double>(cpu_us);
 }
 
 bool EndedByLimit(SolveStatus status) {
@@ -103,14 +103,14 @@ SolvedExperiment ReadCells(ResultSource& source, std::optional<std::int64_t> exp
     SolveCell& cell = read.cells.emplace_back();
     cell.cell_id = cells.At(i, "cell_id").get<std::int64_t>();
     cell.method = MethodAt(cells, i);
-    cell.column = {cells.WordAt<Task>(i, "task"), cells.WordAt<Initialization>(i, "initialization")};
+    cell.column = {cells.EnumAt<Task>(i, "task"), cells.EnumAt<Initialization>(i, "initialization")};
     cell.effort_limited = cells.At(i, "effort_limited").get<int>() != 0;
     cell.limit_ms = cells.At(i, "wall_limit_us").get<double>() / kMicrosecondsPerMs;
   }
   read.origins = ReadOrigins(source, read.info.id);
   const std::string stopped = "SELECT count(*) AS n FROM clock_stopped WHERE experiment_id = ";
   read.clock_stopped = source.Query(stopped + std::to_string(read.info.id)).At(0, "n").get<std::int64_t>();
-  read.taken_over = ReadTakenOver(source, read.info.id);
+  read.taken_over = CountReusedResults(source, read.info.id);
   return read;
 }
 

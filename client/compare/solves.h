@@ -39,7 +39,7 @@ struct Solve {
   std::int64_t job_id = 0;
   int problem = 0;    ///< problem number in the dataset
   int waypoints = 1;  ///< number of waypoints required by the problem
-  statistics::RunEnd end = statistics::RunEnd::kMissing;
+  statistics::RunOutcome end = statistics::RunOutcome::kMissing;
   double time_ms = 0.0;  ///< time of the whole solve: wall time, or CPU time if contended; the limit without a result
   double cpu_ms = 0.0;   ///< 0 without a result
   double cost = 0.0;     ///< cost per waypoint, computed by the judge; 0 unless solved
@@ -65,10 +65,10 @@ struct SolvedExperiment {
   std::int64_t seed = 0;
   std::int64_t repetitions = 1;
   std::vector<SolveCell> cells;
-  std::vector<ResultOrigin> origins;  ///< builds and machines of its results
-  std::int64_t clock_stopped = 0;     ///< number of jobs stopped by the wall-time limit, whose outcome depends on the
-                                      ///< machine's speed
-  std::int64_t taken_over = 0;        ///< number of results reused from other experiments
+  std::vector<ResultProvenance> origins;  ///< builds and machines of its results
+  std::int64_t clock_stopped = 0;  ///< number of jobs stopped by the wall-time limit, whose outcome depends on the
+                                   ///< machine's speed
+  std::int64_t taken_over = 0;     ///< number of results reused from other experiments
 
   /// Distinct methods.
   std::vector<MethodIdentity> Methods() const;

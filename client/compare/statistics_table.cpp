@@ -18,7 +18,7 @@ using statistics::ProblemScore;
 
 constexpr double kHalf = 0.5, kAlmostAll = 0.95;
 
-std::optional<double> NumberOf(double value) { return std::isnan(value) ? std::nullopt : std::optional(value); }
+std::optional<double> EnumNumber(double value) { return std::isnan(value) ? std::nullopt : std::optional(value); }
 
 // A cell and the location of its statistics.
 struct ScoredCell {
@@ -44,14 +44,14 @@ std::vector<ProblemScore> Scores(const ProblemMap& cell, const std::vector<int>&
 // Returns the means of the solved runs, infinite for problems without solved runs.
 std::vector<double> SolvedValues(const std::vector<ProblemScore>& scores) {
   std::vector<double> values;
-  for (const ProblemScore& score : scores) values.push_back(score.MeanOfSolved());
+  for (const ProblemScore& score : scores) values.push_back(score.MeanSolvedValue());
   return values;
 }
 
 std::pair<std::optional<double>, std::optional<double>> MedianAndTail(const std::vector<ProblemScore>& scores) {
   const double shares[] = {kHalf, kAlmostAll};
   const auto quantiles = statistics::Quantiles(SolvedValues(scores), shares);
-  return {NumberOf(quantiles[0]), NumberOf(quantiles[1])};
+  return {EnumNumber(quantiles[0]), EnumNumber(quantiles[1])};
 }
 
 void CountRuns(const SolveCell& cell, const std::vector<int>& problems, CellStatistics* figures) {
@@ -86,7 +86,7 @@ void ComputeOwn(const ScoredCell& scored, const ProblemMap& runs, const std::vec
   std::tie(figures.time_median_ms, figures.time_q95_ms) = MedianAndTail(times);
   std::tie(figures.cost_median, figures.cost_q95) = MedianAndTail(Scores(runs, problems, &ProblemRuns::cost));
   figures.par10_ms = charged_ms / figures.n;
-  figures.ert_ms = NumberOf(statistics::ExpectedRunningTime(spent, shares).time_ms);
+  figures.ert_ms = EnumNumber(statistics::ExpectedRunningTime(spent, shares).time_ms);
 }
 
 // Returns the indices of the shown cells of a column.
@@ -115,9 +115,9 @@ void ComputeCommon(const ScoredColumn& scored, ColumnStatistics* column) {
     CellStatistics& figures = *scored.cells[i].figures;
     const auto times = SolvedValues(Scores(scored.problems[i], common, &ProblemRuns::time));
     const auto costs = SolvedValues(Scores(scored.problems[i], common, &ProblemRuns::cost));
-    figures.common_time_ms = NumberOf(statistics::ShiftedGeometricMean(times, kShift_ms));
+    figures.common_time_ms = EnumNumber(statistics::ShiftedGeometricMean(times, kShift_ms));
     const bool positive = std::ranges::all_of(costs, [](double cost) { return cost > 0.0; });
-    if (positive) figures.common_cost = NumberOf(statistics::GeometricMean(costs));
+    if (positive) figures.common_cost = EnumNumber(statistics::GeometricMean(costs));
   }
 }
 
@@ -129,13 +129,13 @@ void ComparePaired(const ScoredColumn& scored, std::size_t reference, std::size_
     if (!Solved(scored, row, problem) || !Solved(scored, reference, problem)) continue;
     ++figures.paired;
     const ProblemRuns &own = scored.problems[row].at(problem), &other = scored.problems[reference].at(problem);
-    times.push_back(std::max(own.time.MeanOfSolved(), kShortest_ms) /
-                    std::max(other.time.MeanOfSolved(), kShortest_ms));
-    const double own_cost = own.cost.MeanOfSolved(), other_cost = other.cost.MeanOfSolved();
+    times.push_back(std::max(own.time.MeanSolvedValue(), kShortest_ms) /
+                    std::max(other.time.MeanSolvedValue(), kShortest_ms));
+    const double own_cost = own.cost.MeanSolvedValue(), other_cost = other.cost.MeanSolvedValue();
     if (own_cost > 0.0 && other_cost > 0.0) costs.push_back(own_cost / other_cost);
   }
-  figures.time_ratio = NumberOf(statistics::GeometricMean(times));
-  figures.cost_ratio = NumberOf(statistics::GeometricMean(costs));
+  figures.time_ratio = EnumNumber(statistics::GeometricMean(times));
+  figures.cost_ratio = EnumNumber(statistics::GeometricMean(costs));
 }
 
 void ComputePaired(const ScoredColumn& scored, ColumnStatistics* column) {
@@ -207,7 +207,7 @@ void NameRows(std::vector<StatisticsRow>* rows) {
     named.push_back({row.method.name, row.method.multi_starts, row.method.sample_size, row.method.collision});
     method_ids.push_back(row.method.method_id);
   }
-  TellRowsApart(method_ids, &named);
+  DisambiguateRows(method_ids, &named);
   for (std::size_t i = 0; i < rows->size(); ++i) (*rows)[i].title = named[i].method;
 }
 
@@ -224,7 +224,7 @@ StatisticsTable ComputeStatistics(const SolvedExperiment& experiment, Rule rule,
   table.taken_over = experiment.taken_over;
   for (const MethodIdentity& method : experiment.Methods()) table.rows.push_back({method, {}, {}});
   NameRows(&table.rows);
-  const Per<Task, Charge> charges = ChargesOf(experiment.cells, charge_ms);
+  const EnumArray<Task, Charge> charges = ChargesOf(experiment.cells, charge_ms);
   std::map<BenchmarkColumn, ScoredColumn> columns;
   for (const SolveCell& cell : experiment.cells) {
     const auto row = std::ranges::find_if(table.rows, [&](const StatisticsRow& candidate) {
@@ -233,7 +233,7 @@ StatisticsTable ComputeStatistics(const SolvedExperiment& experiment, Rule rule,
     columns[cell.column].cells.push_back({&cell, &row->cells[cell.column], &row->title});
     table.jobs += std::ssize(cell.solves);
     table.finished += std::ranges::count_if(
-        cell.solves, [](const Solve& solve) { return solve.end != statistics::RunEnd::kMissing; });
+        cell.solves, [](const Solve& solve) { return solve.end != statistics::RunOutcome::kMissing; });
   }
   for (auto& [column, scored] : columns) {
     table.columns[column].charge = charges[column.task];

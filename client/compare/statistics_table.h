@@ -75,7 +75,7 @@ struct StatisticsTable {
   Rule rule = Rule::kSolid;
   std::map<BenchmarkColumn, ColumnStatistics> columns;
   std::vector<StatisticsRow> rows;  ///< ordered as in the experiment
-  std::vector<ResultOrigin> origins;
+  std::vector<ResultProvenance> origins;
   std::int64_t clock_stopped = 0, taken_over = 0;  ///< see SolvedExperiment
   std::int64_t jobs = 0, finished = 0;             ///< finished: with a result, failed or dead
 };

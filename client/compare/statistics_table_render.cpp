@@ -296,7 +296,7 @@ nlohmann::ordered_json ProfileRows(const StatisticsTable& table) {
 
 std::string CaptionOf(const std::string& what, const StatisticsTable& table) {
   std::string text = what + " of experiment " + std::to_string(table.experiment.id) + " '" + table.experiment.name +
-                     "', dataset " + table.experiment.dataset_name + std::string(Mention(table.experiment.split)) +
+                     "', dataset " + table.experiment.dataset_name + std::string(SplitCaption(table.experiment.split)) +
                      ", " + std::string(ToString(table.rule)) + " rule, seed " + std::to_string(table.seed);
   text += table.repetitions == 1 ? ", one run per problem"
                                  : ", " + std::to_string(table.repetitions) + " repetitions averaged per problem";
@@ -304,7 +304,7 @@ std::string CaptionOf(const std::string& what, const StatisticsTable& table) {
     text += ", " + std::to_string(table.finished) + "/" + std::to_string(table.jobs) + " jobs finished";
   }
   return text + (table.origins.empty() ? "." : ". " + DescribeOrigins(table.origins)) +
-         MentionTakenOver(table.taken_over);
+         ReusedResultsSentence(table.taken_over);
 }
 
 nlohmann::ordered_json StatisticsTableJson(const StatisticsTable& table) {
@@ -335,7 +335,7 @@ nlohmann::ordered_json StatisticsTableJson(const StatisticsTable& table) {
          {"cochran_q", test ? nlohmann::ordered_json(test->q) : nullptr},
          {"cochran_p", test ? nlohmann::ordered_json(test->p) : nullptr},
          {"charge_ms", common.charge.ms},
-         {"charge_rule", WordOf(common.charge.rule)}});
+         {"charge_rule", EnumNameOf(common.charge.rule)}});
     json["columns"].back().update(RanksJson(common));
   }
   json["rows"] = RowsJson(table);

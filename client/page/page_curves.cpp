@@ -30,7 +30,7 @@ std::vector<ProblemMap> ByProblem(const std::vector<const SolveCell*>& cells) {
 double ValueOf(const ProblemMap& method, int problem, statistics::ProblemScore ProblemRuns::*score) {
   const auto found = method.find(problem);
   if (found == method.end() || (found->second.*score).solved == 0) return kNever;
-  return (found->second.*score).MeanOfSolved();
+  return (found->second.*score).MeanSolvedValue();
 }
 
 // Returns a row for each complete problem, with a value for each shown method.

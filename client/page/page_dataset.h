@@ -11,7 +11,7 @@
 namespace legopt::client {
 
 /// Problem ids of a dataset, by task.
-using ProblemIds = Per<Task, std::set<int>>;
+using ProblemIds = EnumArray<Task, std::set<int>>;
 
 /// A dataset prepared for drawing.
 struct PageDataset {

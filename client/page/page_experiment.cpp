@@ -110,7 +110,7 @@ Json JobsJson(ResultSource& source, const SolvedExperiment& experiment, const st
   for (std::size_t i = 0; i < rows.rows.size(); ++i) {
     const auto method_id = rows.At(i, "method").get<std::int64_t>();
     const auto method = std::ranges::find(methods, method_id, &MethodIdentity::method_id);
-    const BenchmarkColumn column{rows.WordAt<Task>(i, "task"), rows.WordAt<Initialization>(i, "initialization")};
+    const BenchmarkColumn column{rows.EnumAt<Task>(i, "task"), rows.EnumAt<Initialization>(i, "initialization")};
     jobs["method"].push_back(method - methods.begin());
     jobs["column"].push_back(std::ranges::find(columns, column) - columns.begin());
     for (const char* same :
@@ -151,7 +151,7 @@ Json PairsJson(const SourceOptions& options, const SolvedExperiment& experiment,
   Json list = Json::array();
   for (std::size_t a = 0; a < methods.size(); ++a) {
     for (std::size_t b = a + 1; b < methods.size(); ++b) {
-      if (methods.size() > kMostCompared && a > 0) continue;
+      if (methods.size() > kMaxCompared && a > 0) continue;
       ComparisonRequest request;
       request.a = ChoiceOf(methods[a], methods);
       request.b = ChoiceOf(methods[b], methods);

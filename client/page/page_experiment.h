@@ -20,14 +20,14 @@ struct PageExperiment {
 
 /// Reads and computes all figures of an experiment by one rule: table, statistics, causes of failures, profiles,
 /// distributions, ratios by problem, its jobs, and pairwise comparisons of its methods if there are at most
-/// kMostCompared. `place` is the displayed name of its database; `source_options` opens it again. Throws the errors of
+/// kMaxCompared. `place` is the displayed name of its database; `source_options` opens it again. Throws the errors of
 /// ReadBenchmarkTable.
 PageExperiment DescribeExperiment(ResultSource& source, const SourceOptions& source_options, const std::string& place,
                                   std::optional<std::int64_t> id, Rule rule);
 
 /// Maximum number of methods that are all compared pairwise; with more methods, only the first is compared with each
 /// other one.
-inline constexpr std::size_t kMostCompared = 12;
+inline constexpr std::size_t kMaxCompared = 12;
 
 /// Describes one comparison: the figures of `legopt compare`, and the curves of these two alone, which differ from
 /// curves of a larger set. `a` and `b` must be the two sides of `comparison`.

@@ -22,7 +22,7 @@ Json VectorJson(const Vector& vector) {
   return json;
 }
 
-Json FootJson(const FootFinding& foot) {
+Json FootJson(const FootDiagnostic& foot) {
   constexpr const char* kComponents[] = {"rotation x",    "rotation y",    "rotation z",
                                          "translation x", "translation y", "translation z"};
   return {{"link", foot.link},
@@ -31,7 +31,7 @@ Json FootJson(const FootFinding& foot) {
           {"violated", foot.violated}};
 }
 
-Json LimitJson(const LimitFinding& limit, const RobotModel& robot) {
+Json LimitJson(const LimitDiagnostic& limit, const RobotModel& robot) {
   const Joint& joint = robot.joints()[static_cast<std::size_t>(robot.dof_joint(limit.dof))];
   return {{"joint", joint.name},
           {"unit", UnitOf(joint.type)},
@@ -44,9 +44,9 @@ Json LimitJson(const LimitFinding& limit, const RobotModel& robot) {
 
 }  // namespace
 
-Json OverlapsJson(const std::vector<OverlapFinding>& overlaps, const Dataset& dataset) {
+Json OverlapsJson(const std::vector<OverlapDiagnostic>& overlaps, const Dataset& dataset) {
   Json list = Json::array();
-  for (const OverlapFinding& finding : overlaps) {
+  for (const OverlapDiagnostic& finding : overlaps) {
     const ExactCollision::Overlap& overlap = finding.overlap;
     Json json = {{"link", overlap.link}};
     if (overlap.other_link >= 0) {
@@ -68,10 +68,10 @@ Json OverlapsJson(const std::vector<OverlapFinding>& overlaps, const Dataset& da
   return list;
 }
 
-Json FindingsJson(const WaypointFindings& findings, const Dataset& dataset) {
+Json FindingsJson(const WaypointDiagnostics& findings, const Dataset& dataset) {
   Json feet = Json::array(), limits = Json::array(), polygon = Json::array();
-  for (const FootFinding& foot : findings.feet) feet.push_back(FootJson(foot));
-  for (const LimitFinding& limit : findings.limits) limits.push_back(LimitJson(limit, dataset.robot()));
+  for (const FootDiagnostic& foot : findings.feet) feet.push_back(FootJson(foot));
+  for (const LimitDiagnostic& limit : findings.limits) limits.push_back(LimitJson(limit, dataset.robot()));
   for (const Eigen::Vector2d& corner : findings.polygon_W) polygon.push_back(VectorJson(corner));
   Json json = {{"feet", feet},
                {"com", VectorJson(findings.com_W)},

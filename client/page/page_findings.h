@@ -3,15 +3,15 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "legopt/evaluate/findings.h"
+#include "legopt/evaluate/waypoint_inspector.h"
 
 namespace legopt::client {
 
 /// Returns the findings of one waypoint in the format of docs/page-data.md, with the names of links, objects and
 /// joints. `dataset` must be the dataset of the findings.
-nlohmann::ordered_json FindingsJson(const WaypointFindings& findings, const Dataset& dataset);
+nlohmann::ordered_json FindingsJson(const WaypointDiagnostics& findings, const Dataset& dataset);
 
 /// Returns only overlaps, as needed between waypoints.
-nlohmann::ordered_json OverlapsJson(const std::vector<OverlapFinding>& overlaps, const Dataset& dataset);
+nlohmann::ordered_json OverlapsJson(const std::vector<OverlapDiagnostic>& overlaps, const Dataset& dataset);
 
 }  // namespace legopt::client

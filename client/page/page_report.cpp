@@ -22,7 +22,7 @@ class SolutionWriter {
   SolutionWriter(std::size_t most_bytes, std::function<void(const std::string&)> tell, PageFile* file)
       : most_bytes_(most_bytes), tell_(std::move(tell)), file_(file) {}
 
-  void Write(ResultSource& source, const std::vector<PageJob>& jobs, FindingLister* lister) {
+  void Write(ResultSource& source, const std::vector<PageJob>& jobs, WaypointInspector* lister) {
     std::size_t done = 0;
     for (const PageJob& job : jobs) {
       if (full_) {
@@ -105,7 +105,7 @@ Page MakeReport(const ReportRequest& request) {
   SolutionWriter writer(request.most_bytes - reserved, request.tell, &file);
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     if (!figures.datasets[i]) continue;
-    FindingLister lister(figures.datasets[i]);
+    WaypointInspector lister(figures.datasets[i]);
     writer.Write(*figures.sources[i], jobs[i], &lister);
   }
   if (writer.left_out() > 0) {

@@ -31,7 +31,7 @@ int Turn(const PageJob& job, std::int64_t first_method, std::int64_t second_meth
   return job.method_id == first_method || job.method_id == second_method ? 3 : 4;
 }
 
-Json FindingsOf(const PageJob& job, const std::vector<Eigen::VectorXd>& waypoints, FindingLister* lister) {
+Json FindingsOf(const PageJob& job, const std::vector<Eigen::VectorXd>& waypoints, WaypointInspector* lister) {
   const ProblemDefinition& problem = lister->dataset().problem(job.task, job.problem);
   Json list = Json::array();
   for (std::size_t w = 0; w < waypoints.size(); ++w) {
@@ -44,12 +44,12 @@ Json FindingsOf(const PageJob& job, const std::vector<Eigen::VectorXd>& waypoint
 }
 
 // Returns the judge's findings between waypoints: only samples with overlaps, as [waypoint, s, overlaps].
-Json BetweenOf(const std::vector<Eigen::VectorXd>& waypoints, FindingLister* lister) {
+Json BetweenOf(const std::vector<Eigen::VectorXd>& waypoints, WaypointInspector* lister) {
   Json list = Json::array();
   for (std::size_t w = 1; w < waypoints.size(); ++w) {
     for (int k = 1; k <= kInterpolationSteps; ++k) {
       const double s = static_cast<double>(k) / (kInterpolationSteps + 1);
-      const auto overlaps = lister->Between(waypoints[w - 1], waypoints[w], s);
+      const auto overlaps = lister->TransitionRule(waypoints[w - 1], waypoints[w], s);
       if (!overlaps.empty()) list.push_back({w - 1, s, OverlapsJson(overlaps, lister->dataset())});
     }
   }
@@ -74,7 +74,7 @@ std::vector<PageJob> JobsWithSolutions(ResultSource& source, std::int64_t experi
     PageJob& job = jobs.emplace_back();
     job.job_id = rows.At(i, "job_id").get<std::int64_t>();
     job.method_id = rows.At(i, "method_id").get<std::int64_t>();
-    job.task = rows.WordAt<Task>(i, "task");
+    job.task = rows.EnumAt<Task>(i, "task");
     job.problem = rows.At(i, "problem_id").get<int>();
     job.solved = rows.At(i, "solved").is_number() && rows.At(i, "solved").get<int>() == 1;
     if (!rows.At(i, "failed_waypoint").is_null()) job.failed_waypoint = rows.At(i, "failed_waypoint").get<int>();
@@ -90,7 +90,7 @@ Json TraceJson(ResultSource& source, std::int64_t job_id) {
   if (row.rows.empty()) return {};
   const auto all = TraceRecords(row, job_id);
   if (all.empty()) return {};
-  const auto records = CondenseTrace(all, kMostShown);
+  const auto records = CondenseTrace(all, kMaxShown);
   Json window = Json::array(), restart = Json::array(), accepted = Json::array(), evaluations = Json::array();
   Json elapsed = Json::array(), cost = Json::array(), violation = Json::array();
   for (const IterationRecord& record : records) {
@@ -120,7 +120,7 @@ PageMotion ReadPageMotion(ResultSource& source, const PageJob& job) {
   return motion;
 }
 
-void SolutionChunk::Add(const PageJob& job, const PageMotion& motion, Json trace, FindingLister* lister,
+void SolutionChunk::Add(const PageJob& job, const PageMotion& motion, Json trace, WaypointInspector* lister,
                         FindingDepth depth) {
   const std::vector<Eigen::VectorXd>& waypoints = motion.waypoints;
   const Eigen::Index size = lister->dataset().robot().configuration_size();
@@ -147,7 +147,7 @@ void SolutionChunk::Add(const PageJob& job, const PageMotion& motion, Json trace
   }
   if (job.failed_waypoint) json["failed_waypoint"] = *job.failed_waypoint;
   if (depth != FindingDepth::kNone) json["findings"] = FindingsOf(job, shown, lister);
-  if (depth == FindingDepth::kBetween && DescriptionOf(job.task).between == Between::kScored) {
+  if (depth == FindingDepth::kBetween && DescriptionOf(job.task).between == TransitionRule::kScored) {
     json["between"] = BetweenOf(shown, lister);
   }
   json["trace"] = std::move(trace);

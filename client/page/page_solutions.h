@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "client/report/result_source.h"
-#include "legopt/evaluate/findings.h"
+#include "legopt/evaluate/waypoint_inspector.h"
 #include "words/task.h"
 
 namespace legopt::client {
@@ -51,7 +51,7 @@ enum class FindingDepth : std::uint8_t {
 class SolutionChunk {
  public:
   /// Adds a job. Waypoints of the wrong size are omitted and reported in "malformed".
-  void Add(const PageJob& job, const PageMotion& motion, nlohmann::ordered_json trace, FindingLister* lister,
+  void Add(const PageJob& job, const PageMotion& motion, nlohmann::ordered_json trace, WaypointInspector* lister,
            FindingDepth depth);
   bool empty() const { return solutions_.empty(); }
   std::size_t weight() const { return bytes_.size() + text_bytes_; }  ///< approximate size in bytes before compression
@@ -64,9 +64,9 @@ class SolutionChunk {
   std::size_t text_bytes_ = 0;
 };
 
-/// Returns the convergence of a solve, thinned to at most kMostShown steps, with the columns of docs/database.md; null
+/// Returns the convergence of a solve, thinned to at most kMaxShown steps, with the columns of docs/database.md; null
 /// if not recorded.
 nlohmann::ordered_json TraceJson(ResultSource& source, std::int64_t job_id);
-inline constexpr std::size_t kMostShown = 200;  ///< number of steps of a convergence curve
+inline constexpr std::size_t kMaxShown = 200;  ///< number of steps of a convergence curve
 
 }  // namespace legopt::client

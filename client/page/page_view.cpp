@@ -39,7 +39,7 @@ ViewedJob ReadViewedJob(ResultSource& source, std::int64_t id) {
   viewed.job = {.experiment = 0,
                 .job_id = id,
                 .method_id = 0,
-                .task = row.WordAt<Task>(0, "task"),
+                .task = row.EnumAt<Task>(0, "task"),
                 .problem = row.At(0, "problem").get<int>(),
                 .solved = false,
                 .failed_waypoint = {}};
@@ -65,7 +65,7 @@ void AddViewedJobs(const ViewRequest& request, PageFile* file, Json* root, Probl
   const auto source = OpenResults(request.source);
   std::vector<ViewedJob> viewed = {ReadViewedJob(*source, *request.job)};
   if (request.ghost) viewed.push_back(ReadViewedJob(*source, *request.ghost));
-  FindingLister lister(request.dataset);
+  WaypointInspector lister(request.dataset);
   SolutionChunk chunk;
   Json jobs = Json::array(), index = Json::array();
   for (const ViewedJob& one : viewed) {

@@ -71,10 +71,10 @@ std::string Png(const Plot& plot, double height) {
 }  // namespace
 
 std::string RenderPlotImage(const Plot& plot, ImageFormat format) {
-  if (plot.panels.size() > kMostPanels) {
+  if (plot.panels.size() > kMaxPanels) {
     throw ClientError(ExitCode::kUsage,
                       std::to_string(plot.panels.size()) + " panels are too many for one figure (at most " +
-                          std::to_string(kMostPanels) + "); choose some, as by --method, --task or --initialization");
+                          std::to_string(kMaxPanels) + "); choose some, as by --method, --task or --initialization");
   }
   const double height = HeightOf(plot);
   return format == ImageFormat::kSvg ? Svg(plot, height) : Png(plot, height);

@@ -8,7 +8,7 @@
 namespace legopt::client {
 namespace {
 
-constexpr std::size_t kDefaultWidth = 80, kLeastWidth = 40, kMostWidth = 100;
+constexpr std::size_t kDefaultWidth = 80, kMinWidth = 40, kMaxWidth = 100;
 constexpr std::size_t kRows = 16, kRimColumns = 3, kLabelColumns = 7;
 constexpr std::string_view kLetters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789";
 
@@ -148,7 +148,7 @@ std::string PanelText(const Plot& plot, const PlotPanel& panel, const TextLayout
   const std::size_t asked = layout.width == 0 ? kDefaultWidth : layout.width;
   // The labels of the x axis may extend three columns beyond the plane.
   constexpr std::size_t kBeyond = 3;
-  Canvas canvas(panel, std::clamp(asked, kLeastWidth, kMostWidth) - kBeyond);
+  Canvas canvas(panel, std::clamp(asked, kMinWidth, kMaxWidth) - kBeyond);
   if (panel.kind == PlotKind::kSteps) {
     DrawSteps(panel, &canvas);
   } else {

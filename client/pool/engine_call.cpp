@@ -23,22 +23,22 @@ std::filesystem::path Find(const std::string& program) {
 
 }  // namespace
 
-EngineCall::EngineCall(const std::string& program, const std::vector<std::string>& arguments,
-                       std::chrono::seconds patience, const std::string& input)
+EngineCommand::EngineCommand(const std::string& program, const std::vector<std::string>& arguments,
+                             std::chrono::seconds patience, const std::string& input)
     : deadline_(Clock::now() + patience), child_(Find(program), arguments, true, input) {}
 
-EngineAnswer EngineCall::AnswerOf(std::optional<ChildExit> exit) const {
+EngineResult EngineCommand::AnswerOf(std::optional<ChildExit> exit) const {
   return {exit, child_.output(), child_.ErrorTail()};
 }
 
-std::optional<EngineAnswer> EngineCall::Poll() {
+std::optional<EngineResult> EngineCommand::Poll() {
   if (const auto exit = child_.Poll()) return AnswerOf(exit);
   if (Clock::now() < deadline_) return std::nullopt;
   child_.Stop(kGrace);
   return AnswerOf(std::nullopt);
 }
 
-EngineAnswer EngineCall::Wait() {
+EngineResult EngineCommand::Wait() {
   const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline_ - Clock::now());
   if (const auto exit = child_.Wait(std::max(left, std::chrono::milliseconds(0)))) return AnswerOf(exit);
   child_.Stop(kGrace);

@@ -10,7 +10,7 @@
 namespace legopt::client {
 
 /// Result of a batch system command.
-struct EngineAnswer {
+struct EngineResult {
   std::optional<ChildExit> exit;  ///< nullopt: it timed out and was stopped
   std::string output;             ///< standard output
   std::string words;              ///< standard error
@@ -20,19 +20,19 @@ struct EngineAnswer {
 
 /// A running batch system command (sbatch, squeue, ssh, ...) with a timeout. The destructor stops it. Thread rule: one
 /// thread.
-class EngineCall {
+class EngineCommand {
  public:
   /// Starts a program found in PATH. Throws ClientError (kMachine) if it is missing.
-  EngineCall(const std::string& program, const std::vector<std::string>& arguments, std::chrono::seconds patience,
-             const std::string& input = {});
+  EngineCommand(const std::string& program, const std::vector<std::string>& arguments, std::chrono::seconds patience,
+                const std::string& input = {});
 
   /// Returns nullopt while the command runs. Stops it after the timeout.
-  std::optional<EngineAnswer> Poll();
+  std::optional<EngineResult> Poll();
   /// Blocks until the command ends or times out.
-  EngineAnswer Wait();
+  EngineResult Wait();
 
  private:
-  EngineAnswer AnswerOf(std::optional<ChildExit> exit) const;
+  EngineResult AnswerOf(std::optional<ChildExit> exit) const;
 
   std::chrono::steady_clock::time_point deadline_;
   ChildProcess child_;

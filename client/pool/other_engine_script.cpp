@@ -4,8 +4,8 @@
 #include <string_view>
 #include <vector>
 
-#include "client/pool/engine_words.h"
 #include "client/pool/pool_script.h"
+#include "client/pool/script_quoting.h"
 #include "client/pool/worker_command.h"
 #include "legopt/classic_stream.h"
 #include "legopt/input_error.h"

@@ -17,7 +17,7 @@
 namespace legopt::client {
 namespace {
 
-constexpr int kMostNodes = 100'000, kMostSlots = 1024;
+constexpr int kMaxNodes = 100'000, kMostSlots = 1024;
 constexpr std::string_view kHostCharacters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-_@:%";
 constexpr int kDay_s = 86'400, kWeek_s = 604'800;
 
@@ -156,8 +156,8 @@ void ReadEngine(const YamlMap& top, const std::string& word, PoolFile& pool) {
     }
   }
   const YamlMap map(section, pool.file, word, keys);
-  pool.nodes = static_cast<int>(map.Integer("nodes", 1, kMostNodes));
-  if (map.Has("at_once")) pool.at_once = static_cast<int>(map.Integer("at_once", 1, kMostNodes));
+  pool.nodes = static_cast<int>(map.Integer("nodes", 1, kMaxNodes));
+  if (map.Has("at_once")) pool.at_once = static_cast<int>(map.Integer("at_once", 1, kMaxNodes));
   if (map.Has("exclusive")) pool.exclusive = map.Boolean("exclusive");
   if (map.Has("requeue")) pool.requeue = map.Boolean("requeue");
 }
@@ -200,7 +200,7 @@ bool PoolFile::Sets(const std::string& key) const {
 }
 
 PoolFile ReadPoolFile(const std::string& file, Engine engine) {
-  std::vector<std::string> sections = programs::WordsOf<Engine>();
+  std::vector<std::string> sections = programs::EnumNamesOf<Engine>();
   sections.insert(sections.end(), {"worker", "server"});
   PoolFile pool;
   pool.file = file;

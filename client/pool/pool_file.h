@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "words/words.h"
+#include "words/enum_names.h"
 
 namespace legopt::client {
 
@@ -22,11 +22,11 @@ enum class Engine {
 
 namespace legopt {
 template <>
-inline constexpr auto kWords<client::Engine> = Words<client::Engine>({{client::Engine::kSlurm, "slurm"},
-                                                                      {client::Engine::kPbs, "pbs"},
-                                                                      {client::Engine::kSge, "sge"},
-                                                                      {client::Engine::kHtcondor, "htcondor"},
-                                                                      {client::Engine::kSsh, "ssh"}});
+inline constexpr auto kEnumNames<client::Engine> = Words<client::Engine>({{client::Engine::kSlurm, "slurm"},
+                                                                          {client::Engine::kPbs, "pbs"},
+                                                                          {client::Engine::kSge, "sge"},
+                                                                          {client::Engine::kHtcondor, "htcondor"},
+                                                                          {client::Engine::kSsh, "ssh"}});
 }  // namespace legopt
 
 namespace legopt::client {

@@ -10,7 +10,7 @@
 #include "files/file_error.h"
 #include "files/written_file.h"
 #include "programs/processes.h"
-#include "words/words.h"
+#include "words/enum_names.h"
 
 namespace legopt::client {
 namespace {
@@ -20,7 +20,7 @@ constexpr char kRecordFile[] = "jobs";
 // Returns nullopt if the line is not a pool member.
 std::optional<PoolMember> ReadLine(const std::string& line) {
   const auto blank = line.find(' ');
-  const auto engine = ParseWord<Engine>(line.substr(0, blank));
+  const auto engine = ParseEnum<Engine>(line.substr(0, blank));
   if (!engine || blank == std::string::npos) return std::nullopt;
   PoolMember member{*engine, line.substr(blank + 1)};
   if (member.id.empty() || member.id.find_first_not_of("0123456789 ") != std::string::npos) return std::nullopt;

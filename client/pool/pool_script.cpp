@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "client/client_error.h"
-#include "client/pool/engine_words.h"
+#include "client/pool/script_quoting.h"
 #include "client/pool/worker_command.h"
 #include "programs/shell_word.h"
 

@@ -22,7 +22,7 @@ constexpr seconds kCallPatience{20};
 // Most errors occur at once; later, one query per half minute is acceptable for sites.
 constexpr seconds kFirstLook{5}, kLongestInterval{30}, kLookAgain{3};
 constexpr milliseconds kStopInterval{500};
-constexpr milliseconds kGiveBack{5'000};  // time for a worker to release its jobs
+constexpr milliseconds kReleasePatience{5'000};  // time for a worker to release its jobs
 
 std::vector<std::string> QueueArguments(const std::string& job_id) {
   return {"--noheader", "--array", "--jobs=" + job_id, "--format=%i|%T|%M|%R"};
@@ -34,14 +34,14 @@ std::string Trimmed(const std::string& text) {
 }
 
 // Returns nullopt without an answer. Slurm forgets ended jobs after some minutes and then reports an invalid id.
-std::optional<std::vector<SlurmElement>> ElementsOf(const EngineAnswer& answer) {
+std::optional<std::vector<SlurmElement>> ElementsOf(const EngineResult& answer) {
   if (answer.ok()) return ParseElements(answer.output);
   if (answer.words.find("Invalid job id") != std::string::npos) return std::vector<SlurmElement>{};
   return std::nullopt;
 }
 
 // Returns the option that Slurm's message mentions, if any.
-const EngineOption* BlamedOption(const PoolFile& pool, const std::string& words) {
+const EngineOption* MentionedOption(const PoolFile& pool, const std::string& words) {
   const auto named = [&words](const EngineOption& option) {
     return option.key.size() > 1 && words.find(option.key) != std::string::npos;
   };
@@ -49,10 +49,10 @@ const EngineOption* BlamedOption(const PoolFile& pool, const std::string& words)
   return blamed == pool.options.end() ? nullptr : &*blamed;
 }
 
-std::string Refusal(const PoolFile& pool, const EngineAnswer& answer) {
+std::string Refusal(const PoolFile& pool, const EngineResult& answer) {
   const std::string words = Trimmed(programs::PrintableLines(answer.words));
   const std::string said = words.empty() ? "sbatch ended with " + answer.exit->Describe() : "Slurm says: " + words;
-  if (const EngineOption* option = BlamedOption(pool, words)) {
+  if (const EngineOption* option = MentionedOption(pool, words)) {
     return option->place + ": slurm." + option->key + ": is refused" +
            (option->value ? " (got '" + *option->value + "')" : "") + "; " + said;
   }
@@ -60,7 +60,7 @@ std::string Refusal(const PoolFile& pool, const EngineAnswer& answer) {
 }
 
 void Cancel(std::vector<std::string> arguments) {
-  const EngineAnswer answer = EngineCall("scancel", arguments, kCallPatience).Wait();
+  const EngineResult answer = EngineCommand("scancel", arguments, kCallPatience).Wait();
   if (answer.ok() || answer.words.find("Invalid job id") != std::string::npos) return;
   // Ignore elements that have just ended.
   if (answer.exit && answer.words.find("already completing") != std::string::npos) return;
@@ -101,7 +101,7 @@ std::string Summary(const std::vector<SlurmElement>& elements) {
 }
 
 SlurmArray SlurmArray::Submit(const PoolFile& pool, const std::string& script) {
-  const EngineAnswer answer = EngineCall("sbatch", {"--parsable"}, kSubmitPatience, script).Wait();
+  const EngineResult answer = EngineCommand("sbatch", {"--parsable"}, kSubmitPatience, script).Wait();
   if (!answer.exit) {
     throw ClientError(ExitCode::kEngineRefused, "sbatch did not answer within " +
                                                     std::to_string(kSubmitPatience.count()) +
@@ -118,7 +118,7 @@ std::optional<std::vector<SlurmElement>> SlurmArray::Look(Clock::time_point now)
   if (next_look_ == Clock::time_point{}) next_look_ = now + (interval_ = kFirstLook);
   if (look_ == nullptr) {
     if (now < next_look_) return std::nullopt;
-    look_ = std::make_unique<EngineCall>("squeue", QueueArguments(job_id_), kCallPatience);
+    look_ = std::make_unique<EngineCommand>("squeue", QueueArguments(job_id_), kCallPatience);
   }
   const auto answer = look_->Poll();
   if (!answer) return std::nullopt;
@@ -130,7 +130,7 @@ std::optional<std::vector<SlurmElement>> SlurmArray::Look(Clock::time_point now)
 }
 
 std::optional<std::vector<SlurmElement>> SlurmArray::Elements() const {
-  return ElementsOf(EngineCall("squeue", QueueArguments(job_id_), kCallPatience).Wait());
+  return ElementsOf(EngineCommand("squeue", QueueArguments(job_id_), kCallPatience).Wait());
 }
 
 void SlurmArray::Stop(milliseconds patience, bool (*give_up)()) {
@@ -149,7 +149,7 @@ void SlurmArray::Stop(milliseconds patience, bool (*give_up)()) {
   if (!hurried()) Cancel({"--batch", "--signal=TERM", job_id_});  // the worker drains
   if (wait(patience)) return;
   Cancel({"--batch", "--signal=TERM", job_id_});  // the worker releases running jobs
-  if (wait(kGiveBack)) return;
+  if (wait(kReleasePatience)) return;
   Cancel({job_id_});
 }
 

@@ -46,7 +46,7 @@ class SlurmArray {
 
  private:
   std::string job_id_;
-  std::unique_ptr<EngineCall> look_;
+  std::unique_ptr<EngineCommand> look_;
   std::chrono::steady_clock::time_point next_look_{};
   std::chrono::seconds interval_{};  ///< grows between queries
 };

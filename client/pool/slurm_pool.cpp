@@ -60,20 +60,21 @@ std::string CauseInLogs(const fs::path& folder) {
   std::string text = ReadWhole(newest);
   text.erase(0, text.size() - std::min(text.size(), kTailBytes));
   for (const char* program : {"legopt-worker", "slurmstepd"}) {
-    if (const std::string words = LastWords(program, text); !words.empty()) return "the newest log says: " + words;
+    if (const std::string words = LastErrorMessage(program, text); !words.empty())
+      return "the newest log says: " + words;
   }
   return "the newest log, " + newest.string() + ", reports no error";
 }
 
 PoolAccess AccessOf(const SlurmPoolOptions& options, const fs::path& folder) {
-  PoolAccess access = AccessLikeOurs(options.file, folder);
+  PoolAccess access = AccessWithLocalPaths(options.file, folder);
   for (const fs::path& solver : options.solvers) access.solvers.push_back(fs::absolute(solver).string());
   return access;
 }
 
 }  // namespace
 
-PoolAccess AccessLikeOurs(const PoolFile& file, const fs::path& folder) {
+PoolAccess AccessWithLocalPaths(const PoolFile& file, const fs::path& folder) {
   PoolAccess access;
   access.program =
       file.worker.program.empty() ? (programs::ProgramFolder() / "legopt-worker").string() : file.worker.program;
@@ -141,7 +142,7 @@ void SlurmPool::StartServer() {
         "--listen", listen, "--access", (folder_ / "access").string(), "--datasets", (folder_ / kDatasets).string()};
     if (!options_.store_dataset) arguments.emplace_back("--no-dataset");
     try {
-      server_ = std::make_unique<OwnServer>(
+      server_ = std::make_unique<ManagedServer>(
           OwnServerOptions{options_.database, options_.network, std::move(arguments), options_.verbose});
       return;
     } catch (const ClientError& error) {

@@ -8,8 +8,8 @@
 #include "client/pool/pool_file.h"
 #include "client/pool/pool_script.h"
 #include "client/pool/slurm_array.h"
-#include "client/service/own_pool.h"
-#include "client/service/own_server.h"
+#include "client/service/managed_pool.h"
+#include "client/service/managed_server.h"
 
 namespace legopt::client {
 
@@ -26,7 +26,7 @@ struct SlurmPoolOptions {
 
 /// Returns the access of a pool whose workers use this command's programs and data at the same paths, with logs in
 /// `folder`. Settings of the pool file have priority.
-PoolAccess AccessLikeOurs(const PoolFile& file, const std::filesystem::path& folder);
+PoolAccess AccessWithLocalPaths(const PoolFile& file, const std::filesystem::path& folder);
 
 /// Returns the folder with the logs, the key and the access file of a run's pool.
 std::filesystem::path PoolFolder(const std::filesystem::path& database);
@@ -35,12 +35,12 @@ std::filesystem::path PoolFolder(const std::filesystem::path& database);
 /// for its deployment, its addresses and the key.
 std::string PreviewScript(const SlurmPoolOptions& options);
 
-/// An OwnPool with the server on this machine and workers in a Slurm array. The server uses an existing key
+/// An ManagedPool with the server on this machine and workers in a Slurm array. The server uses an existing key
 /// (LEGOPT_KEY_FILE) or creates one for this run; the worker's key is embedded in the script with all addresses of this
 /// machine. The destructor cancels the array.
-class SlurmPool final : public OwnPool {
+class SlurmPool final : public ManagedPool {
  public:
-  /// Starts the server, then submits the array. Throws the errors of OwnServer and SlurmArray::Submit.
+  /// Starts the server, then submits the array. Throws the errors of ManagedServer and SlurmArray::Submit.
   explicit SlurmPool(SlurmPoolOptions options);
   ~SlurmPool() override;
 
@@ -61,7 +61,7 @@ class SlurmPool final : public OwnPool {
   SlurmPoolOptions options_;
   std::filesystem::path folder_;
   PoolAccess access_;
-  std::unique_ptr<OwnServer> server_;
+  std::unique_ptr<ManagedServer> server_;
   std::optional<SlurmArray> array_;
   std::string last_summary_;
   int looks_without_elements_ = 0;

@@ -24,7 +24,7 @@ using std::chrono::system_clock;
 
 constexpr char kHostsFile[] = "hosts-";  // and the keeper's process id
 constexpr milliseconds kKeeperInterval{100};
-constexpr milliseconds kKeeperGivesBack{10'000};  // time for workers to release their jobs and end
+constexpr milliseconds kReleaseTimeout{10'000};  // time for workers to release their jobs and end
 
 // Returns the start time in ticks since boot; 0: no such process, or unknown (no /proc).
 std::uint64_t StartOf(int pid) {
@@ -43,24 +43,24 @@ std::uint64_t StartOf(int pid) {
 
 }  // namespace
 
-Keeper Keeper::ThisProcess() { return {::getpid(), StartOf(::getpid())}; }
+PoolProcess PoolProcess::ThisProcess() { return {::getpid(), StartOf(::getpid())}; }
 
-std::optional<Keeper> Keeper::FromId(const std::string& id) {
+std::optional<PoolProcess> PoolProcess::FromId(const std::string& id) {
   ClassicInput words(id);
   int pid = 0;
   std::uint64_t started = 0;
   if (!(words >> pid >> started) || pid <= 0) return std::nullopt;
-  return Keeper(pid, started);
+  return PoolProcess(pid, started);
 }
 
-bool Keeper::runs() const {
+bool PoolProcess::runs() const {
   if (started_ == 0)
     return ::kill(pid_, 0) == 0 || errno == EPERM;  // recorded without /proc: only the process id is
                                                     // known
   return StartOf(pid_) == started_;
 }
 
-bool Keeper::EndsWithin(milliseconds duration, bool (*give_up)()) const {
+bool PoolProcess::EndsWithin(milliseconds duration, bool (*give_up)()) const {
   for (const auto end = std::chrono::steady_clock::now() + duration; runs();) {
     if (std::chrono::steady_clock::now() >= end || (give_up != nullptr && give_up())) return false;
     std::this_thread::sleep_for(kKeeperInterval);
@@ -68,17 +68,17 @@ bool Keeper::EndsWithin(milliseconds duration, bool (*give_up)()) const {
   return true;
 }
 
-void Keeper::Stop(milliseconds patience, bool (*give_up)()) const {
+void PoolProcess::Stop(milliseconds patience, bool (*give_up)()) const {
   if (!runs()) return;
   ::kill(pid_, SIGTERM);
   // Leave time between the signals: simultaneous signals of one kind are merged.
   if (EndsWithin(std::max(patience, 3 * kKeeperInterval), give_up) || !runs()) return;
   ::kill(pid_, SIGTERM);
-  if (EndsWithin(kKeeperGivesBack, give_up) || !runs()) return;
+  if (EndsWithin(kReleaseTimeout, give_up) || !runs()) return;
   ::kill(pid_, SIGKILL);
 }
 
-HostsFile::HostsFile(const fs::path& folder, const Keeper& keeper)
+HostsFile::HostsFile(const fs::path& folder, const PoolProcess& keeper)
     : path_(folder / (kHostsFile + std::to_string(keeper.pid()))) {}
 
 void HostsFile::Remove() const {

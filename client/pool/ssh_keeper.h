@@ -15,11 +15,11 @@
 namespace legopt::client {
 
 /// A process, identified by its process id and start time.
-class Keeper {
+class PoolProcess {
  public:
-  static Keeper ThisProcess();
+  static PoolProcess ThisProcess();
   /// Parses the id of a line of the record; nullopt if invalid.
-  static std::optional<Keeper> FromId(const std::string& id);
+  static std::optional<PoolProcess> FromId(const std::string& id);
 
   int pid() const { return pid_; }
   std::string id() const { return std::to_string(pid_) + " " + std::to_string(started_); }
@@ -29,7 +29,7 @@ class Keeper {
   void Stop(std::chrono::milliseconds patience, bool (*give_up)() = nullptr) const;
 
  private:
-  Keeper(int pid, std::uint64_t started) : pid_(pid), started_(started) {}
+  PoolProcess(int pid, std::uint64_t started) : pid_(pid), started_(started) {}
   bool EndsWithin(std::chrono::milliseconds duration, bool (*give_up)()) const;
 
   int pid_;
@@ -40,7 +40,7 @@ class Keeper {
 /// folder.
 class HostsFile {
  public:
-  HostsFile(const std::filesystem::path& folder, const Keeper& keeper);
+  HostsFile(const std::filesystem::path& folder, const PoolProcess& keeper);
 
   /// Writes the states for `legopt pool status`, atomically. Write errors are ignored.
   void Write(const std::vector<SshPool::Host>& hosts) const;

@@ -11,7 +11,7 @@
 
 #include "client/client_error.h"
 #include "client/pool/engine_call.h"
-#include "client/service/own_program.h"
+#include "client/service/managed_program.h"
 #include "files/written_file.h"
 
 namespace legopt::client {
@@ -63,13 +63,13 @@ std::string LastLine(std::string text) {
   return begin == std::string::npos ? text : text.substr(begin + 1);
 }
 
-// Returns an empty text if a signal ended ssh. Otherwise returns the last line of ssh or the remote shell if they failed,
-// else the error that the worker reported.
+// Returns an empty text if a signal ended ssh. Otherwise returns the last line of ssh or the remote shell if they
+// failed, else the error that the worker reported.
 std::string CauseIn(const fs::path& log, const ChildExit& exit) {
   if (exit.signal != 0) return {};
   const std::string text = EndOf(log);
   const bool no_worker = exit.code == kSshFailed || exit.code == kNotFound || exit.code == kNotExecutable;
-  const std::string cause = no_worker ? LastLine(text) : LastWords("legopt-worker", text);
+  const std::string cause = no_worker ? LastLine(text) : LastErrorMessage("legopt-worker", text);
   return ": " + (cause.empty() ? "no error in " + log.string() : cause);
 }
 

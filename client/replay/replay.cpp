@@ -95,7 +95,7 @@ nlohmann::ordered_json RepeatedPart(const IterationRecord& step) {
 
 nlohmann::ordered_json JsonOf(const Replay& replay) {
   return {
-      {"outcome", NumberOf(replay.outcome)}, {"differences", replay.differences}, {"divergence", replay.divergence}};
+      {"outcome", EnumNumber(replay.outcome)}, {"differences", replay.differences}, {"divergence", replay.divergence}};
 }
 
 Replay FromJson(const std::string& text, std::int64_t job_id) {
@@ -115,7 +115,7 @@ Replay ReplayOne(JobRunner& runner, const StoredJob& stored) {
   };
   try {
     return FromJson(CallIsolated(solve, kUnlimited), stored.job_id);
-  } catch (const ReadFailed& error) {
+  } catch (const GuardedReadError& error) {
     return {stored.job_id, Reproduction::kDiffers, {"its process gave no result: " + std::string(error.what())}, ""};
   }
 }

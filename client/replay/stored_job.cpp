@@ -32,7 +32,7 @@ constexpr bool IsRepeatable(SolveStatus status) {
 
 std::string RepeatableWords() {
   std::string words;
-  for (const auto& row : kWords<SolveStatus>) {
+  for (const auto& row : kEnumNames<SolveStatus>) {
     if (IsRepeatable(row.value)) words += (words.empty() ? "" : ", ") + SqlText(std::string(row.word));
   }
   return words;
@@ -73,7 +73,7 @@ void RequireRepeatable(const Listing& row, std::int64_t job_id) {
                                             "nothing to compare with; 'legopt logs " + std::to_string(job_id) +
                                             "' tells why");
   }
-  const auto status = row.WordAt<SolveStatus>(0, "solver_status");
+  const auto status = row.EnumAt<SolveStatus>(0, "solver_status");
   if (IsRepeatable(status)) return;
   throw ClientError(ExitCode::kUsage, job + " ended by " + std::string(ToString(status)) +
                                           ": its bits follow from when it was stopped, and cannot be repeated");
@@ -92,8 +92,8 @@ StoredJob ReadStoredJob(ResultSource& source, std::int64_t job_id, const SolverR
   StoredJob stored;
   stored.job_id = job_id;
   stored.experiment_id = integer("experiment_id");
-  stored.job.task = row.WordAt<Task>(0, "task");
-  stored.job.initialization = row.WordAt<Initialization>(0, "initialization");
+  stored.job.task = row.EnumAt<Task>(0, "task");
+  stored.job.initialization = row.EnumAt<Initialization>(0, "initialization");
   stored.job.problem_id = static_cast<int>(integer("problem_id"));
   stored.job.repetition = static_cast<int>(integer("repetition"));
   stored.job.experiment_seed = static_cast<std::uint64_t>(integer("seed"));
@@ -104,10 +104,10 @@ StoredJob ReadStoredJob(ResultSource& source, std::int64_t job_id, const SolverR
   stored.dataset_name = row.Text(0, "dataset");
   stored.dataset_hash = row.Text(0, "dataset_hash");
   stored.build_id = row.Text(0, "build_id");
-  stored.status = row.WordAt<SolveStatus>(0, "solver_status");
-  stored.literal = row.WordAt<Verdict>(0, "verdict_literal");
-  stored.strict = row.WordAt<Verdict>(0, "verdict_strict");
-  if (!row.At(0, "verdict_solid").is_null()) stored.solid = row.WordAt<Verdict>(0, "verdict_solid");
+  stored.status = row.EnumAt<SolveStatus>(0, "solver_status");
+  stored.literal = row.EnumAt<Verdict>(0, "verdict_literal");
+  stored.strict = row.EnumAt<Verdict>(0, "verdict_strict");
+  if (!row.At(0, "verdict_solid").is_null()) stored.solid = row.EnumAt<Verdict>(0, "verdict_solid");
   stored.iterations = integer("iterations");
   stored.restarts = integer("restarts");
   stored.starts = OptionalAt<std::int64_t>(row, "starts");

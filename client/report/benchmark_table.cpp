@@ -36,7 +36,7 @@ class CellReader {
   std::int64_t Integer(const char* column) const { return cells_.At(row_, column).get<std::int64_t>(); }
   std::string Text(const char* column) const { return cells_.Text(row_, column); }
   BenchmarkColumn Column() const {
-    return {cells_.WordAt<Task>(row_, "task"), cells_.WordAt<Initialization>(row_, "initialization")};
+    return {cells_.EnumAt<Task>(row_, "task"), cells_.EnumAt<Initialization>(row_, "initialization")};
   }
 
   BenchmarkRow Row() const {
@@ -44,7 +44,7 @@ class CellReader {
     row.method = Text("method");
     row.multi_starts = Integer("multi_starts");
     row.sample_size = Integer("sample_size");
-    row.collision = cells_.WordAt<SceneRepresentation>(row_, "collision");
+    row.collision = cells_.EnumAt<SceneRepresentation>(row_, "collision");
     row.inner_starts = Integer("inner_starts");
     row.method_id = Integer("method_id");
     return row;
@@ -127,7 +127,7 @@ BenchmarkCell BenchmarkTable::Sum() const {
       sum.cancelled += cell.cancelled;
       sum.clock_stopped += cell.clock_stopped;
       sum.taken_over += cell.taken_over;
-      for (const auto& [value, word] : kWords<Feasibility>) {
+      for (const auto& [value, word] : kEnumNames<Feasibility>) {
         sum.by_feasibility[value].n += cell.by_feasibility[value].n;
         sum.by_feasibility[value].solved += cell.by_feasibility[value].solved;
       }
@@ -186,7 +186,7 @@ BenchmarkTable BuildBenchmarkTable(const Listing& cells, std::int64_t experiment
   for (const auto& column : kTableColumns) {
     if (present.contains(column)) table.columns.push_back(column);
   }
-  TellRowsApart(method_ids, &table.rows);
+  DisambiguateRows(method_ids, &table.rows);
   return table;
 }
 

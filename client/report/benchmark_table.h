@@ -34,10 +34,10 @@ struct BenchmarkColumn {
 
 /// Every combination of task and initialization; the paper's columns come first, in its order.
 inline constexpr auto kTableColumns = [] {
-  std::array<BenchmarkColumn, kNumWords<Task> * kNumWords<Initialization>> columns{};
+  std::array<BenchmarkColumn, kNumEnumerators<Task> * kNumEnumerators<Initialization>> columns{};
   std::size_t i = 0;
   for (const TaskDescription& description : kTasks) {
-    for (const auto& start : kWords<Initialization>) columns[i++] = {description.task, start.value};
+    for (const auto& start : kEnumNames<Initialization>) columns[i++] = {description.task, start.value};
   }
   return columns;
 }();
@@ -45,7 +45,7 @@ inline constexpr auto kTableColumns = [] {
 /// Columns of the tasks in the paper.
 inline constexpr auto kPaperColumns = [] {
   constexpr std::size_t kPaperTasks = 2;
-  std::array<BenchmarkColumn, kPaperTasks * kNumWords<Initialization>> columns{};
+  std::array<BenchmarkColumn, kPaperTasks * kNumEnumerators<Initialization>> columns{};
   for (std::size_t i = 0; i < columns.size(); ++i) columns[i] = kTableColumns[i];
   return columns;
 }();
@@ -76,9 +76,9 @@ struct BenchmarkCell {
   /// method.
   std::int64_t clock_stopped = 0;
   std::int64_t taken_over = 0;  ///< finished jobs whose result was reused from an identical job of another experiment
-  std::int64_t solved_by_other_rule = 0;            ///< successes under BenchmarkTable::other_rule, if set
-  Per<Feasibility, JobCounts> by_feasibility = {};  ///< counts by feasibility of the problem, in a table with a
-                                                    ///< certificate
+  std::int64_t solved_by_other_rule = 0;                  ///< successes under BenchmarkTable::other_rule, if set
+  EnumArray<Feasibility, JobCounts> by_feasibility = {};  ///< counts by feasibility of the problem, in a table with a
+                                                          ///< certificate
 
   bool operator==(const BenchmarkCell&) const = default;
 };
@@ -101,12 +101,12 @@ struct BenchmarkTable {
   std::string dataset;        ///< name; empty if unknown
   Split split = Split::kAll;  ///< subset of its problems
   Rule rule = Rule::kSolid;
-  std::vector<BenchmarkColumn> columns;  ///< columns that the experiment has, in the paper's order
-  std::vector<BenchmarkRow> rows;        ///< ordered as in the experiment
-  bool compared = false;                 ///< the paper's figures were requested
-  std::vector<ResultOrigin> origins;     ///< builds and machines of the results
-  bool certified = false;                ///< counts by a certificate: BenchmarkCell::by_feasibility
-  std::optional<Rule> other_rule = {};   ///< rule of BenchmarkCell::solved_by_other_rule; nullopt: unknown
+  std::vector<BenchmarkColumn> columns;   ///< columns that the experiment has, in the paper's order
+  std::vector<BenchmarkRow> rows;         ///< ordered as in the experiment
+  bool compared = false;                  ///< the paper's figures were requested
+  std::vector<ResultProvenance> origins;  ///< builds and machines of the results
+  bool certified = false;                 ///< counts by a certificate: BenchmarkCell::by_feasibility
+  std::optional<Rule> other_rule = {};    ///< rule of BenchmarkCell::solved_by_other_rule; nullopt: unknown
 
   /// Returns the jobs over which success is counted: all, or those of certified problems.
   JobCounts Counted(const BenchmarkCell& cell) const;
@@ -139,7 +139,7 @@ inline constexpr TimeUnit kSeconds{"s", 1.0}, kMilliseconds{"ms", 1e-3}, kMicros
 /// Appends "(method ID)" to the names of indistinguishable rows: methods may differ in options that no column shows.
 /// `method_ids`: one per row.
 template <class Row>
-void TellRowsApart(const std::vector<std::int64_t>& method_ids, std::vector<Row>* rows) {
+void DisambiguateRows(const std::vector<std::int64_t>& method_ids, std::vector<Row>* rows) {
   const auto key = [](const Row& row) {
     return std::tuple(row.method, row.multi_starts, row.sample_size, row.collision);
   };

@@ -73,10 +73,10 @@ std::string Repetitions(const BenchmarkTable& table) {
 
 std::string Caption(const BenchmarkTable& table) {
   std::string text = "Experiment " + std::to_string(table.experiment_id) + " '" + table.experiment + "'";
-  if (!table.dataset.empty()) text += ", dataset " + table.dataset + std::string(Mention(table.split));
+  if (!table.dataset.empty()) text += ", dataset " + table.dataset + std::string(SplitCaption(table.split));
   return text + ", " + std::string(ToString(table.rule)) + " rule, " + Progress(table.Sum()) + Repetitions(table) +
          (table.origins.empty() ? "" : ". " + DescribeOrigins(table.origins)) +
-         MentionTakenOver(table.Sum().taken_over);
+         ReusedResultsSentence(table.Sum().taken_over);
 }
 
 // The best values of a column: the largest share of solved problems and, among the rows with that share, the lowest
@@ -224,7 +224,7 @@ nlohmann::ordered_json CellJson(const BenchmarkCell& cell, Figures figures) {
 
 nlohmann::ordered_json FeasibilityJson(const BenchmarkCell& cell) {
   nlohmann::ordered_json json;
-  for (const auto& [value, word] : kWords<Feasibility>) {
+  for (const auto& [value, word] : kEnumNames<Feasibility>) {
     const JobCounts& counts = cell.by_feasibility[value];
     json[word] = {{"n", counts.n}, {"solved", counts.solved}};
   }
@@ -271,7 +271,7 @@ void AddFigures(CsvColumnList columns, const Cells& cells, Figures figures, std:
 
 void AddFeasibilityTitles(CsvColumnList columns, Listing* listing) {
   for (const auto& column : columns) {
-    for (const auto& [value, word] : kWords<Feasibility>) {
+    for (const auto& [value, word] : kEnumNames<Feasibility>) {
       for (const char* figure : {"_n", "_solved"}) {
         listing->columns.push_back(ColumnName(column) + "_" + std::string(word) + figure);
       }
@@ -282,7 +282,7 @@ void AddFeasibilityTitles(CsvColumnList columns, Listing* listing) {
 void AddFeasibilityFigures(CsvColumnList columns, const Cells& cells, std::vector<nlohmann::json>* line) {
   for (const auto& column : columns) {
     const auto found = cells.find(column);
-    for (const auto& [value, word] : kWords<Feasibility>) {
+    for (const auto& [value, word] : kEnumNames<Feasibility>) {
       const auto counts = found == cells.end() ? JobCounts{} : found->second.by_feasibility[value];
       line->push_back(found == cells.end() ? nlohmann::json() : nlohmann::json(counts.n));
       line->push_back(found == cells.end() ? nlohmann::json() : nlohmann::json(counts.solved));

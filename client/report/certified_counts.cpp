@@ -65,10 +65,10 @@ void AddCertifiedCounts(ResultSource& source, const TableSelection& selection,
       return candidate.method_id == integer(i, "method_id");
     });
     if (row == table->rows.end()) continue;  // has another collision model
-    const auto task = jobs.WordAt<Task>(i, "task");
+    const auto task = jobs.EnumAt<Task>(i, "task");
     const auto feasibility = Known(certificate, task, static_cast<int>(integer(i, "problem_id")));
     JobCounts& counts =
-        row->cells[{task, jobs.WordAt<Initialization>(i, "initialization")}].by_feasibility[feasibility];
+        row->cells[{task, jobs.EnumAt<Initialization>(i, "initialization")}].by_feasibility[feasibility];
     counts.n += integer(i, "n");
     counts.solved += integer(i, "solved");
   }

@@ -53,12 +53,12 @@ std::vector<ResultRow> ReadRows(ResultSource& source, const std::string& where) 
     const auto integer = [&](const char* column) { return listing.At(i, column).get<std::int64_t>(); };
     rows.push_back({integer("job_id"),
                     {integer("method_id"), listing.Text(i, "method"), integer("multi_starts"), integer("sample_size"),
-                     listing.WordAt<Initialization>(i, "initialization"), integer("repetition"),
-                     listing.WordAt<SceneRepresentation>(i, "collision")},
-                    listing.WordAt<Task>(i, "task"),
+                     listing.EnumAt<Initialization>(i, "initialization"), integer("repetition"),
+                     listing.EnumAt<SceneRepresentation>(i, "collision")},
+                    listing.EnumAt<Task>(i, "task"),
                     static_cast<int>(integer("problem_id")),
                     static_cast<double>(integer("wall_us")) * kSecondsPerMicrosecond,
-                    listing.WordAt<Verdict>(i, "verdict_literal") == Verdict::kSuccess,
+                    listing.EnumAt<Verdict>(i, "verdict_literal") == Verdict::kSuccess,
                     integer("num_waypoints"),
                     {},
                     {}});
@@ -176,8 +176,9 @@ ExportedSolutions ReadSolutionsOf(ResultSource& source, std::int64_t experiment_
   for (std::size_t i = 0; i < rows.size(); ++i) methods[rows[i].job_id] = texts[i];
 
   std::vector<std::string> origins;
-  for (const ResultOrigin& origin : ReadOrigins(source, experiment_id)) origins.push_back(DescribeOrigins({origin}));
-  if (const std::string taken = MentionTakenOver(ReadTakenOver(source, experiment_id)); !taken.empty()) {
+  for (const ResultProvenance& origin : ReadOrigins(source, experiment_id))
+    origins.push_back(DescribeOrigins({origin}));
+  if (const std::string taken = ReusedResultsSentence(CountReusedResults(source, experiment_id)); !taken.empty()) {
     origins.push_back(taken.substr(1));
   }
 

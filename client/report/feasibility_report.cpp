@@ -22,9 +22,9 @@ std::string ReasonOf(const std::optional<certify::StanceEvidence>& evidence) {
 Listing FeasibilityCounts(const certify::Certificate& certificate, const certify::StanceCatalogue& catalogue) {
   Listing listing;
   listing.columns = {"task", "problems"};
-  for (const auto& word : kWords<Feasibility>) listing.columns.emplace_back(word.word);
+  for (const auto& word : kEnumNames<Feasibility>) listing.columns.emplace_back(word.word);
   for (const TaskDescription& description : ProblemTasks()) {
-    const Per<Feasibility, int> counts = certify::CountProblems(certificate, catalogue, description.task);
+    const EnumArray<Feasibility, int> counts = certify::CountProblems(certificate, catalogue, description.task);
     auto& row = listing.rows.emplace_back();
     row.emplace_back(std::string(ToString(description.task)));
     row.emplace_back(catalogue.problems(description.task).size());

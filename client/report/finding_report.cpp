@@ -9,20 +9,20 @@
 namespace legopt::client {
 namespace {
 
-std::string Mark(DatasetFinding::Severity severity) {
+std::string Mark(DatasetDiagnostic::Severity severity) {
   switch (severity) {
-    case DatasetFinding::Severity::kInfo:
+    case DatasetDiagnostic::Severity::kInfo:
       return "ok";
-    case DatasetFinding::Severity::kWarning:
+    case DatasetDiagnostic::Severity::kWarning:
       return "warn";
-    case DatasetFinding::Severity::kError:
+    case DatasetDiagnostic::Severity::kError:
       return "FAIL";
   }
   return "";
 }
 
 /// Returns "FILE: FIELD: VALUE MESSAGE", without the empty parts.
-std::string Sentence(const DatasetFinding& finding) {
+std::string Sentence(const DatasetDiagnostic& finding) {
   std::string text = finding.file;
   for (const std::string& part : {finding.field, finding.value}) {
     if (!part.empty()) text += (text.empty() ? "" : ": ") + part;
@@ -33,18 +33,18 @@ std::string Sentence(const DatasetFinding& finding) {
 
 }  // namespace
 
-std::string RenderDatasetFindings(std::span<const DatasetFinding> findings, const TextLayout& layout) {
+std::string RenderDatasetFindings(std::span<const DatasetDiagnostic> findings, const TextLayout& layout) {
   std::vector<std::vector<std::string>> lines;
-  for (const DatasetFinding& finding : findings) {
+  for (const DatasetDiagnostic& finding : findings) {
     lines.push_back({Mark(finding.severity), finding.check, programs::Printable(Sentence(finding))});
     if (!finding.fix.empty()) lines.push_back({"", "", "-> " + programs::Printable(finding.fix)});
   }
   return AlignSentences(lines, layout.width);
 }
 
-nlohmann::ordered_json DatasetFindingsToJson(std::span<const DatasetFinding> findings) {
+nlohmann::ordered_json DatasetFindingsToJson(std::span<const DatasetDiagnostic> findings) {
   nlohmann::ordered_json array = nlohmann::ordered_json::array();
-  for (const DatasetFinding& f : findings) {
+  for (const DatasetDiagnostic& f : findings) {
     array.push_back({{"severity", ToString(f.severity)},
                      {"check", f.check},
                      {"file", f.file},

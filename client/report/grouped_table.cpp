@@ -13,7 +13,7 @@ struct StartTitle {
   const char* full;
   const char* brief;
 };
-constexpr Per<Initialization, StartTitle> kStartTitles = {
+constexpr EnumArray<Initialization, StartTitle> kStartTitles = {
     {{{"good init", "good"}, {"init in collision", "collision"}}}};
 
 std::vector<std::string> Titles(const GroupedTable& table) {

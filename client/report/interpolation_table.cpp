@@ -37,7 +37,7 @@ std::vector<TableText> ShownLine(const InterpolationTable& table, const Interpol
   std::vector<TableText> line = {
       {row.method}, FormatStarts(row.multi_starts, row.inner_starts), {std::to_string(row.sample_size)}};
   if (table.shows_collision()) line.push_back({std::string(ToString(row.collision))});
-  for (const auto& start : kWords<Initialization>) {
+  for (const auto& start : kEnumNames<Initialization>) {
     const auto found = row.cells.find(start.value);
     const InterpolationCell cell = found == row.cells.end() ? InterpolationCell{} : found->second;
     line.push_back({cell.scored > 0 ? std::to_string(cell.free) + "/" + std::to_string(cell.scored) : "-"});
@@ -50,18 +50,18 @@ std::vector<TableText> ShownLine(const InterpolationTable& table, const Interpol
 
 GroupedTable Group(const InterpolationTable& table) {
   GroupedTable grouped;
-  grouped.caption = "Interpolation of the " + std::string(kInterpolatedTask.plural) + " of experiment " +
-                    std::to_string(table.experiment_id) + " '" + table.experiment + "'" +
-                    (table.dataset.empty() ? "" : ", dataset " + table.dataset + std::string(Mention(table.split))) +
-                    ", " + std::string(ToString(table.rule)) + " rule" +
-                    (table.origins.empty() ? "" : ". " + DescribeOrigins(table.origins)) +
-                    MentionTakenOver(table.taken_over);
+  grouped.caption =
+      "Interpolation of the " + std::string(kInterpolatedTask.plural) + " of experiment " +
+      std::to_string(table.experiment_id) + " '" + table.experiment + "'" +
+      (table.dataset.empty() ? "" : ", dataset " + table.dataset + std::string(SplitCaption(table.split))) + ", " +
+      std::string(ToString(table.rule)) + " rule" +
+      (table.origins.empty() ? "" : ". " + DescribeOrigins(table.origins)) + ReusedResultsSentence(table.taken_over);
   grouped.key_titles = {{"Method"}, {"Multi-starts", "Starts"}, {"Sample size", "Sample"}};
   if (table.shows_collision()) grouped.key_titles.push_back({"Collision"});
   grouped.column_titles = {{"Free"}, {"Share (percent)", "Share"}, {"Scene (mm)", "Scene"}, {"Self (mm)", "Self"}};
   grouped.note = Note();
   grouped.legend = "Share and sample size in percent, depths in mm.";
-  for (const auto& start : kWords<Initialization>)
+  for (const auto& start : kEnumNames<Initialization>)
     grouped.groups.push_back(GroupOf(kInterpolatedTask.task, start.value));
   std::int64_t clock_stopped = 0;
   for (const auto& row : table.rows) {
@@ -144,11 +144,11 @@ InterpolationTable BuildInterpolationTable(const Listing& cells, std::int64_t ex
       table.rows.push_back({cells.Text(i, "method"),
                             integer("multi_starts"),
                             integer("sample_size"),
-                            cells.WordAt<SceneRepresentation>(i, "collision"),
+                            cells.EnumAt<SceneRepresentation>(i, "collision"),
                             {},
                             integer("inner_starts")});
     }
-    table.rows.back().cells[cells.WordAt<Initialization>(i, "initialization")] = {
+    table.rows.back().cells[cells.EnumAt<Initialization>(i, "initialization")] = {
         integer("n"),
         integer("solved"),
         integer("scored"),
@@ -158,7 +158,7 @@ InterpolationTable BuildInterpolationTable(const Listing& cells, std::int64_t ex
         OptionalNumber(cells.At(i, "self_depth_m")),
         integer("clock_stopped")};
   }
-  TellRowsApart(method_ids, &table.rows);
+  DisambiguateRows(method_ids, &table.rows);
   return table;
 }
 

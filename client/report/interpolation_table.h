@@ -15,7 +15,7 @@ namespace legopt::client {
 
 /// The task of the view `interpolation_cells`, whose solutions are scored between waypoints.
 inline constexpr const TaskDescription& kInterpolatedTask =
-    *std::ranges::find(kTasks, Between::kScored, &TaskDescription::between);
+    *std::ranges::find(kTasks, TransitionRule::kScored, &TaskDescription::between);
 
 /// Values between the waypoints of the solutions of one method and initialization. Depths are maxima over all
 /// solutions, by the exact meshes.
@@ -48,8 +48,8 @@ struct InterpolationTable {
   Split split = Split::kAll;  ///< subset of its problems
   Rule rule = Rule::kSolid;
   std::vector<InterpolationRow> rows;
-  std::vector<ResultOrigin> origins;  ///< builds and machines of the results
-  std::int64_t taken_over = 0;        ///< number of results reused from other experiments, including other tasks
+  std::vector<ResultProvenance> origins;  ///< builds and machines of the results
+  std::int64_t taken_over = 0;            ///< number of results reused from other experiments, including other tasks
 
   bool shows_collision() const;
 };

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "client/report/text_layout.h"
-#include "words/words.h"
+#include "words/enum_names.h"
 
 namespace legopt::client {
 
@@ -27,19 +27,19 @@ struct Listing {
   const nlohmann::json& At(std::size_t row, std::string_view column) const;
   /// Returns the text of a cell by column name. Throws ClientError (kDatabaseUnusable) if the cell is not a text.
   std::string Text(std::size_t row, std::string_view column) const;
-  /// Returns the enumerator named in a cell. Throws ClientError (kDatabaseUnusable) for an unknown name, which indicates
-  /// a damaged database or another release.
-  template <Worded Enum>
-  Enum WordAt(std::size_t row, std::string_view column) const;
+  /// Returns the enumerator named in a cell. Throws ClientError (kDatabaseUnusable) for an unknown name, which
+  /// indicates a damaged database or another release.
+  template <NamedEnum Enum>
+  Enum EnumAt(std::size_t row, std::string_view column) const;
 
  private:
   [[noreturn]] static void RefuseWord(std::string_view column, const std::string& word);
 };
 
-template <Worded Enum>
-Enum Listing::WordAt(std::size_t row, std::string_view column) const {
+template <NamedEnum Enum>
+Enum Listing::EnumAt(std::size_t row, std::string_view column) const {
   const std::string word = Text(row, column);
-  if (const auto value = ParseWord<Enum>(word)) return *value;
+  if (const auto value = ParseEnum<Enum>(word)) return *value;
   RefuseWord(column, word);
 }
 

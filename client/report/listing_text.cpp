@@ -104,7 +104,7 @@ Grid Columns(const Grid& grid, const std::vector<std::size_t>& columns) {
 
 // Removes columns with equal values in all rows from the grid and returns a sentence about them; the first column
 // stays.
-std::string LiftConstants(Grid* grid) {
+std::string ExtractConstantColumns(Grid* grid) {
   constexpr std::size_t kFewestLines = 3;  // titles and two rows
   if (grid->lines.size() < kFewestLines) return {};
   std::vector<std::size_t> varying;
@@ -124,7 +124,7 @@ std::string LiftConstants(Grid* grid) {
 }
 
 // Narrows the widest texts until all columns fit side by side. Returns an empty vector if that is not sufficient.
-Widths FitTexts(const Grid& grid, Widths widths, std::size_t limit) {
+Widths ShrinkTextColumns(const Grid& grid, Widths widths, std::size_t limit) {
   while (Total(widths) > limit) {
     std::size_t widest = widths.size();
     for (std::size_t i = 0; i < widths.size(); ++i) {
@@ -183,7 +183,7 @@ std::string RenderFolded(const Grid& grid, const Bands& bands, const TextLayout&
   for (const auto& band : bands) {
     parts.push_back(Columns(grid, band));
     widths.push_back(
-        FitTexts(parts.back(), NaturalWidths(parts.back()), layout.width - (parts.size() > 1 ? kIndent : 0)));
+        ShrinkTextColumns(parts.back(), NaturalWidths(parts.back()), layout.width - (parts.size() > 1 ? kIndent : 0)));
   }
   std::string text;
   for (std::size_t line = 0; line < grid.lines.size(); ++line) {
@@ -235,10 +235,10 @@ std::string RenderRows(const Grid& grid, const TextLayout& layout) {
 }
 
 std::string RenderNarrow(Grid grid, const TextLayout& layout) {
-  const std::string constants = LiftConstants(&grid);
+  const std::string constants = ExtractConstantColumns(&grid);
   const std::string head = constants.empty() ? "" : Paragraph(constants, layout, Emphasis::kDim) + "\n";
   const Widths natural = NaturalWidths(grid);
-  if (const Widths widths = FitTexts(grid, natural, layout.width); !widths.empty()) {
+  if (const Widths widths = ShrinkTextColumns(grid, natural, layout.width); !widths.empty()) {
     return head + RenderAligned(grid, widths, layout.color);
   }
   constexpr std::size_t kFewestLines = 3;  // a single row is clearer with one value per line

@@ -50,9 +50,9 @@ void AddMethodFilterOptions(const programs::Command& command, MethodFilter* filt
 }
 
 void AddCollisionOption(const programs::Command& command, std::optional<SceneRepresentation>* collision) {
-  using programs::Alternatives, programs::WordsOf;
-  command.AddWord<SceneRepresentation>("--collision", *collision,
-                                       "Only methods with this model: " + Alternatives(WordsOf<SceneRepresentation>()));
+  using programs::Alternatives, programs::EnumNamesOf;
+  command.AddEnum<SceneRepresentation>(
+      "--collision", *collision, "Only methods with this model: " + Alternatives(EnumNamesOf<SceneRepresentation>()));
 }
 
 ExperimentMethods::ExperimentMethods(ResultSource& source, std::int64_t experiment_id)
@@ -95,7 +95,7 @@ std::string ExperimentMethods::Condition(const MethodFilter& filter) const {
   return "method_id IN (" + ids + ")";
 }
 
-std::vector<std::string> ExperimentMethods::TellingColumns() const {
+std::vector<std::string> ExperimentMethods::DistinguishingColumns() const {
   std::vector<std::string> columns;
   for (const char* column : {"multi_starts", "sample_size", "incremental", "collision"}) {
     std::set<std::string> names, values;

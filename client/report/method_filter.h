@@ -36,7 +36,7 @@ class ExperimentMethods {
 
   /// Those of the columns multi_starts, sample_size, incremental and collision in which methods of the same name
   /// differ.
-  std::vector<std::string> TellingColumns() const;
+  std::vector<std::string> DistinguishingColumns() const;
 
  private:
   Listing methods_;

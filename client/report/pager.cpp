@@ -21,18 +21,18 @@ constexpr char kUsualPager[] = "less -FRX";
 constexpr std::array<int, 3> kSignals = {SIGPIPE, SIGINT, SIGQUIT};
 
 // While the pager runs, an early end of the pager must not kill this process, and keys such as Ctrl-C belong to it.
-class SignalsLeftToThePager {
+class PagerSignalGuard {
  public:
-  SignalsLeftToThePager() {
+  PagerSignalGuard() {
     struct sigaction ignore {};
     ignore.sa_handler = SIG_IGN;
     for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &ignore, &previous_[i]);
   }
-  ~SignalsLeftToThePager() {
+  ~PagerSignalGuard() {
     for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &previous_[i], nullptr);
   }
-  SignalsLeftToThePager(const SignalsLeftToThePager&) = delete;
-  SignalsLeftToThePager& operator=(const SignalsLeftToThePager&) = delete;
+  PagerSignalGuard(const PagerSignalGuard&) = delete;
+  PagerSignalGuard& operator=(const PagerSignalGuard&) = delete;
 
  private:
   std::array<struct sigaction, kSignals.size()> previous_{};
@@ -104,7 +104,7 @@ bool ShowInPager(const std::string& text, const std::string& command) {
   std::optional<programs::Pipe> pipe = programs::MakePipe();
   if (!pipe) return false;
   std::cout.flush();
-  const SignalsLeftToThePager signals;
+  const PagerSignalGuard signals;
   const pid_t pid = Start(command, pipe->read.get());
   pipe->read.Close();
   if (pid > 0) WriteAll(pipe->write.get(), text);

@@ -40,14 +40,14 @@ std::string Counts(const ExperimentStatus& status) {
 // Returns "windows 3/40, 7/61": the progress of running jobs that are solved by windows. Other jobs are too short to be
 // shown.
 std::string Windows(const ExperimentStatus& status) {
-  constexpr int kMostShown = 4;
+  constexpr int kMaxShown = 4;
   std::string text;
   int jobs = 0;
   for (const RunningJob& job : status.running) {
-    if (!DescriptionOf(job.task).windowed || ++jobs > kMostShown) continue;
+    if (!DescriptionOf(job.task).windowed || ++jobs > kMaxShown) continue;
     text += (jobs == 1 ? "windows " : ", ") + std::to_string(job.done) + "/" + std::to_string(job.total);
   }
-  if (jobs > kMostShown) text += ", +" + std::to_string(jobs - kMostShown);
+  if (jobs > kMaxShown) text += ", +" + std::to_string(jobs - kMaxShown);
   return text;
 }
 
@@ -106,7 +106,7 @@ std::optional<double> PaceMeter::Observe(Seconds now, const ExperimentStatus& st
   return static_cast<double>(finished - then.finished) / stretch.count();
 }
 
-std::string StandstillNote::Observe(Seconds now, const ExperimentStatus& status) {
+std::string StallNotice::Observe(Seconds now, const ExperimentStatus& status) {
   if (status.over() || status.waiting_for.empty()) {
     since_.reset();
     return {};

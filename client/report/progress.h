@@ -36,9 +36,9 @@ class PaceMeter {
 };
 
 /// Returns why an experiment stalls, after a delay, because every experiment waits briefly between jobs.
-class StandstillNote {
+class StallNotice {
  public:
-  explicit StandstillNote(Seconds patience = Seconds(1)) : patience_(patience) {}
+  explicit StallNotice(Seconds patience = Seconds(1)) : patience_(patience) {}
 
   /// Returns the current reason, or an empty string. `now` is any monotonic time.
   std::string Observe(Seconds now, const ExperimentStatus& status);

@@ -45,7 +45,7 @@ bool ProgressPrinter::DueAsLine(const ExperimentStatus& status, const std::strin
 
 void ProgressPrinter::Show(const ExperimentStatus& status) {
   const std::optional<double> rate = meter_.Observe(elapsed(), status);
-  const std::string note = programs::Printable(standstill_.Observe(elapsed(), status));
+  const std::string note = programs::Printable(stall_notice_.Observe(elapsed(), status));
   if (terminal_) {
     // One column less than the terminal's width: some terminals wrap full lines.
     std::fprintf(stderr, "\r\033[K%s", RenderProgressBar(status, rate, note, TerminalWidth() - 1).c_str());

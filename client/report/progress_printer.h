@@ -37,7 +37,7 @@ class ProgressPrinter final : public WatchView {
   bool line_open_ = false;
   std::chrono::steady_clock::time_point start_;
   PaceMeter meter_;
-  StandstillNote standstill_;
+  StallNotice stall_notice_;
   std::optional<ExperimentStatus> last_;
   std::string last_note_;
   Seconds last_time_{0};

@@ -30,7 +30,7 @@ void AddOtherRule(ResultSource& source, BenchmarkTable* table) {
       "experiment_id = " +
       std::to_string(table->experiment_id) + " AND rule = " + SqlText(std::string(ToString(other))));
   for (std::size_t i = 0; i < counts.rows.size(); ++i) {
-    const BenchmarkColumn column{counts.WordAt<Task>(i, "task"), counts.WordAt<Initialization>(i, "initialization")};
+    const BenchmarkColumn column{counts.EnumAt<Task>(i, "task"), counts.EnumAt<Initialization>(i, "initialization")};
     const auto method_id = counts.At(i, "method_id").get<std::int64_t>();
     for (BenchmarkRow& row : table->rows) {
       const auto cell = row.cells.find(column);
@@ -82,7 +82,7 @@ InterpolationTable ReadInterpolationTable(ResultSource& source, const TableSelec
   table.dataset = experiment.dataset_name;
   table.split = experiment.split;
   table.origins = ReadOrigins(source, experiment.id);
-  table.taken_over = ReadTakenOver(source, experiment.id);
+  table.taken_over = CountReusedResults(source, experiment.id);
   KeepCollision(selection, experiment, &table);
   return table;
 }

@@ -15,9 +15,10 @@ std::optional<std::int64_t> OptionalInteger(const nlohmann::json& value) {
 }
 
 // Returns the distinct texts, in the order of their first occurrence.
-std::vector<std::string> Distinct(const std::vector<ResultOrigin>& origins, std::string (*text)(const ResultOrigin&)) {
+std::vector<std::string> Distinct(const std::vector<ResultProvenance>& origins,
+                                  std::string (*text)(const ResultProvenance&)) {
   std::vector<std::string> distinct;
-  for (const ResultOrigin& origin : origins) {
+  for (const ResultProvenance& origin : origins) {
     const std::string mine = text(origin);
     if (std::find(distinct.begin(), distinct.end(), mine) == distinct.end()) distinct.push_back(mine);
   }
@@ -30,11 +31,11 @@ std::string Joined(const std::vector<std::string>& texts, const char* between) {
   return joined;
 }
 
-std::string IdOf(const ResultOrigin& origin) { return origin.build_id.empty() ? "unknown" : origin.build_id; }
+std::string IdOf(const ResultProvenance& origin) { return origin.build_id.empty() ? "unknown" : origin.build_id; }
 
-std::string BuildOf(const ResultOrigin& origin) { return IdOf(origin) + " (" + origin.build + ")"; }
+std::string BuildOf(const ResultProvenance& origin) { return IdOf(origin) + " (" + origin.build + ")"; }
 
-std::string MachineOf(const ResultOrigin& origin) {
+std::string MachineOf(const ResultProvenance& origin) {
   std::string text = origin.processor.empty() ? "a machine that is not known" : origin.processor;
   if (origin.processors) {
     text += ", " + std::to_string(*origin.processors) + (*origin.processors == 1 ? " processor" : " processors");
@@ -48,12 +49,12 @@ std::string MachineOf(const ResultOrigin& origin) {
 
 }  // namespace
 
-std::vector<ResultOrigin> ReadOrigins(ResultSource& source, std::int64_t experiment_id) {
+std::vector<ResultProvenance> ReadOrigins(ResultSource& source, std::int64_t experiment_id) {
   const Listing listing = source.Query(
       "SELECT coalesce(build_id, '') AS build_id, build, hostname, processor, processors, memory_bytes, load, workers, "
       "results FROM result_origins WHERE experiment_id = " +
       std::to_string(experiment_id) + " ORDER BY results DESC, hostname, build_id, processor");
-  std::vector<ResultOrigin> origins;
+  std::vector<ResultProvenance> origins;
   for (std::size_t i = 0; i < listing.rows.size(); ++i) {
     const nlohmann::json& load = listing.At(i, "load");
     origins.push_back({listing.Text(i, "build_id"), listing.Text(i, "build"), listing.Text(i, "hostname"),
@@ -65,31 +66,31 @@ std::vector<ResultOrigin> ReadOrigins(ResultSource& source, std::int64_t experim
   return origins;
 }
 
-std::string DescribeOrigins(const std::vector<ResultOrigin>& origins) {
+std::string DescribeOrigins(const std::vector<ResultProvenance>& origins) {
   if (origins.empty()) return {};
   const std::vector<std::string> builds = Distinct(origins, BuildOf);
   const std::string many = builds.size() == 1 ? "Build " : std::to_string(builds.size()) + " builds: ";
   return many + Joined(builds, ", ") + " on " + Joined(Distinct(origins, MachineOf), "; ") + ".";
 }
 
-std::int64_t ReadTakenOver(ResultSource& source, std::int64_t experiment_id) {
+std::int64_t CountReusedResults(ResultSource& source, std::int64_t experiment_id) {
   const std::string count =
       "SELECT count(*) AS n FROM jobs JOIN cells USING (cell_id) WHERE taken_from IS NOT NULL AND experiment_id = ";
   return source.Query(count + std::to_string(experiment_id)).At(0, "n").get<std::int64_t>();
 }
 
-std::string MentionTakenOver(std::int64_t results) {
+std::string ReusedResultsSentence(std::int64_t results) {
   if (results == 0) return {};
   return " " + std::to_string(results) + (results == 1 ? " result was" : " results were") +
          " reused from other experiments.";
 }
 
-nlohmann::ordered_json OriginsJson(const std::vector<ResultOrigin>& origins) {
+nlohmann::ordered_json OriginsJson(const std::vector<ResultProvenance>& origins) {
   const auto optional = [](const auto& value) {
     return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
   };
   auto json = nlohmann::ordered_json::array();
-  for (const ResultOrigin& origin : origins) {
+  for (const ResultProvenance& origin : origins) {
     json.push_back({{"build_id", origin.build_id},
                     {"build", origin.build},
                     {"hostname", origin.hostname},
@@ -103,6 +104,6 @@ nlohmann::ordered_json OriginsJson(const std::vector<ResultOrigin>& origins) {
   return json;
 }
 
-std::string BuildIds(const std::vector<ResultOrigin>& origins) { return Joined(Distinct(origins, IdOf), " "); }
+std::string BuildIds(const std::vector<ResultProvenance>& origins) { return Joined(Distinct(origins, IdOf), " "); }
 
 }  // namespace legopt::client

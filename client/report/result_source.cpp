@@ -189,11 +189,11 @@ ExperimentInfo FindExperiment(ResultSource& source, std::optional<std::int64_t> 
   }
   return {found.At(0, "experiment_id").get<std::int64_t>(),
           found.At(0, "name").get<std::string>(),
-          found.WordAt<ExperimentState>(0, "state"),
+          found.EnumAt<ExperimentState>(0, "state"),
           found.At(0, "dataset").get<std::string>(),
           found.At(0, "hash").get<std::string>(),
-          found.WordAt<Split>(0, "split"),
-          found.WordAt<Rule>(0, "rule")};
+          found.EnumAt<Split>(0, "split"),
+          found.EnumAt<Rule>(0, "rule")};
 }
 
 Rule RuleFor(ResultSource& source, std::optional<std::int64_t> experiment, std::optional<Rule> asked) {

@@ -21,7 +21,7 @@ enum class Definitions {
 }  // namespace client
 
 template <>
-inline constexpr auto kWords<client::Definitions> =
+inline constexpr auto kEnumNames<client::Definitions> =
     Words<client::Definitions>({{client::Definitions::kFile, "file"}, {client::Definitions::kDataset, "dataset"}});
 
 }  // namespace legopt

@@ -51,7 +51,7 @@ std::size_t LinesOn(const Terminal& terminal, std::string_view text) {
 
 // Ends the process when the reader, e.g. `head`, has closed the pipe. Usually SIGPIPE does this; the signal may be
 // ignored if the parent process ignored it.
-void EndAsByBrokenPipe() {
+void RaiseSigpipe() {
   ::signal(SIGPIPE, SIG_DFL);
   ::raise(SIGPIPE);
 }
@@ -92,7 +92,7 @@ void Print(const std::string& text, const OutputOptions& options) {
   if (too_long && !options.no_pager && ShowInPager(text, ChoosePager(OwnEnvironment))) return;
   errno = 0;
   std::cout << text << std::flush;
-  if (!std::cout && errno == EPIPE) EndAsByBrokenPipe();
+  if (!std::cout && errno == EPIPE) RaiseSigpipe();
 }
 
 }  // namespace legopt::client

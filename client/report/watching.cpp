@@ -23,7 +23,7 @@ Seconds Now() { return std::chrono::steady_clock::now().time_since_epoch(); }
 
 }  // namespace
 
-void StoreTrouble::Look(const nlohmann::json& status, WatchView* view) {
+void StoreOutageMonitor::Look(const nlohmann::json& status, WatchView* view) {
   const std::string error = StoreError(status);
   const auto now = std::chrono::steady_clock::now();
   if (error.empty() != error_.empty()) {
@@ -43,7 +43,7 @@ void StoreTrouble::Look(const nlohmann::json& status, WatchView* view) {
   if (now - since_ > kPatience) ThrowIfAny();
 }
 
-void StoreTrouble::ThrowIfAny() const {
+void StoreOutageMonitor::ThrowIfAny() const {
   if (error_.empty()) return;
   throw ClientError(ExitCode::kDatabaseUnusable, "the server cannot write its database: " + error_ +
                                                      ". Acknowledged results are kept; once it can write again, the "
@@ -66,7 +66,7 @@ void ServerPatience::Silent(Seconds now, const ClientError& error, WatchView& vi
   if (!std::exchange(silent_, true)) view.ServerSilent(silence, patience_);
 }
 
-void ProgressDeadline::Look(Seconds now, const ExperimentStatus& status) {
+void StallTimeout::Look(Seconds now, const ExperimentStatus& status) {
   const bool moves = status.over() || status.waiting_for.empty() || status.finished() != finished_;
   finished_ = status.finished();
   if (moves || !moved_) moved_ = now;
@@ -100,7 +100,7 @@ std::string ReasonWithOwnWorkers(const ExperimentStatus& status, const nlohmann:
   const auto workers = reply.value("workers", nlohmann::json::array());
   const bool connected = std::any_of(workers.begin(), workers.end(),
                                      [](const nlohmann::json& worker) { return worker.value("online", false); });
-  if (status.waiting_for.empty() || connected || status.hold != Hold::kNone || !StoreError(reply).empty()) {
+  if (status.waiting_for.empty() || connected || status.hold != ExperimentHold::kNone || !StoreError(reply).empty()) {
     return status.waiting_for;
   }
   return "the workers load the dataset";
@@ -108,9 +108,9 @@ std::string ReasonWithOwnWorkers(const ExperimentStatus& status, const nlohmann:
 
 ExperimentStatus WatchExperiment(ServerConnection& server, std::int64_t experiment_id, WatchView& view,
                                  const WatchOptions& options) {
-  StoreTrouble trouble;
+  StoreOutageMonitor trouble;
   WatchedExperiment watched(experiment_id, server.address());
-  ProgressDeadline deadline(options.give_up);
+  StallTimeout deadline(options.give_up);
   ServerPatience patience(std::min(options.patience, options.give_up.value_or(options.patience)),
                           options.has_answered ? std::optional(Now()) : std::nullopt);
   for (int interval_ms = kFirstInterval_ms;; interval_ms = std::min(interval_ms * 2, kInterval_ms)) {

@@ -15,7 +15,7 @@ namespace legopt::client {
 
 /// Detects a server that cannot write its database (full disk, I/O error). Such a server acknowledges and leases
 /// nothing, loses no data, and resumes when it can write again.
-class StoreTrouble {
+class StoreOutageMonitor {
  public:
   static constexpr Seconds kPatience{600};
 
@@ -50,10 +50,10 @@ class ServerPatience {
 
 /// Ends a wait without progress. Progress means that a slot works on the experiment or a job ends; pauses, holds and a
 /// database that cannot be written are not progress. Times are as in ServerPatience.
-class ProgressDeadline {
+class StallTimeout {
  public:
   /// Throws after `give_up` without progress; nullopt: never.
-  explicit ProgressDeadline(std::optional<Seconds> give_up) : give_up_(give_up) {}
+  explicit StallTimeout(std::optional<Seconds> give_up) : give_up_(give_up) {}
 
   /// Checks the experiment. Throws ClientError (kNoProgress) with the reason for the stall.
   void Look(Seconds now, const ExperimentStatus& status);
@@ -94,7 +94,7 @@ struct WatchOptions {
 std::string ReasonWithOwnWorkers(const ExperimentStatus& status, const nlohmann::json& reply);
 
 /// Polls and shows an experiment until it is over; returns its last status. Continues after a server restart (the
-/// errors of ServerPatience, WatchedExperiment and ProgressDeadline end it). Under an InterruptGuard an interruption
+/// errors of ServerPatience, WatchedExperiment and StallTimeout end it). Under an InterruptGuard an interruption
 /// throws ClientError (kInterrupted) immediately. Reports a database that the server cannot write; then an
 /// interruption, or ten minutes in this state, throw kDatabaseUnusable.
 ExperimentStatus WatchExperiment(ServerConnection& server, std::int64_t experiment_id, WatchView& view,

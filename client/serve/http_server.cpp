@@ -164,7 +164,7 @@ class HttpServer::Impl {
     const std::uint16_t port = bound != nullptr ? bound->port : options_.port;
     url_ = "http://" + InUrl(options_.address) + ":" + std::to_string(port) + "/";
     for (unsigned i = 0; i < kSlowThreads; ++i) threads_.emplace_back([this] { AnswerSlowly(); });
-    threads_.emplace_back([this] { CloseTheDead(); });
+    threads_.emplace_back([this] { CloseDeadConnections(); });
   }
 
   ~Impl() {
@@ -427,7 +427,7 @@ class HttpServer::Impl {
   }
 
   // Runs in a separate thread: closes connections without a timely request, and streams without a reader.
-  void CloseTheDead() {
+  void CloseDeadConnections() {
     std::unique_lock lock(mutex_);
     while (!wake_.wait_for(lock, kKeepingInterval, [this] { return ending_; })) {
       ReleaseAbandonedStreams();

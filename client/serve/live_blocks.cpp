@@ -16,14 +16,14 @@ using Json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
 
 constexpr unsigned kNotFound = 404, kBadRequest = 400;
-constexpr std::size_t kMostKeptBytes = 64U << 20U;
-constexpr std::size_t kMostExperiments = 8;
-constexpr std::size_t kMostFigures = 8;               // number of cached sets of experiments
+constexpr std::size_t kMaxKeptBytes = 64U << 20U;
+constexpr std::size_t kMaxExperiments = 8;
+constexpr std::size_t kMaxFigures = 8;                // number of cached sets of experiments
 constexpr std::chrono::seconds kShortestInterval{5};  // minimum time between two computations of the same figures
 constexpr int kIntervalPerWork = 10;                  // minimum time as a multiple of the computing time
 constexpr char kBlocks[] = "/blocks/", kMotion[] = "motion-", kSolutions[] = "solutions-";
 
-std::optional<std::int64_t> NumberOf(std::string_view text) {
+std::optional<std::int64_t> EnumNumber(std::string_view text) {
   std::int64_t number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (error != std::errc() || end != text.data() + text.size() || number < 1) return std::nullopt;
@@ -60,7 +60,7 @@ ProblemIds ProblemsOf(ResultSource& source, std::int64_t experiment) {
       std::to_string(experiment));
   ProblemIds problems;
   for (std::size_t i = 0; i < rows.rows.size(); ++i) {
-    problems[rows.WordAt<Task>(i, "task")].insert(rows.At(i, "problem").get<int>());
+    problems[rows.EnumAt<Task>(i, "task")].insert(rows.At(i, "problem").get<int>());
   }
   return problems;
 }
@@ -72,7 +72,7 @@ LiveBlocks::LiveBlocks(FigureRequest request)
       start_(std::to_string(std::chrono::system_clock::now().time_since_epoch().count())),
       source_(OpenResults(request_.sources.front().source)) {}
 
-std::optional<HttpReply> LiveBlocks::AtHand(const HttpRequest& request) {
+std::optional<HttpReply> LiveBlocks::TryAnswer(const HttpRequest& request) {
   if (request.path == "/") return Static("text/html; charset=utf-8", LivePageText(), start_);
   if (request.path == "/page.js") {
     return Static("text/javascript; charset=utf-8", std::string(PageProgram()), start_);
@@ -90,7 +90,7 @@ HttpReply LiveBlocks::Make(const HttpRequest& request) {
     if (block == "page") return MakeFigures(request.experiment);
     for (const std::string prefix : {kMotion, kSolutions}) {
       if (!block.starts_with(prefix)) continue;
-      if (const auto job = NumberOf(std::string_view(block).substr(prefix.size()))) return MakeSolution(block, *job);
+      if (const auto job = EnumNumber(std::string_view(block).substr(prefix.size()))) return MakeSolution(block, *job);
     }
   } catch (const ClientError& error) {
     if (error.code() == ExitCode::kUsage) return TextReply(kNotFound, error.what());
@@ -105,12 +105,12 @@ std::vector<PageSource> LiveBlocks::SourcesOf(const std::string& experiments) co
   std::vector<PageSource> sources;
   for (std::size_t begin = 0; begin <= experiments.size();) {
     const std::size_t end = std::min(experiments.find(',', begin), experiments.size());
-    const auto id = NumberOf(std::string_view(experiments).substr(begin, end - begin));
+    const auto id = EnumNumber(std::string_view(experiments).substr(begin, end - begin));
     if (!id) return {};
     sources.push_back({request_.sources.front().source, *id});
     begin = end + 1;
   }
-  if (sources.size() > kMostExperiments) return {};
+  if (sources.size() > kMaxExperiments) return {};
   return sources;
 }
 
@@ -118,7 +118,7 @@ HttpReply LiveBlocks::MakeFigures(const std::string& experiments) {
   FigureRequest request = request_;
   request.sources = SourcesOf(experiments);
   if (request.sources.empty()) {
-    return TextReply(kBadRequest, "experiment: at most " + std::to_string(kMostExperiments) +
+    return TextReply(kBadRequest, "experiment: at most " + std::to_string(kMaxExperiments) +
                                       " numbers of experiments with commas between them");
   }
   const std::lock_guard lock(figures_mutex_);
@@ -143,19 +143,20 @@ HttpReply LiveBlocks::MakeFigures(const std::string& experiments) {
   made.progress = progress;
   made.made = Clock::now();
   made.took = made.made - begin;
-  if (figures_.size() >= kMostFigures) figures_.erase(figures_.begin());
+  if (figures_.size() >= kMaxFigures) figures_.erase(figures_.begin());
   return figures_.insert_or_assign(experiments, std::move(made)).first->second.reply;
 }
 
 HttpReply LiveBlocks::MakeSolution(const std::string& block, std::int64_t job) {
   const std::lock_guard lock(solutions_mutex_);
-  if (const auto known = AtHand({kBlocks + block, ""}))
+  if (const auto known = TryAnswer({kBlocks + block, ""}))
     return *known;  // the page requests both blocks of a solution
                     // at once
   const ViewedJob viewed = ReadViewedJob(*source_, job);
   auto& lister = listers_[viewed.dataset_hash];
   for (const auto& dataset : request_.datasets) {
-    if (!lister && dataset->content_hash() == viewed.dataset_hash) lister = std::make_unique<FindingLister>(dataset);
+    if (!lister && dataset->content_hash() == viewed.dataset_hash)
+      lister = std::make_unique<WaypointInspector>(dataset);
   }
   if (!lister) return TextReply(kNotFound, "the dataset of job " + std::to_string(job) + " was not found");
   SolutionChunk chunk;
@@ -185,7 +186,7 @@ HttpReply LiveBlocks::Keep(const std::string& name, const std::string& bytes) {
   kept_bytes_ += reply.body->size();
   order_.push_back(name);
   kept_[name] = reply;
-  while (kept_bytes_ > kMostKeptBytes && order_.size() > 1) {
+  while (kept_bytes_ > kMaxKeptBytes && order_.size() > 1) {
     const auto oldest = kept_.find(order_.front());
     kept_bytes_ -= oldest->second.body->size();
     kept_.erase(oldest);

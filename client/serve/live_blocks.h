@@ -12,7 +12,7 @@
 
 #include "client/page/page_figures.h"
 #include "client/serve/http_server.h"
-#include "legopt/evaluate/findings.h"
+#include "legopt/evaluate/waypoint_inspector.h"
 
 namespace legopt::client {
 
@@ -24,7 +24,7 @@ class LiveBlocks {
   explicit LiveBlocks(FigureRequest request);
 
   /// Returns the page, its script, or an available block; nullopt for slow requests. Never waits for Make.
-  std::optional<HttpReply> AtHand(const HttpRequest& request);
+  std::optional<HttpReply> TryAnswer(const HttpRequest& request);
   /// Creates the requested block; status 404 if it does not exist.
   HttpReply Make(const HttpRequest& request);
 
@@ -50,7 +50,7 @@ class LiveBlocks {
 
   std::mutex solutions_mutex_;  // held while a solution is judged
   std::unique_ptr<ResultSource> source_;
-  std::map<std::string, std::unique_ptr<FindingLister>> listers_;  // key: dataset hash
+  std::map<std::string, std::unique_ptr<WaypointInspector>> listers_;  // key: dataset hash
 
   std::mutex kept_mutex_;  // held only briefly
   std::map<std::string, HttpReply> kept_;

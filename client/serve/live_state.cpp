@@ -15,7 +15,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kWindow_s = 60;
 constexpr double kSecondsPerMinute = 60;
-constexpr std::size_t kMostFailures = 50;
+constexpr std::size_t kMaxFailures = 50;
 
 Json ExperimentsOfServer(const nlohmann::json& status) {
   Json list = Json::array();
@@ -147,12 +147,12 @@ void LiveState::ReadFailures() {
       "j.attempts = a.attempt JOIN cells AS c USING (cell_id) JOIN methods AS m USING (method_id) JOIN problems AS p "
       "USING (problem_key) LEFT JOIN results AS r ON r.job_id = j.job_id WHERE a.ended_at_us > " +
       std::to_string(failures_until_us_) + " AND j.state IN ('done', 'failed', 'dead') AND coalesce(" + verdict +
-      ", '') <> 'success' ORDER BY a.ended_at_us DESC, a.job_id LIMIT " + std::to_string(kMostFailures));
+      ", '') <> 'success' ORDER BY a.ended_at_us DESC, a.job_id LIMIT " + std::to_string(kMaxFailures));
   Json all = RowsOf(rows);
   if (all.empty()) return;
   failures_until_us_ = all.front().at("at_us").get<std::int64_t>();
   for (Json& old : failures_) {
-    if (all.size() < kMostFailures) all.push_back(std::move(old));
+    if (all.size() < kMaxFailures) all.push_back(std::move(old));
   }
   failures_ = std::move(all);
 }

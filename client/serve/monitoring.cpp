@@ -62,16 +62,16 @@ void WriteJobs(const json& status, MetricsWriter& metrics) {
   std::map<std::string, std::int64_t> experiments;
   for (const auto& experiment : Member(status, "experiments")) {
     ++experiments[experiment.value("state", "")];
-    for (const auto& [state, word] : kWords<JobState>) {
+    for (const auto& [state, word] : kEnumNames<JobState>) {
       jobs[std::string(word)] += experiment.at("jobs").value(std::string(word), std::int64_t{0});
     }
   }
   metrics.Begin("jobs", "gauge", "Number of jobs by state.");
-  for (const auto& [state, word] : kWords<JobState>) {
+  for (const auto& [state, word] : kEnumNames<JobState>) {
     metrics.Sample(jobs[std::string(word)], {{"state", std::string(word)}});
   }
   metrics.Begin("experiments", "gauge", "Number of experiments by state.");
-  for (const auto& [state, word] : kWords<ExperimentState>) {
+  for (const auto& [state, word] : kEnumNames<ExperimentState>) {
     metrics.Sample(experiments[std::string(word)], {{"state", std::string(word)}});
   }
   metrics.Begin("experiment_waits", "gauge", "1 while an active experiment stands still.");
@@ -129,7 +129,8 @@ json StatusOfFile(const SourceOptions& source) {
   json experiments = json::array();
   for (std::size_t i = 0; i < rows.rows.size(); ++i) {
     json jobs = json::object();
-    for (const auto& [state, word] : kWords<JobState>) jobs[std::string(word)] = rows.At(i, std::string(word).c_str());
+    for (const auto& [state, word] : kEnumNames<JobState>)
+      jobs[std::string(word)] = rows.At(i, std::string(word).c_str());
     experiments.push_back({{"id", rows.At(i, "experiment_id")},
                            {"state", rows.At(i, "state")},
                            {"waiting_for", ""},

@@ -21,20 +21,20 @@ ClientError NotUnderstood(const std::string& what) {
                                               "; check that server and client are of the same version");
 }
 
-template <Worded Enum>
-Enum ReadWord(const Json& word, const char* what) {
+template <NamedEnum Enum>
+Enum ReadEnum(const Json& word, const char* what) {
   const auto text = word.get<std::string>();
-  if (const auto value = ParseWord<Enum>(text)) return *value;
+  if (const auto value = ParseEnum<Enum>(text)) return *value;
   throw NotUnderstood("unknown " + std::string(what) + " '" + text + "'");
 }
 
 // Older servers do not send these members.
-void ReadCircumstances(const Json& entry, ExperimentStatus* status) {
-  if (const auto hold = entry.find("hold"); hold != entry.end()) status->hold = ReadWord<Hold>(*hold, "hold");
+void ReadSchedulingState(const Json& entry, ExperimentStatus* status) {
+  if (const auto hold = entry.find("hold"); hold != entry.end()) status->hold = ReadEnum<ExperimentHold>(*hold, "hold");
   status->hold_reason = entry.value("hold_reason", "");
   status->priority = entry.value("priority", 0);
   if (const auto builds = entry.find("builds"); builds != entry.end()) {
-    status->builds = ReadWord<BuildRule>(*builds, "rule of builds");
+    status->builds = ReadEnum<BuildPolicy>(*builds, "rule of builds");
   }
   status->build_id = entry.value("build_id", "");
   status->submitter = entry.value("submitter", "");
@@ -58,7 +58,7 @@ ExperimentStatus ParseExperiment(const Json& entry) {
   ExperimentStatus status;
   status.id = entry.at("id").get<std::int64_t>();
   status.name = entry.at("name").get<std::string>();
-  status.state = ReadWord<ExperimentState>(entry.at("state"), "state");
+  status.state = ReadEnum<ExperimentState>(entry.at("state"), "state");
   status.total = count("total");
   status.queued = count("queued");
   status.leased = count("leased");
@@ -66,14 +66,14 @@ ExperimentStatus ParseExperiment(const Json& entry) {
   status.failed = count("failed");
   status.dead = count("dead");
   status.cancelled = count("cancelled");
-  status.rule = ReadWord<Rule>(entry.at("rule"), "rule");
+  status.rule = ReadEnum<Rule>(entry.at("rule"), "rule");
   status.solved = entry.at("solved").get<std::int64_t>();
   for (const Json& job : entry.value("running", Json::array())) {
-    status.running.push_back({job.at("job").get<std::int64_t>(), ReadWord<Task>(job.at("task"), "task"),
+    status.running.push_back({job.at("job").get<std::int64_t>(), ReadEnum<Task>(job.at("task"), "task"),
                               job.at("worker").get<std::int64_t>(), job.at("progress_done").get<std::int64_t>(),
                               job.at("progress_total").get<std::int64_t>()});
   }
-  ReadCircumstances(entry, &status);
+  ReadSchedulingState(entry, &status);
   return status;
 }
 
@@ -98,9 +98,9 @@ bool SameProgress(const ExperimentStatus& a, const ExperimentStatus& b) {
 }
 
 std::string StateText(const ExperimentStatus& status) {
-  if (status.over() || status.hold == Hold::kNone) return std::string(ToString(status.state));
+  if (status.over() || status.hold == ExperimentHold::kNone) return std::string(ToString(status.state));
   const std::string hold(ToString(status.hold));
-  return status.hold == Hold::kHeld ? hold + ": " + status.hold_reason : hold;
+  return status.hold == ExperimentHold::kHeld ? hold + ": " + status.hold_reason : hold;
 }
 
 std::string StoreError(const nlohmann::json& status) {

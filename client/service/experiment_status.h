@@ -38,13 +38,13 @@ struct ExperimentStatus {
   std::int64_t solved = 0;      ///< number of successes by `rule` among `done`
   std::int64_t taken_over = 0;  ///< number of results in `done` that were reused from other experiments
 
-  Hold hold = Hold::kNone;
+  ExperimentHold hold = ExperimentHold::kNone;
   std::string hold_reason;  ///< set if held
   int priority = 0;         ///< larger numbers are leased first
 
   std::vector<RunningJob> running;  ///< leased jobs with reported progress
 
-  BuildRule builds = BuildRule::kOne;
+  BuildPolicy builds = BuildPolicy::kOne;
   std::string build_id;  ///< build that finishes it; empty: not started, or unknown
 
   std::string submitter;  ///< empty if unknown

@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <vector>
 
-#include "client/service/own_pool.h"
-#include "client/service/own_program.h"
-#include "client/service/own_server.h"
+#include "client/service/managed_pool.h"
+#include "client/service/managed_program.h"
+#include "client/service/managed_server.h"
 
 namespace legopt::bus {
 class MessageKey;
@@ -24,14 +24,14 @@ struct LocalPoolOptions {
   bool verbose = false;                             ///< let the children write to this process's standard error
 };
 
-/// An OwnPool on this machine: the programs beside this one run as child processes. Its key exists only in memory and
-/// is passed to the children by an inherited descriptor, so that other users cannot command the pool. The worker, which
-/// starts external solvers, gets only the worker's key. A child killed by a signal is restarted (the database and the
-/// leases make that safe). A child that exits by itself is an error: kInterrupted if another process ordered it to
+/// An ManagedPool on this machine: the programs beside this one run as child processes. Its key exists only in memory
+/// and is passed to the children by an inherited descriptor, so that other users cannot command the pool. The worker,
+/// which starts external solvers, gets only the worker's key. A child killed by a signal is restarted (the database and
+/// the leases make that safe). A child that exits by itself is an error: kInterrupted if another process ordered it to
 /// stop. The destructor stops both children.
-class LocalPool final : public OwnPool {
+class LocalPool final : public ManagedPool {
  public:
-  /// Starts the server, waits until it serves, and starts the worker. Throws the errors of OwnServer.
+  /// Starts the server, waits until it serves, and starts the worker. Throws the errors of ManagedServer.
   explicit LocalPool(LocalPoolOptions options);
   ~LocalPool() override;
 
@@ -45,8 +45,8 @@ class LocalPool final : public OwnPool {
 
   LocalPoolOptions options_;
   programs::Descriptor key_, worker_key_;  // key files in memory (memfd)
-  OwnServer server_;
-  OwnProgram worker_;
+  ManagedServer server_;
+  ManagedProgram worker_;
 };
 
 }  // namespace legopt::client

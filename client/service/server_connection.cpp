@@ -41,10 +41,10 @@ microseconds ToMicroseconds(double seconds) {
 
 // A client has threads and several connections, so it stays in its network namespace.
 ServerConnection::ServerConnection(const NetworkOptions& options)
-    : ServerConnection(bridge::FindUplink(options.Resolve(), options.access, bridge::BusPlace::kOwnPorts),
+    : ServerConnection(bridge::PrepareUplink(options.Resolve(), options.access, bridge::BusLocation::kOwnPorts),
                        options.timeout_s) {}
 
-ServerConnection::ServerConnection(bridge::Uplink uplink, double timeout_s)
+ServerConnection::ServerConnection(bridge::ServerUplink uplink, double timeout_s)
     : options_(uplink.network),
       address_(uplink.server_address),
       bridged_(uplink.bridged()),
@@ -86,7 +86,7 @@ void ServerConnection::Await(const std::function<bool()>& answered, const std::f
 }
 
 // A server with another key, or with none, ignores this client, so it is as silent as a missing one.
-std::string ServerConnection::NobodyAnswers() const {
+std::string ServerConnection::NoAnswerMessage() const {
   const std::string key = transport_.key() == nullptr
                               ? std::string()
                               : "does it have the same key as we have in " + options_.key_file + "? Else ";
@@ -103,7 +103,7 @@ std::string ServerConnection::NobodyAnswers() const {
 template <class Reply>
 Reply ServerConnection::Answer(bus::CallOutcome<Reply> outcome) const {
   if (outcome.status == bus::CallResult::kTimeout) {
-    throw ClientError(ExitCode::kUnreachable, NobodyAnswers());
+    throw ClientError(ExitCode::kUnreachable, NoAnswerMessage());
   }
   if (!outcome.ok() && outcome.code == bus::ErrorCode::kRoleRefused) {
     throw ClientError(ExitCode::kNotPermitted, "the server at " + address_ + " refused the request: " + outcome.error);
@@ -140,7 +140,7 @@ std::string ServerConnection::StoreDataset(const std::string& hash, const std::f
   auto reply = Ask(request, timeout_);
   if (StoreDatasetStatus{reply.status} == StoreDatasetStatus::kWanted) {
     const std::string archive = pack();
-    constexpr auto kMost = static_cast<std::size_t>(bus::fields::kMostStoredArchiveBytes);
+    constexpr auto kMost = static_cast<std::size_t>(bus::fields::kMaxStoredArchiveBytes);
     if (archive.size() > kMost) {
       return "its archive has " + std::to_string(archive.size()) + " bytes, and a database stores at most " +
              std::to_string(kMost);

@@ -57,11 +57,11 @@ class ServerConnection {
   template <class Request>
   typename bus::CallOf<Request>::Reply Ask(Request request, std::chrono::microseconds timeout);
   void Await(const std::function<bool()>& answered, const std::function<void()>& tick);
-  std::string NobodyAnswers() const;
+  std::string NoAnswerMessage() const;
   template <class Reply>
   Reply Answer(bus::CallOutcome<Reply> outcome) const;
 
-  ServerConnection(bridge::Uplink uplink, double timeout_s);
+  ServerConnection(bridge::ServerUplink uplink, double timeout_s);
 
   bus::LcmOptions options_;
   std::string address_;

@@ -32,7 +32,7 @@ std::string IdRange(const std::vector<DatasetFacts::Problem>& problems) {
 
 // Returns the limits of the suite's tasks; a single number if all are equal.
 template <class Value>
-nlohmann::json LimitJson(const Suite& suite, const Per<Task, Value>& limit) {
+nlohmann::json LimitJson(const Suite& suite, const EnumArray<Task, Value>& limit) {
   auto limits = nlohmann::json::object();
   for (const auto& task : suite.tasks) limits[std::string(ToString(task.task))] = limit[task.task];
   const bool same = std::all_of(limits.begin(), limits.end(), [&](const auto& one) { return one == *limits.begin(); });
@@ -57,7 +57,7 @@ std::vector<DatasetFacts::Problem> Select(const Suite& suite, const TaskSelectio
   std::vector<DatasetFacts::Problem> selected;
   if (!selection.problems) {
     std::copy_if(available.begin(), available.end(), std::back_inserter(selected),
-                 [&](const auto& problem) { return Holds(suite.split, problem.id); });
+                 [&](const auto& problem) { return ContainsProblem(suite.split, problem.id); });
     RequireSome(suite, task, selected);
     return selected;
   }
@@ -68,7 +68,7 @@ std::vector<DatasetFacts::Problem> Select(const Suite& suite, const TaskSelectio
                         "is not a " + task + " problem of the dataset '" + dataset.name + "'",
                         "it has " + IdRange(available)});
     }
-    if (Holds(suite.split, id)) selected.push_back(*found);
+    if (ContainsProblem(suite.split, id)) selected.push_back(*found);
   }
   RequireSome(suite, task, selected);
   return selected;
@@ -182,7 +182,7 @@ nlohmann::json BuildSpec(const Suite& suite, const DatasetFacts& dataset, std::v
                            {"memory_mb", suite.memory_mb}}},
                          {"max_attempts", suite.max_attempts}};
   // Default values are omitted, so that existing ids do not change.
-  if (suite.builds != BuildRule::kOne) spec["builds"] = ToString(suite.builds);
+  if (suite.builds != BuildPolicy::kOne) spec["builds"] = ToString(suite.builds);
   if (suite.rule != Rule::kSolid) spec["rule"] = ToString(suite.rule);
   if (suite.split != Split::kAll) spec["split"] = ToString(suite.split);
   return spec;
@@ -194,7 +194,7 @@ std::string SubmitterName() {
   if (given == nullptr) {
     const passwd* user = getpwuid(geteuid());
     const std::string name = user == nullptr ? "" : user->pw_name;
-    return FindNameFault(name) ? "uid " + std::to_string(geteuid()) : name;
+    return DiagnoseName(name) ? "uid " + std::to_string(geteuid()) : name;
   }
   std::string name = given;
   if (name.size() > kMostBytes || !bus::IsText(name)) {

@@ -20,10 +20,10 @@ struct DatasetFacts {
     int waypoints;
   };
   std::string name;
-  std::string hash;                           ///< 64 hex digits
-  Per<Task, std::vector<Problem>> problems;   ///< ordered as in the file
-  std::vector<std::string> joint_names = {};  ///< joint names of the robot, in the order of a solution; empty if
-                                              ///< unknown
+  std::string hash;                                ///< 64 hex digits
+  EnumArray<Task, std::vector<Problem>> problems;  ///< ordered as in the file
+  std::vector<std::string> joint_names = {};       ///< joint names of the robot, in the order of a solution; empty if
+                                                   ///< unknown
 };
 
 DatasetFacts FactsOf(const Dataset& dataset);

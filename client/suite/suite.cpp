@@ -28,22 +28,22 @@ const std::vector<std::string> kMethodKeys = {"name",        "solver",    "multi
                                               "incremental", "collision", "options"};
 
 namespace limits = bus::spec_limits;
-constexpr int kMostProblemId = limits::kMostProblemId;
+constexpr int kMaxProblemId = limits::kMaxProblemId;
 // The limits for suites equal those of servers and workers.
-static_assert(Method::kMostMultiStarts == limits::kMostMultiStarts);
+static_assert(Method::kMaxMultiStarts == limits::kMaxMultiStarts);
 
-template <Worded Enum>
-std::vector<std::string> WordsOf() {
+template <NamedEnum Enum>
+std::vector<std::string> EnumNamesOf() {
   std::vector<std::string> words;
-  for (const Word<Enum>& row : kWords<Enum>) words.emplace_back(row.word);
+  for (const Word<Enum>& row : kEnumNames<Enum>) words.emplace_back(row.word);
   return words;
 }
 
-template <Worded Enum>
-Enum ReadWord(const YAML::Node& node, const std::string& file, const std::string& field) {
+template <NamedEnum Enum>
+Enum ReadEnum(const YAML::Node& node, const std::string& file, const std::string& field) {
   const std::string text = YamlString(node, file, field);
-  if (const auto value = ParseWord<Enum>(text)) return *value;
-  throw YamlFault(file, node, field, "is not known", SuggestName(text, WordsOf<Enum>()));
+  if (const auto value = ParseEnum<Enum>(text)) return *value;
+  throw YamlFault(file, node, field, "is not known", SuggestName(text, EnumNamesOf<Enum>()));
 }
 
 std::vector<int> ReadProblems(const YamlMap& map) {
@@ -64,10 +64,10 @@ void ReadTasks(const YamlMap& map, Suite* suite) {
     TaskSelection selection{{}, shared};
     if (nodes[i].IsMap()) {
       const YamlMap task(nodes[i], map.file(), path, {"task", "problems"});
-      selection.task = ReadWord<Task>(task.Get("task"), map.file(), task.Path("task"));
+      selection.task = ReadEnum<Task>(task.Get("task"), map.file(), task.Path("task"));
       if (task.Has("problems")) selection.problems = ReadProblems(task);
     } else {
-      selection.task = ReadWord<Task>(nodes[i], map.file(), path);
+      selection.task = ReadEnum<Task>(nodes[i], map.file(), path);
     }
     for (const auto& other : suite->tasks) {
       if (other.task == selection.task) {
@@ -81,28 +81,28 @@ void ReadTasks(const YamlMap& map, Suite* suite) {
 
 Split ReadSplit(const YamlMap& map) {
   const std::string word = map.String("split");
-  if (const auto split = ParseWord<Split>(word)) return *split;
-  throw YamlFault(map.file(), map.Get("split"), "split", "must be " + WordChoices<Split>(),
+  if (const auto split = ParseEnum<Split>(word)) return *split;
+  throw YamlFault(map.file(), map.Get("split"), "split", "must be " + EnumChoices<Split>(),
                   "write tuning for the problems with an even id, test for those with an odd one");
 }
 
 Rule ReadRule(const YamlMap& map) {
-  if (const auto rule = ParseWord<Rule>(map.String("rule"))) return *rule;
-  throw YamlFault(map.file(), map.Get("rule"), "rule", "must be " + WordChoices<Rule>(),
+  if (const auto rule = ParseEnum<Rule>(map.String("rule"))) return *rule;
+  throw YamlFault(map.file(), map.Get("rule"), "rule", "must be " + EnumChoices<Rule>(),
                   "write solid, or literal to count as the original evaluator does");
 }
 
 std::optional<PairSelection> ReadPairs(const YamlMap& map) {
   if (!map.Has("pairs")) return std::nullopt;
-  if (const auto pairs = ParseWord<PairSelection>(map.String("pairs"))) return *pairs;
-  throw YamlFault(map.file(), map.Get("pairs"), "pairs", "must be " + WordChoices<PairSelection>(),
+  if (const auto pairs = ParseEnum<PairSelection>(map.String("pairs"))) return *pairs;
+  throw YamlFault(map.file(), map.Get("pairs"), "pairs", "must be " + EnumChoices<PairSelection>(),
                   "write all, or reference to compare the original evaluator's pairs");
 }
 
-BuildRule ReadBuildRule(const YamlMap& map) {
+BuildPolicy ReadBuildRule(const YamlMap& map) {
   const std::string word = map.String("builds");
-  if (const auto rule = ParseWord<BuildRule>(word)) return *rule;
-  throw YamlFault(map.file(), map.Get("builds"), "builds", "must be " + WordChoices<BuildRule>(),
+  if (const auto rule = ParseEnum<BuildPolicy>(word)) return *rule;
+  throw YamlFault(map.file(), map.Get("builds"), "builds", "must be " + EnumChoices<BuildPolicy>(),
                   "write one, or any to let workers of all builds finish the experiment");
 }
 
@@ -111,7 +111,7 @@ void ReadInitializations(const YamlMap& map, Suite* suite) {
   const auto nodes = map.List("initializations");
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const std::string path = map.Path("initializations", i);
-    const auto initialization = ReadWord<Initialization>(nodes[i], map.file(), path);
+    const auto initialization = ReadEnum<Initialization>(nodes[i], map.file(), path);
     if (std::ranges::count(suite->initializations, initialization) > 0) {
       throw YamlFault(map.file(), nodes[i], path, "initialization occurs twice", "remove one of them");
     }
@@ -158,7 +158,7 @@ std::vector<Collision> ReadCollisions(const YamlMap& map) {
   std::vector<Collision> values;
   const auto nodes = map.List("collision");
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    values.emplace_back(ReadWord<SceneRepresentation>(nodes[i], map.file(), map.Path("collision", i)));
+    values.emplace_back(ReadEnum<SceneRepresentation>(nodes[i], map.file(), map.Path("collision", i)));
   }
   return values;
 }
@@ -200,7 +200,7 @@ void ReadMethod(const YamlMap& map, const Collision& shared, std::optional<PairS
   nlohmann::json base = ReadPlainKeys(map);
   if (pairs) SetPairs(*pairs, &base);
   std::vector<std::optional<std::int64_t>> multi_starts{std::nullopt}, sample_sizes{std::nullopt};
-  if (map.Has("multi_starts")) multi_starts = ReadMatrix(map, "multi_starts", 0, limits::kMostMultiStarts);
+  if (map.Has("multi_starts")) multi_starts = ReadMatrix(map, "multi_starts", 0, limits::kMaxMultiStarts);
   if (map.Has("sample_size")) sample_sizes = ReadMatrix(map, "sample_size", 1, 100);
   for (const auto& collision : CollisionsOf(map, shared, base)) {
     for (const auto& starts : multi_starts) {
@@ -227,14 +227,14 @@ void ReadMethods(const YamlMap& map, const SolverRegistry& registry, Suite* suit
 
 // Reads one number for all tasks, or a map with a number for each; missing tasks keep their values.
 template <class Value, class Read>
-void ReadTaskLimits(const YamlMap& parent, const std::string& key, const Read& read, Per<Task, Value>* values) {
+void ReadTaskLimits(const YamlMap& parent, const std::string& key, const Read& read, EnumArray<Task, Value>* values) {
   if (!parent.Has(key)) return;
   if (!parent.Get(key).IsMap()) {
     values->values.fill(read(parent, key));
     return;
   }
-  const YamlMap map(parent.Get(key), parent.file(), parent.Path(key), WordsOf<Task>());
-  for (const auto& [task, word] : kWords<Task>) {
+  const YamlMap map(parent.Get(key), parent.file(), parent.Path(key), EnumNamesOf<Task>());
+  for (const auto& [task, word] : kEnumNames<Task>) {
     if (map.Has(std::string(word))) (*values)[task] = read(map, std::string(word));
   }
 }
@@ -243,15 +243,15 @@ void ReadLimits(const YamlMap& parent, Suite* suite) {
   const YamlMap map(parent.Get("limits"), parent.file(), parent.Path("limits"),
                     {"effort_limit", "wall_time_s", "memory_mb"});
   const auto evaluations = [](const YamlMap& limit, const std::string& key) {
-    return limit.Integer(key, 1, limits::kMostEffort);
+    return limit.Integer(key, 1, limits::kMaxEffort);
   };
   const auto seconds = [](const YamlMap& limit, const std::string& key) {
-    return limit.Number(key, limits::kLeastWallTime_s, limits::kMostWallTime_s);
+    return limit.Number(key, limits::kMinWallTime_s, limits::kMaxWallTime_s);
   };
   ReadTaskLimits(map, "effort_limit", evaluations, &suite->effort_limit);
   ReadTaskLimits(map, "wall_time_s", seconds, &suite->wall_time_s);
   if (map.Has("memory_mb")) {
-    suite->memory_mb = static_cast<int>(map.Integer("memory_mb", limits::kLeastMemory_mb, limits::kMostMemory_mb));
+    suite->memory_mb = static_cast<int>(map.Integer("memory_mb", limits::kMinMemory_mb, limits::kMaxMemory_mb));
   }
 }
 
@@ -343,7 +343,7 @@ Suite ParseSuite(const std::string& text, const std::string& file, const SolverR
   suite.file = file;
   // A pipe has neither a name nor a folder.
   const bool is_stream = files::IsStream(file);
-  const auto stem = [&file] { return Composed(std::filesystem::path(file).stem().string()); };
+  const auto stem = [&file] { return ToNfc(std::filesystem::path(file).stem().string()); };
   suite.name = map.Has("name") ? map.Name("name") : is_stream ? "stdin" : stem();
   if (map.Has("dataset")) {
     // Also correct for an absolute path: operator/ then drops the left side.
@@ -352,12 +352,12 @@ Suite ParseSuite(const std::string& text, const std::string& file, const SolverR
   }
   if (map.Has("seed")) suite.seed = map.Integer("seed", 0, std::numeric_limits<std::int64_t>::max());
   if (map.Has("repetitions"))
-    suite.repetitions = static_cast<int>(map.Integer("repetitions", 1, limits::kMostRepetitions));
+    suite.repetitions = static_cast<int>(map.Integer("repetitions", 1, limits::kMaxRepetitions));
   ReadTasks(map, &suite);
   if (map.Has("initializations")) ReadInitializations(map, &suite);
   ReadMethods(map, registry, &suite);
   if (map.Has("max_stances"))
-    suite.max_stances = static_cast<int>(map.Integer("max_stances", 2, limits::kMostWaypoints));
+    suite.max_stances = static_cast<int>(map.Integer("max_stances", 2, limits::kMaxWaypoints));
   if (map.Has("limits")) ReadLimits(map, &suite);
   if (map.Has("max_attempts"))
     suite.max_attempts = static_cast<int>(map.Integer("max_attempts", 1, limits::kMostAttempts));
@@ -397,7 +397,7 @@ std::vector<int> ParseProblemIds(const std::vector<std::string>& items, const st
       parsed = std::from_chars(parsed.ptr + 1, end, last);
     }
     const bool good =
-        parsed.ec == std::errc() && parsed.ptr == end && first >= 0 && first <= last && last <= kMostProblemId;
+        parsed.ec == std::errc() && parsed.ptr == end && first >= 0 && first <= last && last <= kMaxProblemId;
     if (!good) {
       throw InputError({place, field, item, "is not a problem id or a range of ids", "write 3 or \"0-9\""});
     }

@@ -23,8 +23,8 @@ struct TaskSelection {
 
 /// Returns a default limit of each task, read from its description.
 template <class Value>
-constexpr Per<Task, Value> DefaultLimits(Value TaskDescription::*member) {
-  Per<Task, Value> limits;
+constexpr EnumArray<Task, Value> DefaultLimits(Value TaskDescription::*member) {
+  EnumArray<Task, Value> limits;
   for (const TaskDescription& task : kTasks) limits[task.task] = task.*member;
   return limits;
 }
@@ -66,14 +66,14 @@ struct Suite {
   std::optional<int> max_stances;  ///< longer problems are omitted
   std::vector<Method> methods;     ///< one per combination of the lists' values, complete with defaults
   /// Effort limit of a job in term evaluations.
-  Per<Task, std::int64_t> effort_limit = DefaultLimits(&TaskDescription::default_effort_limit);
+  EnumArray<Task, std::int64_t> effort_limit = DefaultLimits(&TaskDescription::default_effort_limit);
   /// Wall-time limit of a job, a safety net.
-  Per<Task, double> wall_time_s = DefaultLimits(&TaskDescription::default_wall_limit_s);
+  EnumArray<Task, double> wall_time_s = DefaultLimits(&TaskDescription::default_wall_limit_s);
   int memory_mb = 1024;
   int max_attempts = 3;
   Split split = Split::kAll;  ///< other problems are omitted
   Rule rule = Rule::kSolid;   ///< default rule of its tables, figures and pages
-  BuildRule builds = BuildRule::kOne;
+  BuildPolicy builds = BuildPolicy::kOne;
 };
 
 /// Command-line filters and overrides as typed by the user. ApplyFilter resolves words, numbers and ranges against the

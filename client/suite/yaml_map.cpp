@@ -19,9 +19,9 @@ constexpr int kMaxValues = 10'000;
 
 // Truncates long values at a UTF-8 character.
 std::string Shortened(const std::string& text) {
-  constexpr std::size_t kMostShown = 60;
-  if (text.size() <= kMostShown) return text;
-  std::size_t end = kMostShown;
+  constexpr std::size_t kMaxShown = 60;
+  if (text.size() <= kMaxShown) return text;
+  std::size_t end = kMaxShown;
   while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
   return text.substr(0, end) + "...";
 }
@@ -156,7 +156,7 @@ std::string YamlMap::Name(const std::string& key) const {
         "is " + std::to_string(name.size()) + " bytes long, at most " + std::to_string(kMost) + " are possible",
         "choose a shorter one");
   }
-  if (const auto fault = FindNameFault(name)) throw YamlFault(file_, Get(key), Path(key), fault->message, fault->fix);
+  if (const auto fault = DiagnoseName(name)) throw YamlFault(file_, Get(key), Path(key), fault->message, fault->fix);
   return name;
 }
 

@@ -7,7 +7,7 @@ double PerSecond(std::uint64_t count, double seconds) { return static_cast<doubl
 
 }  // namespace
 
-void TrafficRates::Add(const HeardDatagram& heard) {
+void TrafficRates::Add(const CapturedDatagram& heard) {
   Count& count = counts_[{std::string(TypeName(heard)), std::string(KindName(heard))}];
   for (Count* each : {&count, &total_}) {
     ++each->datagrams;

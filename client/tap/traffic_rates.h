@@ -6,14 +6,14 @@
 #include <utility>
 
 #include "client/report/listing.h"
-#include "client/tap/heard_datagram.h"
+#include "client/tap/captured_datagram.h"
 
 namespace legopt::client {
 
 /// Traffic within an interval by message type and frame kind, and rejected datagrams by cause.
 class TrafficRates {
  public:
-  void Add(const HeardDatagram& heard);
+  void Add(const CapturedDatagram& heard);
 
   std::uint64_t datagrams() const { return total_.datagrams; }
   std::uint64_t bytes() const { return total_.bytes; }  ///< size of frames, without the headers of LCM, UDP and IP

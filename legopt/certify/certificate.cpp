@@ -7,7 +7,7 @@
 
 #include "legopt/input/json.h"
 #include "legopt/input_error.h"
-#include "words/words.h"
+#include "words/enum_names.h"
 
 namespace legopt::certify {
 namespace {
@@ -71,8 +71,8 @@ class CertificateReader {
   std::string dataset() const { return TextAt(Member(root_, "dataset", ""), "name", "dataset"); }
   std::string hash() const { return TextAt(Member(root_, "dataset", ""), "hash", "dataset"); }
 
-  Per<Task, std::map<int, Feasibility>> Problems() const {
-    Per<Task, std::map<int, Feasibility>> problems;
+  EnumArray<Task, std::map<int, Feasibility>> Problems() const {
+    EnumArray<Task, std::map<int, Feasibility>> problems;
     const Json& tasks = Member(root_, "problems", "");
     for (const TaskDescription& description : ProblemTasks()) {
       const auto of_task = tasks.find(ToString(description.task));
@@ -124,10 +124,10 @@ class CertificateReader {
     }
     return value.get<int>();
   }
-  template <Worded Enum>
+  template <NamedEnum Enum>
   Enum WordIn(const Json& value, const std::string& place) const {
     if (!value.is_string()) Fail(place, Dump(value), "must be a text", kFix);
-    const std::optional<Enum> word = ParseWord<Enum>(value.get_ref<const std::string&>());
+    const std::optional<Enum> word = ParseEnum<Enum>(value.get_ref<const std::string&>());
     if (!word) Fail(place, value.get<std::string>(), "is none of the words", kFix);
     return *word;
   }

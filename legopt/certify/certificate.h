@@ -48,8 +48,8 @@ struct Certificate {
 struct ProblemFeasibility {
   std::string file;  ///< path of the certificate
   std::string dataset;
-  std::string dataset_hash;                        ///< hash of the dataset's content
-  Per<Task, std::map<int, Feasibility>> problems;  ///< feasibility by problem id
+  std::string dataset_hash;                              ///< hash of the dataset's content
+  EnumArray<Task, std::map<int, Feasibility>> problems;  ///< feasibility by problem id
 };
 
 /// Thrown for a certificate of another dataset, or of another version of it. what() names both and the fix.

@@ -27,8 +27,8 @@ class Certification {
   Certificate Run(const Certificate* known) {
     if (known != nullptr) ForStances("judging known solutions", AllStances(), [&](auto&... a) { Check(*known, a...); });
     ForStances("first starts", Unknown(), [this](auto&... a) { TryFirstStarts(a...); });
-    PrepareForHardOnes();
-    ForStances("further starts", Unknown(), [this](auto&... a) { TryAllElse(a...); });
+    PrepareHardStances();
+    ForStances("further starts", Unknown(), [this](auto&... a) { TryRemaining(a...); });
     return std::move(certificate_);
   }
 
@@ -59,7 +59,7 @@ class Certification {
       if (hooks_.progress) hooks_.progress(stage, ++done, stances.size());
       if (!evidence) return;
       certificate_.stances[static_cast<std::size_t>(stance)] = std::move(evidence);
-      if (hooks_.learnt) hooks_.learnt(certificate_);
+      if (hooks_.on_update) hooks_.on_update(certificate_);
     });
   }
 
@@ -78,7 +78,7 @@ class Certification {
     if (auto found = certifier.Search(StanceOf(stance), 0, last, hooks_.stop)) evidence = Certified(*found, false);
   }
 
-  void PrepareForHardOnes() {
+  void PrepareHardStances() {
     if (Unknown().empty() || Stopped()) return;
     prover_.emplace(dataset_);
     FindFirstPostures();
@@ -95,7 +95,7 @@ class Certification {
     }
   }
 
-  void TryAllElse(StanceCertifier& certifier, int stance, std::optional<StanceEvidence>& evidence) const {
+  void TryRemaining(StanceCertifier& certifier, int stance, std::optional<StanceEvidence>& evidence) const {
     const Stance& at = StanceOf(stance);
     std::vector<Eigen::VectorXd> neighbours;
     for (const int other : catalogue_.neighbours(stance)) {
@@ -156,8 +156,8 @@ Certificate CertifyDataset(const std::shared_ptr<const Dataset>& dataset, const 
   return Certification(dataset, catalogue, options, hooks).Run(known);
 }
 
-Per<Feasibility, int> CountProblems(const Certificate& certificate, const StanceCatalogue& catalogue, Task task) {
-  Per<Feasibility, int> counts;
+EnumArray<Feasibility, int> CountProblems(const Certificate& certificate, const StanceCatalogue& catalogue, Task task) {
+  EnumArray<Feasibility, int> counts;
   for (const std::vector<int>& problem : catalogue.problems(task)) ++counts[certificate.Of(problem)];
   return counts;
 }

@@ -31,7 +31,7 @@ struct CertifyHooks {
   std::function<void(const char*, std::size_t, std::size_t)> progress;
   /// Called when the certificate contains more than at the last call; one call at a time, and no thread changes it
   /// meanwhile.
-  std::function<void(const Certificate&)> learnt;
+  std::function<void(const Certificate&)> on_update;
 };
 
 /// Searches for a posture, or a proof that there is none, at every stance of a dataset.
@@ -49,6 +49,6 @@ Certificate CertifyDataset(const std::shared_ptr<const Dataset>& dataset, const 
                            const CertifyOptions& options, const Certificate* known, const CertifyHooks& hooks);
 
 /// Returns the number of problems of a task by feasibility.
-Per<Feasibility, int> CountProblems(const Certificate& certificate, const StanceCatalogue& catalogue, Task task);
+EnumArray<Feasibility, int> CountProblems(const Certificate& certificate, const StanceCatalogue& catalogue, Task task);
 
 }  // namespace legopt::certify

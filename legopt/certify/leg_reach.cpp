@@ -41,7 +41,7 @@ struct LegReach::Box {
 
 LegReach::LegReach(const RobotModel& robot, int link) : last_(Isometry3d::Identity()) {
   ReadChain(robot, link);
-  bounded_ = bounded_ && !joints_.empty() && std::ssize(joints_) <= kMostJoints;
+  bounded_ = bounded_ && !joints_.empty() && std::ssize(joints_) <= kMaxJoints;
   if (!bounded_) return;
   hip_B_ = joints_.front().origin.translation();
   ankle_F_ = last_.inverse().translation();
@@ -138,7 +138,7 @@ LegReach::Joints LegReach::Levers(int feature) const {
 }
 
 double LegReach::UpperBound(int feature, double sign) const {
-  constexpr int kMostBoxes = 20000;
+  constexpr int kMaxBoxes = 20000;
   constexpr double kClose = 1e-3;
   constexpr double kRounding = 1e-9;
   const Joints levers = Levers(feature);
@@ -157,7 +157,7 @@ double LegReach::UpperBound(int feature, double sign) const {
   }
   bound(all);
   boxes.push(all);
-  for (int count = 0; count < kMostBoxes && boxes.top().bound > best + kClose; ++count) {
+  for (int count = 0; count < kMaxBoxes && boxes.top().bound > best + kClose; ++count) {
     const Box parent = boxes.top();
     boxes.pop();
     std::size_t widest = 0;

@@ -42,8 +42,8 @@ class LegReach {
   ReachFeatures::Values Features(const Eigen::Isometry3d& X_BF) const;
 
  private:
-  static constexpr int kMostJoints = 12;
-  using Joints = std::array<double, kMostJoints>;
+  static constexpr int kMaxJoints = 12;
+  using Joints = std::array<double, kMaxJoints>;
   struct ChainJoint {
     Eigen::Isometry3d origin;  ///< joint frame in the frame of the link that the previous joint moves
     Eigen::Vector3d axis;      ///< unit vector in the joint frame

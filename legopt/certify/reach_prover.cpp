@@ -95,7 +95,7 @@ ReachProver::ReachProver(const Dataset& dataset) : dataset_(&dataset) {
   }
 }
 
-std::vector<ReachProver::Standing> ReachProver::StandingLegs(const Stance& stance) const {
+std::vector<ReachProver::Standing> ReachProver::StanceLegs(const Stance& stance) const {
   std::vector<Standing> standing;
   for (const Foothold& foothold : stance.footholds) {
     const LegReach& leg = legs_.at(dataset_->foot(foothold.link).link);
@@ -105,13 +105,13 @@ std::vector<ReachProver::Standing> ReachProver::StandingLegs(const Stance& stanc
 }
 
 bool ReachProver::Allows(const Stance& stance, const Isometry3d& X_WB) const {
-  const std::vector<Standing> standing = StandingLegs(stance);
+  const std::vector<Standing> standing = StanceLegs(stance);
   return std::all_of(standing.begin(), standing.end(),
                      [&](const Standing& foot) { return foot.Excess(X_WB, {}) <= 0.0; });
 }
 
 std::optional<std::string> ReachProver::Refute(const Stance& stance, int most_cells) const {
-  const std::vector<Standing> standing = StandingLegs(stance);
+  const std::vector<Standing> standing = StanceLegs(stance);
   if (standing.empty()) return std::nullopt;
   const auto largest_excess = [&](const Isometry3d& X_WB, const Slack& slack) {
     double excess = standing.front().Excess(X_WB, slack);

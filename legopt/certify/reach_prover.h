@@ -25,13 +25,13 @@ namespace legopt::certify {
 class ReachProver {
  public:
   /// Maximum number of cells.
-  static constexpr int kMostCells = 200'000;
+  static constexpr int kMaxCells = 200'000;
 
   /// Computes the reach of the legs: about a second.
   explicit ReachProver(const Dataset& dataset);
 
   /// Returns the proof as a sentence, or nothing if there is none. Throws InputError for a link that is not a foot.
-  std::optional<std::string> Refute(const Stance& stance, int most_cells = kMostCells) const;
+  std::optional<std::string> Refute(const Stance& stance, int most_cells = kMaxCells) const;
   /// Returns whether this pose of the base is within the bounds of all legs, as it is for every posture of the stance.
   bool Allows(const Stance& stance, const Eigen::Isometry3d& X_WB) const;
 
@@ -39,7 +39,7 @@ class ReachProver {
   struct Standing;
   struct Cell;
 
-  std::vector<Standing> StandingLegs(const Stance& stance) const;
+  std::vector<Standing> StanceLegs(const Stance& stance) const;
 
   const Dataset* dataset_;
   std::map<std::string, LegReach> legs_;  ///< one entry per foot

@@ -25,7 +25,7 @@ class StanceCatalogue {
   void FindNeighbours();
 
   std::vector<Stance> stances_;
-  Per<Task, std::vector<std::vector<int>>> problems_;
+  EnumArray<Task, std::vector<std::vector<int>>> problems_;
   std::vector<std::vector<int>> neighbours_;
 };
 

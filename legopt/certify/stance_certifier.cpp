@@ -13,7 +13,7 @@
 #include "legopt/blake2b.h"
 #include "legopt/number_text.h"
 #include "legopt/optimize/best_options.h"
-#include "legopt/random_draws.h"
+#include "legopt/random_numbers.h"
 #include "legopt/terms/initial_guess.h"
 #include "legopt/terms/waypoint_program.h"
 #include "words/result.h"
@@ -41,12 +41,12 @@ SqpOptions FeasibilitySqp() {
 /// between links.
 ContactOptions ContactsOfStart(int number) {
   ContactOptions contacts;
-  if (number % 2 == 1) contacts.margin_m = contacts.spent_margin_m;
+  if (number % 2 == 1) contacts.margin_m = contacts.relaxed_margin_m;
   return contacts;
 }
 
 double Between(double low, double high, std::mt19937_64& generator) {
-  return low + (high - low) * UniformDraw(generator);
+  return low + (high - low) * UniformRandom(generator);
 }
 
 std::mt19937_64 GeneratorOfStart(const Stance& stance, int number) {
@@ -74,7 +74,7 @@ void ScatterBase(double height_m, std::mt19937_64& generator, Eigen::Ref<VectorX
 
 /// Moves all joints by the same random share towards random values within their limits.
 void ScatterJoints(const RobotModel& robot, std::mt19937_64& generator, Eigen::Ref<VectorXd> joints) {
-  const double share = UniformDraw(generator);
+  const double share = UniformRandom(generator);
   for (Eigen::Index i = 0; i < joints.size(); ++i) {
     const double low = std::max(robot.lower_limits()[i], -M_PI);
     const double high = std::min(robot.upper_limits()[i], M_PI);

@@ -11,9 +11,9 @@ namespace legopt::certify {
 namespace {
 
 /// A term without changes.
-class KeptTerm : public Term {
+class ForwardingTerm : public Term {
  public:
-  explicit KeptTerm(Term& term) : Term(term.shape()), term_(&term) {}
+  explicit ForwardingTerm(Term& term) : Term(term.shape()), term_(&term) {}
 
   void RowKeys(int rows, std::vector<int>& keys) override { term_->RowKeys(rows, keys); }
   double AbsentRow() const override { return term_->AbsentRow(); }
@@ -26,9 +26,9 @@ class KeptTerm : public Term {
 };
 
 /// Collision either with the scene or between links: rows of the other kind are always satisfied.
-class HalfCollisionTerm : public Term {
+class FilteredCollisionTerm : public Term {
  public:
-  HalfCollisionTerm(Term& term, WaypointState& state, bool keeps_scene)
+  FilteredCollisionTerm(Term& term, WaypointState& state, bool keeps_scene)
       : Term(term.shape()), term_(&term), state_(&state), keeps_scene_(keeps_scene) {}
 
   void RowKeys(int rows, std::vector<int>& keys) override { term_->RowKeys(rows, keys); }
@@ -62,7 +62,7 @@ class HalfCollisionTerm : public Term {
 
 StanceProgram::StanceProgram(const Dataset& dataset, CollisionQuery& query, const Stance& stance,
                              const ContactOptions& contacts, ConstraintGroups left_out)
-    : whole_(dataset, query, std::array{WaypointDemand{.stance = &stance}}, contacts) {
+    : whole_(dataset, query, std::array{WaypointConstraints{.stance = &stance}}, contacts) {
   const bool scene = !left_out.Has(ConstraintGroup::kEnvironment);
   const bool self = !left_out.Has(ConstraintGroup::kSelf);
   for (const auto& term : whole_.terms()) {
@@ -70,9 +70,9 @@ StanceProgram::StanceProgram(const Dataset& dataset, CollisionQuery& query, cons
     const bool balance = dynamic_cast<const ComTerm*>(term.get()) != nullptr;
     if ((balance && left_out.Has(ConstraintGroup::kBalance)) || (collision && !scene && !self)) continue;
     if (collision && scene != self) {
-      terms_.push_back(std::make_unique<HalfCollisionTerm>(*term, whole_.state(0), scene));
+      terms_.push_back(std::make_unique<FilteredCollisionTerm>(*term, whole_.state(0), scene));
     } else {
-      terms_.push_back(std::make_unique<KeptTerm>(*term));
+      terms_.push_back(std::make_unique<ForwardingTerm>(*term));
     }
   }
 }

@@ -9,7 +9,7 @@
 namespace legopt {
 namespace {
 
-constexpr std::size_t kMostColladaBytes = std::size_t{1} << 30;
+constexpr std::size_t kMaxColladaBytes = std::size_t{1} << 30;
 
 std::string Trimmed(const char* text) {
   constexpr const char* kSpace = " \t\r\n";
@@ -26,9 +26,9 @@ Eigen::Matrix3d RowsOf(const Eigen::RowVector3d& x, const Eigen::RowVector3d& y,
 
 }  // namespace
 
-Eigen::Matrix3d TurnToZUp(const std::string& mesh_file) {
+Eigen::Matrix3d RotationToZUp(const std::string& mesh_file) {
   if (!LooksLikeCollada(mesh_file)) return Eigen::Matrix3d::Identity();
-  const std::string text = ReadFileText(mesh_file, kMostColladaBytes);
+  const std::string text = ReadFileText(mesh_file, kMaxColladaBytes);
   tinyxml2::XMLDocument document;
   document.Parse(text.c_str(), text.size());  // LoadMesh reports syntax errors
   const tinyxml2::XMLElement* root = document.Error() ? nullptr : document.RootElement();

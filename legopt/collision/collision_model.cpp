@@ -27,18 +27,18 @@ void Check(bool good, const char* field, double value, const char* rule) {
 
 void Validate(const CollisionOptions& options) {
   const auto positive = [](double value) { return std::isfinite(value) && value > 0.0; };
-  constexpr int kMostPieces = 64;
+  constexpr int kMaxPieces = 64;
   Check(positive(options.link_concavity_m), "link_concavity_m", options.link_concavity_m, "must be positive");
   Check(positive(options.scene_concavity_m), "scene_concavity_m", options.scene_concavity_m, "must be positive");
   for (const auto& [name, value] : {std::pair("max_link_pieces", options.max_link_pieces),
                                     std::pair("max_component_pieces", options.max_component_pieces)}) {
-    Check(value >= 1 && value <= kMostPieces, name, value, "must lie in 1..64");
+    Check(value >= 1 && value <= kMaxPieces, name, value, "must lie in 1..64");
   }
 }
 
 /// Calls `action` and adds the link's name to any InputError.
 template <class Action>
-void NamingLink(const Link& link, Action action) {
+void WithLinkInErrors(const Link& link, Action action) {
   try {
     action();
   } catch (const InputError& error) {
@@ -49,7 +49,7 @@ void NamingLink(const Link& link, Action action) {
 }
 
 /// Adds one hull around all pieces of a link that has several pieces, all hulls; returns its index.
-int AddWhole(const LinkShapes& link, Impl& impl) {
+int AddEnclosingHull(const LinkShapes& link, Impl& impl) {
   if (link.hulls.count == 1) return link.hulls.first;
   std::vector<Eigen::Vector3d> points;
   for (int p = link.hulls.first; p < link.hulls.end(); ++p) {
@@ -85,14 +85,14 @@ void AddHulls(const Link& link, const ReadGuard& guard, Impl& impl) {
                                : ConvexShape::FromPrimitive(spec));
   }
   shapes.hulls.count = static_cast<int>(impl.shapes.size()) - shapes.hulls.first;
-  shapes.whole = AddWhole(shapes, impl);
+  shapes.whole = AddEnclosingHull(shapes, impl);
   shapes.ball = BallRound(shapes, impl);
   impl.links.push_back(shapes);
 }
 
 /// Adds the finer shapes of a link, unless they exist already.
-void AddFiner(int link, PairDetail detail, LinkPieces& pieces, Impl& impl) {
-  const bool bodies = detail == PairDetail::kBodies;
+void AddDecomposition(int link, PairResolution detail, LinkPieces& pieces, Impl& impl) {
+  const bool bodies = detail == PairResolution::kBodies;
   LinkShapes& shapes = impl.links[static_cast<size_t>(link)];
   ShapeRun& run = bodies ? shapes.bodies : shapes.pieces;
   if (run.count > 0) return;
@@ -103,14 +103,14 @@ void AddFiner(int link, PairDetail detail, LinkPieces& pieces, Impl& impl) {
 
 void AddRobot(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> reference_x, const CollisionOptions& options,
               Impl& impl) {
-  for (const Link& link : robot.links()) NamingLink(link, [&] { AddHulls(link, robot.read_guard(), impl); });
+  for (const Link& link : robot.links()) WithLinkInErrors(link, [&] { AddHulls(link, robot.read_guard(), impl); });
   TrimeshWorld world;
   LinkTrimeshes meshes(robot, world);
   LinkPieces pieces(robot, {options.link_concavity_m, options.max_link_pieces});
   impl.pairs = ClassifyLinkPairs(robot, meshes, pieces, reference_x, options.pairs);
   for (const LinkPair& pair : impl.pairs.decomposed) {
-    const PairDetail detail = impl.pairs.detail[impl.PairIndex(pair.first, pair.second)];
-    for (int link : {pair.first, pair.second}) AddFiner(link, detail, pieces, impl);
+    const PairResolution detail = impl.pairs.detail[impl.PairIndex(pair.first, pair.second)];
+    for (int link : {pair.first, pair.second}) AddDecomposition(link, detail, pieces, impl);
   }
   for (const ConvexShape& shape : impl.shapes) impl.ranges.push_back(impl.link_points.Add(shape.points()));
 }
@@ -217,7 +217,7 @@ bool CollisionModel::SceneContains(const Eigen::Vector3d& point_W, double depth_
   return false;
 }
 
-double LargestWay(const CollisionModel::Ball& ball, const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+double MaxDisplacement(const CollisionModel::Ball& ball, const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   const Eigen::Matrix3d turn = b.linear() - a.linear();  // Frobenius norm 2 sqrt(2) sin(angle / 2)
   const Eigen::Vector3d shift = turn * ball.centre + (b.translation() - a.translation());
   return shift.norm() + ball.radius * turn.norm() / std::numbers::sqrt2;

@@ -57,7 +57,7 @@ class CollisionModel {
     kChecked,
     kIgnoredAdjacent,       ///< no more than one moving joint between them, or a link without geometry
     kIgnoredReferencePose,  ///< their meshes intersect at `reference_x`; only with PairSelection::kReference
-    kIgnoredJoined          ///< no posture separates them; only with PairSelection::kAll
+    kIgnoredInseparable     ///< no posture separates them; only with PairSelection::kAll
   };
 
   /// Builds the model. Link pairs that touch at the configuration `reference_x` (n + 7) are always ignored. Throws
@@ -107,6 +107,6 @@ class CollisionModel {
 
 /// Returns an upper bound of the straight-line distance that any point of the ball moves between two poses of its link,
 /// m.
-double LargestWay(const CollisionModel::Ball& ball, const Eigen::Isometry3d& a, const Eigen::Isometry3d& b);
+double MaxDisplacement(const CollisionModel::Ball& ball, const Eigen::Isometry3d& a, const Eigen::Isometry3d& b);
 
 }  // namespace legopt

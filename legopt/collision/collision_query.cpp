@@ -138,7 +138,7 @@ struct CollisionQuery::Impl {
 
   /// Returns true if a triangle's plane is out of reach of the ball around a shape. The bounding box of an inclined
   /// triangle is too loose for this.
-  bool BallMissesPlane(int shape, int obstacle, double margin) const {
+  bool IsPlaneOutOfReach(int shape, int obstacle, double margin) const {
     if (!data.surface()) return false;
     const HalfSpace& plane = data.triangle_planes[static_cast<size_t>(obstacle)];
     const double reach = data.shapes[static_cast<size_t>(shape)].bounding_radius() + margin;
@@ -157,7 +157,7 @@ struct CollisionQuery::Impl {
     const auto num_shapes = static_cast<int>(data.shapes.size());
     return ObstaclePair(num_shapes, 0) + a * num_shapes + b;
   }
-  NearestHint* Hint(int pair_id) const { return memory == nullptr ? nullptr : &memory->At(pair_id); }
+  DistanceHint* Hint(int pair_id) const { return memory == nullptr ? nullptr : &memory->At(pair_id); }
 
   void Report(int link_a, int link_b, const Source& source, const PairDistance& d) {
     const int pair_id = link_b == kScene ? ObstaclePair(source.a, source.other) : MovingPair(source.a, source.other);
@@ -176,13 +176,13 @@ struct CollisionQuery::Impl {
     }
     // No hint: it saves little for three points, and there are many triangles.
     if (!SignedDistance(Set(shape), data.solid_sets[static_cast<size_t>(obstacle)], margin, distance)) return false;
-    if (data.scene == SceneRepresentation::kOrientedSurface) TurnToTheFront(shape, obstacle, distance);
+    if (data.scene == SceneRepresentation::kOrientedSurface) UseFrontNormal(shape, obstacle, distance);
     return true;
   }
 
   /// If a shape overlaps a triangle and its shortest way out is the back, uses the way out at the front instead. A
   /// shape that would leave across an edge is unchanged, for example a foot on the edge of a step.
-  void TurnToTheFront(int shape, int obstacle, PairDistance& distance) const {
+  void UseFrontNormal(int shape, int obstacle, PairDistance& distance) const {
     constexpr double kBack = -0.5;  // cosine
     const HalfSpace& plane = data.triangle_planes[static_cast<size_t>(obstacle)];
     if (distance.distance_m >= 0.0 || plane.normal.dot(distance.normal) > kBack) return;
@@ -196,8 +196,8 @@ struct CollisionQuery::Impl {
 
   /// Selects and transforms the link's shapes that may come within the margin of `other`, a box in the world: most
   /// pieces of a large link are far away from it.
-  void PlaceNear(const ShapeRun& shapes, const Eigen::Isometry3d& pose, const Eigen::AlignedBox3d& other, double margin,
-                 std::vector<int>& near) {
+  void PlaceShapesNear(const ShapeRun& shapes, const Eigen::Isometry3d& pose, const Eigen::AlignedBox3d& other,
+                       double margin, std::vector<int>& near) {
     constexpr double kRounding = 1e-9;  // m; rounding of the transformed box
     const Eigen::Vector3d half = pose.linear().transpose().cwiseAbs() * (0.5 * other.sizes());
     const Eigen::Vector3d centre = pose.linear().transpose() * (other.center() - pose.translation());
@@ -217,10 +217,10 @@ struct CollisionQuery::Impl {
   void CollideLinkWithScene(int link, const Kinematics& kinematics, double margin);
   void CollideLinkWithObstacle(int link, int obstacle, const Kinematics& kinematics, double margin);
   void CollideLinks(int a, int b, const Kinematics& kinematics, double margin);
-  bool LiesBehind(const Contact& contact, const Source& source, const Contact& nearer,
-                  const Source& nearer_source) const;
+  bool SharesSeparatingPlane(const Contact& contact, const Source& source, const Contact& nearer,
+                             const Source& nearer_source) const;
   bool Repeats(const Contact& contact, const Source& source, const Contact& nearer, const Source& nearer_source) const;
-  void DropRepeats(size_t begin);
+  void RemoveRedundantContacts(size_t begin);
 
   std::shared_ptr<const CollisionModel> model;
   const CollisionModel::Impl& data;
@@ -237,9 +237,9 @@ struct CollisionQuery::Impl {
   BoxArray around_boxes;            ///< parallel to around
   std::vector<int> near_a, near_b;  ///< shapes of the current link pair
   std::vector<int> near_obstacles;
-  BoxArray obstacle_boxes;          ///< parallel to near_obstacles
-  std::int64_t queries = 0;         ///< number of queries so far
-  ContactMemory* memory = nullptr;  ///< memory of the current query
+  BoxArray obstacle_boxes;           ///< parallel to near_obstacles
+  std::int64_t queries = 0;          ///< number of queries so far
+  WarmStartCache* memory = nullptr;  ///< memory of the current query
   std::vector<Contact> contacts;
   std::vector<Source> sources;
   std::vector<int> nearest_first;
@@ -252,7 +252,7 @@ void CollisionQuery::Impl::CollideLinkWithObstacle(int link, int obstacle, const
   const LinkShapes& shapes = Link(link);
   PairDistance distance;
   if (shapes.whole >= 0) {
-    if (BallMisses(shapes.whole, box, margin) || BallMissesPlane(shapes.whole, obstacle, margin)) return;
+    if (BallMisses(shapes.whole, box, margin) || IsPlaneOutOfReach(shapes.whole, obstacle, margin)) return;
     if (!CollideWithObstacle(shapes.whole, obstacle, margin, distance)) return;
     if (shapes.hulls.count == 1) {
       Report(link, kScene, {shapes.whole, obstacle}, distance);
@@ -270,7 +270,7 @@ void CollisionQuery::Impl::CollideLinkWithScene(int link, const Kinematics& kine
   const size_t begin = contacts.size();
   obstacle_boxes.ForEachNear(link_bounds[static_cast<size_t>(link)], margin, near_obstacles.size(),
                              [&](size_t i) { CollideLinkWithObstacle(link, near_obstacles[i], kinematics, margin); });
-  DropRepeats(begin);
+  RemoveRedundantContacts(begin);
 }
 
 /// Selects the nearby obstacles from `around`, which is updated only if the robot leaves its region: consecutive
@@ -335,14 +335,14 @@ void CollisionQuery::Impl::CollideWithItself(const Kinematics& kinematics, doubl
 
 void CollisionQuery::Impl::CollideLinks(int a, int b, const Kinematics& kinematics, double margin) {
   const size_t begin = contacts.size();
-  const PairDetail detail = data.pairs.detail[data.PairIndex(a, b)];
+  const PairResolution detail = data.pairs.detail[data.PairIndex(a, b)];
   const int whole_a = Link(a).whole;
   const int whole_b = Link(b).whole;
   PairDistance distance;
   if (whole_a >= 0 && whole_b >= 0) {
     if (BallMisses(whole_a, link_bounds[static_cast<size_t>(b)], margin)) return;
     if (BallMisses(whole_b, link_bounds[static_cast<size_t>(a)], margin)) return;
-    if (detail == PairDetail::kHulls) {
+    if (detail == PairResolution::kHulls) {
       if (!CollideMoving(whole_a, whole_b, margin, distance)) return;
       if (Link(a).hulls.count == 1 && Link(b).hulls.count == 1) {
         Report(a, b, {whole_a, whole_b}, distance);
@@ -350,8 +350,8 @@ void CollisionQuery::Impl::CollideLinks(int a, int b, const Kinematics& kinemati
       }
     }
   }
-  PlaceNear(Link(a).Of(detail), kinematics.link_pose(a), link_bounds[static_cast<size_t>(b)], margin, near_a);
-  PlaceNear(Link(b).Of(detail), kinematics.link_pose(b), link_bounds[static_cast<size_t>(a)], margin, near_b);
+  PlaceShapesNear(Link(a).Of(detail), kinematics.link_pose(a), link_bounds[static_cast<size_t>(b)], margin, near_a);
+  PlaceShapesNear(Link(b).Of(detail), kinematics.link_pose(b), link_bounds[static_cast<size_t>(a)], margin, near_b);
   for (const int pa : near_a) {
     if (!Near(Bounds(pa), link_bounds[static_cast<size_t>(b)], margin)) continue;
     for (const int pb : near_b) {
@@ -359,12 +359,12 @@ void CollisionQuery::Impl::CollideLinks(int a, int b, const Kinematics& kinemati
       if (CollideMoving(pa, pb, margin, distance)) Report(a, b, {pa, pb}, distance);
     }
   }
-  DropRepeats(begin);
+  RemoveRedundantContacts(begin);
 }
 
 /// Returns true if the separating plane of the nearer contact also separates this contact's shapes.
-bool CollisionQuery::Impl::LiesBehind(const Contact& contact, const Source& source, const Contact& nearer,
-                                      const Source& nearer_source) const {
+bool CollisionQuery::Impl::SharesSeparatingPlane(const Contact& contact, const Source& source, const Contact& nearer,
+                                                 const Source& nearer_source) const {
   constexpr double kSamePlane = 1e-4;  // m
   const bool scene = contact.link_b == kScene;
   const SupportSet& other = scene ? data.solid_sets[static_cast<size_t>(source.other)] : Set(source.other);
@@ -387,12 +387,12 @@ bool CollisionQuery::Impl::Repeats(const Contact& contact, const Source& source,
     return true;
   }
   if (data.surface() && contact.link_b == kScene && nearer.distance_m <= 0.0) return false;
-  return LiesBehind(contact, source, nearer, nearer_source);
+  return SharesSeparatingPlane(contact, source, nearer, nearer_source);
 }
 
 /// Removes redundant contacts from `begin` on (all of one link with the scene, or of two links). Penetrating contacts
 /// are all kept, so that a sum of violations is continuous.
-void CollisionQuery::Impl::DropRepeats(size_t begin) {
+void CollisionQuery::Impl::RemoveRedundantContacts(size_t begin) {
   if (contacts.size() - begin < 2) return;
   nearest_first.clear();
   for (size_t i = begin; i < contacts.size(); ++i) nearest_first.push_back(static_cast<int>(i));
@@ -431,7 +431,7 @@ const CollisionModel& CollisionQuery::model() const { return *impl_->model; }
 std::int64_t CollisionQuery::queries() const { return impl_->queries; }
 
 std::span<const Contact> CollisionQuery::Contacts(const Kinematics& kinematics, double margin_m,
-                                                  ContactMemory* memory) {
+                                                  WarmStartCache* memory) {
   ++impl_->queries;
   impl_->memory = memory;
   impl_->CollideWithScene(kinematics, margin_m, impl_->all_links);
@@ -440,7 +440,7 @@ std::span<const Contact> CollisionQuery::Contacts(const Kinematics& kinematics, 
 }
 
 std::span<const Contact> CollisionQuery::SceneContacts(const Kinematics& kinematics, double margin_m,
-                                                       std::span<const int> links, ContactMemory* memory) {
+                                                       std::span<const int> links, WarmStartCache* memory) {
   ++impl_->queries;
   impl_->memory = memory;
   impl_->CollideWithScene(kinematics, margin_m, links);

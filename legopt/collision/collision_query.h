@@ -6,7 +6,7 @@
 
 #include "legopt/collision/collision_model.h"
 #include "legopt/collision/contact.h"
-#include "legopt/collision/contact_memory.h"
+#include "legopt/collision/warm_start_cache.h"
 #include "legopt/robot/kinematics.h"
 
 namespace legopt {
@@ -32,11 +32,11 @@ class CollisionQuery {
   /// nearly the same point) only the nearest is kept, but penetrating contacts are all kept. Order: scene contacts by
   /// (link, obstacle), then self contacts by (second, first) link. The result does not depend on earlier queries except
   /// through `memory`, which may be null. The span is valid until the next call.
-  std::span<const Contact> Contacts(const Kinematics& kinematics, double margin_m, ContactMemory* memory = nullptr);
+  std::span<const Contact> Contacts(const Kinematics& kinematics, double margin_m, WarmStartCache* memory = nullptr);
 
   /// Returns the scene contacts of the given links (ascending, unique), in the form of Contacts().
   std::span<const Contact> SceneContacts(const Kinematics& kinematics, double margin_m, std::span<const int> links,
-                                         ContactMemory* memory = nullptr);
+                                         WarmStartCache* memory = nullptr);
   /// Returns the scene contacts of all links.
   std::span<const Contact> SceneContacts(const Kinematics& kinematics, double margin_m);
 

@@ -123,7 +123,7 @@ double MeasureConcavity(const Piece& piece) {
 
 /// Directions for a cheap inner approximation of a hull: a cube's faces, edges and corners, and directions between
 /// them.
-const std::vector<Eigen::Vector3d>& ScoutDirections() {
+const std::vector<Eigen::Vector3d>& SampleDirections() {
   static const std::vector<Eigen::Vector3d> directions = [] {
     std::vector<Eigen::Vector3d> result;
     for (int x = -2; x <= 2; ++x) {
@@ -160,7 +160,7 @@ double EstimateVolume(const Piece& piece, const HalfSpace& plane) {
   if (points.empty()) return 0.0;
   Eigen::Map<const Eigen::Matrix3Xd> matrix(points.front().data(), 3, static_cast<Eigen::Index>(points.size()));
   std::vector<Eigen::Vector3d> extreme;
-  for (const Eigen::Vector3d& d : ScoutDirections()) {
+  for (const Eigen::Vector3d& d : SampleDirections()) {
     Eigen::Index best = 0;
     (d.transpose() * matrix).maxCoeff(&best);
     extreme.push_back(points[static_cast<size_t>(best)]);

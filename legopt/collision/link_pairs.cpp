@@ -42,7 +42,7 @@ bool Overlap(const LinkTrimeshes& meshes, const LinkPair& pair) {
 }
 
 /// Returns true if the hulls overlap by more than the tolerance, but the meshes do not touch.
-bool IsPhantom(const LinkTrimeshes& meshes, const LinkPair& pair) {
+bool IsFalseOverlap(const LinkTrimeshes& meshes, const LinkPair& pair) {
   const bool overlap =
       AnyGeometries(meshes, pair, [&](const auto& a, const auto& b) { return meshes.HullsOverlap(a, b, kNoticeable); });
   return overlap && !Touch(meshes, pair);
@@ -81,7 +81,7 @@ std::vector<LinkPair> FindPhantomPairs(const RobotModel& robot, LinkTrimeshes& m
     kinematics.Update(SamplePosture(robot, random));
     meshes.Place(kinematics);
     for (size_t i = 0; i < checked.size(); ++i) {
-      if (count[i] < kFairShare && IsPhantom(meshes, checked[i])) ++count[i];
+      if (count[i] < kFairShare && IsFalseOverlap(meshes, checked[i])) ++count[i];
     }
   }
   std::vector<LinkPair> phantom;
@@ -92,7 +92,7 @@ std::vector<LinkPair> FindPhantomPairs(const RobotModel& robot, LinkTrimeshes& m
 }
 
 /// Returns all pairs of links with geometry and more than one moving joint between them, ascending by (second, first).
-std::vector<LinkPair> PairsOfNoNeighbours(const RobotModel& robot, const LinkTrimeshes& meshes) {
+std::vector<LinkPair> NonAdjacentPairs(const RobotModel& robot, const LinkTrimeshes& meshes) {
   std::vector<LinkPair> pairs;
   for (int b = 0; b < static_cast<int>(robot.links().size()); ++b) {
     for (int a = 0; a < b; ++a) {
@@ -122,7 +122,8 @@ std::vector<PairStatus> StatusOf(const RobotModel& robot, const std::vector<Link
 
 /// Returns the pairs that overlap in every posture of the sequence, as if they were one body, although more than one
 /// joint lies between them.
-std::vector<LinkPair> FindJoinedPairs(const RobotModel& robot, LinkTrimeshes& meshes, std::vector<LinkPair> pairs) {
+std::vector<LinkPair> FindInseparablePairs(const RobotModel& robot, LinkTrimeshes& meshes,
+                                           std::vector<LinkPair> pairs) {
   constexpr int kPostures = 256;
   std::mt19937_64 random(kSeed);
   Kinematics kinematics(robot);
@@ -169,7 +170,7 @@ class PlacedPieces {
 
 /// Returns true if the pieces of two links overlap in most postures in which the meshes do not. Few postures separate
 /// some of these pairs, so many are sampled.
-bool PiecesInterlock(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces, const LinkPair& pair) {
+bool PiecesMostlyOverlap(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces, const LinkPair& pair) {
   constexpr int kPostures = 512;
   PlacedPieces first(pieces.Pieces(pair.first)), second(pieces.Pieces(pair.second));
   std::mt19937_64 random(kSeed);
@@ -189,18 +190,18 @@ bool PiecesInterlock(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces&
 
 void SetDetail(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces, LinkPairRules& rules) {
   const size_t n = robot.links().size();
-  rules.detail.assign(n * n, PairDetail::kHulls);
-  const auto detail = [&](const LinkPair& pair) -> PairDetail& {
+  rules.detail.assign(n * n, PairResolution::kHulls);
+  const auto detail = [&](const LinkPair& pair) -> PairResolution& {
     return rules.detail[static_cast<size_t>(pair.first) * n + static_cast<size_t>(pair.second)];
   };
   const std::vector<LinkPair>& apart = rules.pairs[PairSelection::kReference];
-  for (const LinkPair& pair : FindPhantomPairs(robot, meshes, apart)) detail(pair) = PairDetail::kPieces;
+  for (const LinkPair& pair : FindPhantomPairs(robot, meshes, apart)) detail(pair) = PairResolution::kPieces;
   for (const LinkPair& pair : rules.checked()) {
     if (std::ranges::find(apart, pair) != apart.end()) continue;
-    detail(pair) = PiecesInterlock(robot, meshes, pieces, pair) ? PairDetail::kBodies : PairDetail::kPieces;
+    detail(pair) = PiecesMostlyOverlap(robot, meshes, pieces, pair) ? PairResolution::kBodies : PairResolution::kPieces;
   }
   for (const LinkPair& pair : rules.checked()) {
-    if (detail(pair) != PairDetail::kHulls) rules.decomposed.push_back(pair);
+    if (detail(pair) != PairResolution::kHulls) rules.decomposed.push_back(pair);
   }
 }
 
@@ -215,16 +216,17 @@ LinkPairRules ClassifyLinkPairs(const RobotModel& robot, LinkTrimeshes& meshes, 
   rules.selection = selection;
   std::vector<LinkPair>& apart = rules.pairs[PairSelection::kReference];
   std::vector<LinkPair>& all = rules.pairs[PairSelection::kAll];
-  all = PairsOfNoNeighbours(robot, meshes);
+  all = NonAdjacentPairs(robot, meshes);
   std::ranges::copy_if(all, std::back_inserter(apart), [&](const LinkPair& pair) { return !Touch(meshes, pair); });
   const std::vector<LinkPair> others = all;
   std::vector<LinkPair> joined;
   std::ranges::copy_if(all, std::back_inserter(joined), [&](const LinkPair& pair) { return Overlap(meshes, pair); });
-  joined = FindJoinedPairs(robot, meshes, std::move(joined));
+  joined = FindInseparablePairs(robot, meshes, std::move(joined));
   std::erase_if(all, [&](const LinkPair& pair) { return std::ranges::find(joined, pair) != joined.end(); });
   const bool by_reference = selection == PairSelection::kReference;
-  rules.status = StatusOf(robot, others, by_reference ? PairStatus::kIgnoredReferencePose : PairStatus::kIgnoredJoined,
-                          rules.checked());
+  rules.status =
+      StatusOf(robot, others, by_reference ? PairStatus::kIgnoredReferencePose : PairStatus::kIgnoredInseparable,
+               rules.checked());
   SetDetail(robot, meshes, pieces, rules);
   return rules;
 }

@@ -9,7 +9,7 @@
 #include "legopt/collision/mesh_file_check.h"
 #include "legopt/collision/mesh_reader.h"
 #include "legopt/input_error.h"
-#include "legopt/isolated_answer.h"
+#include "legopt/isolated_result.h"
 #include "legopt/number_text.h"
 
 namespace legopt {
@@ -20,7 +20,7 @@ constexpr char kMeshFollows = 'M';
 constexpr char kFaultFollows = 'F';
 
 std::string EncodeFault(const InputError::Fault& fault) {
-  AnswerWriter answer(kFaultFollows);
+  ResultWriter answer(kFaultFollows);
   for (const std::string* text : {&fault.file, &fault.field, &fault.value, &fault.message, &fault.fix}) {
     answer.Add(*text);
   }
@@ -28,7 +28,7 @@ std::string EncodeFault(const InputError::Fault& fault) {
 }
 
 std::string EncodeMesh(const TriangleMesh& mesh) {
-  AnswerWriter answer(kMeshFollows);
+  ResultWriter answer(kMeshFollows);
   answer.Add(mesh.vertices);
   answer.Add(mesh.triangles);
   return answer.Take();
@@ -36,7 +36,7 @@ std::string EncodeMesh(const TriangleMesh& mesh) {
 
 std::optional<InputError::Fault> DecodeFault(std::string_view bytes) {
   InputError::Fault fault;
-  AnswerReader answer(bytes);
+  ResultReader answer(bytes);
   for (std::string* text : {&fault.file, &fault.field, &fault.value, &fault.message, &fault.fix}) {
     if (!answer.Read(*text)) return std::nullopt;
   }
@@ -45,7 +45,7 @@ std::optional<InputError::Fault> DecodeFault(std::string_view bytes) {
 
 std::optional<TriangleMesh> DecodeMesh(std::string_view bytes) {
   TriangleMesh mesh;
-  AnswerReader answer(bytes);
+  ResultReader answer(bytes);
   if (!answer.Read(mesh.vertices) || !answer.Read(mesh.triangles) || !answer.at_end()) return std::nullopt;
   const int count = static_cast<int>(mesh.vertices.size());
   const auto in_range = [count](int index) { return index >= 0 && index < count; };
@@ -100,7 +100,7 @@ TriangleMesh LoadMesh(const std::string& path, const Eigen::Vector3d& scale, con
   std::string answer;
   try {
     answer = guard(read, LimitsFor(std::filesystem::file_size(path, error)));
-  } catch (const ReadFailed& failure) {
+  } catch (const GuardedReadError& failure) {
     RefuseUnread(path, std::string("its reader failed: ") + failure.what());
   }
   const std::string_view content = answer;

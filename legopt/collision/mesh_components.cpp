@@ -52,7 +52,7 @@ std::vector<EdgeUse> SortedEdges(const TriangleMesh& mesh) {
 }
 
 /// Returns the angle about the edge from triangle `from` through its material to `to`, in (0, 2 pi].
-double TurnThroughMaterial(const TriangleMesh& mesh, const EdgeUse& from, const EdgeUse& to) {
+double AngleThroughMaterial(const TriangleMesh& mesh, const EdgeUse& from, const EdgeUse& to) {
   const auto at = [&](std::uint64_t i) -> const Eigen::Vector3d& { return mesh.vertices[i]; };
   const Eigen::Vector3d a = at(from.key >> 32);
   const Eigen::Vector3d b = at(from.key & 0xFFFFFFFFU);
@@ -81,7 +81,7 @@ void JoinAtEdge(const TriangleMesh& mesh, std::span<const EdgeUse> uses, Disjoin
     double smallest = 0.0;
     for (const EdgeUse& to : uses) {
       if (to.forward) continue;
-      const double turn = TurnThroughMaterial(mesh, from, to);
+      const double turn = AngleThroughMaterial(mesh, from, to);
       if (nearest == nullptr || turn < smallest) {
         nearest = &to;
         smallest = turn;

@@ -62,7 +62,7 @@ MeshFaults FindMeshFaults(const TriangleMesh& mesh) {
   return faults;
 }
 
-TriangleMesh TurnInvertedComponents(const TriangleMesh& mesh) {
+TriangleMesh FlipInvertedComponents(const TriangleMesh& mesh) {
   TriangleMesh turned;
   for (TriangleMesh& component : SplitIntoComponents(mesh)) {
     const bool inverted = IsInverted(component, CountEdges(component));

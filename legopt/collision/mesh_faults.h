@@ -21,6 +21,6 @@ bool IsClosed(const TriangleMesh& mesh);
 MeshFaults FindMeshFaults(const TriangleMesh& mesh);
 
 /// Returns the mesh with the triangles of inverted components flipped; components are concatenated.
-TriangleMesh TurnInvertedComponents(const TriangleMesh& mesh);
+TriangleMesh FlipInvertedComponents(const TriangleMesh& mesh);
 
 }  // namespace legopt

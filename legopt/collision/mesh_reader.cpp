@@ -18,7 +18,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "legopt/collision/stl_content.h"
+#include "legopt/collision/stl_repair.h"
 #include "legopt/input_error.h"
 #include "legopt/number_text.h"
 #include "legopt/numeric_locale.h"
@@ -35,7 +35,7 @@ constexpr const char* kExportAgain = "export the mesh again or repair it";
 
 /// Removes all other readers: assimp also tries every format whose mark it finds in the file. They are never needed and
 /// increase the attack surface.
-void KeepNeededReaders(Assimp::Importer& importer) {
+void UnregisterUnusedReaders(Assimp::Importer& importer) {
   std::vector<Assimp::BaseImporter*> others;
   for (std::size_t i = 0; i < importer.GetImporterCount(); ++i) {
     std::set<std::string> suffixes;
@@ -149,7 +149,7 @@ class MeshBuilder {
 };
 
 // Rethrows bad_alloc: assimp catches all exceptions of its readers, but lack of memory is not a fault of the file.
-void PassShortageOn(const Assimp::Importer& importer) {
+void RethrowBadAlloc(const Assimp::Importer& importer) {
   if (importer.GetException() == nullptr) return;
   try {
     std::rethrow_exception(importer.GetException());
@@ -166,16 +166,16 @@ constexpr const char* kFormats = "give an STL, OBJ, DAE or PLY file with triangl
 TriangleMesh ReadMesh(const std::string& path, const Eigen::Vector3d& scale) {
   const ClassicNumericLocale point;
   Assimp::Importer importer;
-  KeepNeededReaders(importer);
+  UnregisterUnusedReaders(importer);
   // Vertices keep the file's axes, and units are converted to metres. collada_up_axis.h rotates scenes.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene = nullptr;
   std::string reason;
   try {
-    const std::optional<std::string> stl = MendedStl(path);
+    const std::optional<std::string> stl = RepairStl(path);
     scene = stl ? importer.ReadFileFromMemory(stl->data(), stl->size(), 0, "stl") : importer.ReadFile(path, 0);
     if (scene != nullptr) scene = Triangulate(importer, path);
-    if (scene == nullptr) PassShortageOn(importer);
+    if (scene == nullptr) RethrowBadAlloc(importer);
     reason = importer.GetErrorString();
   } catch (const InputError&) {
     throw;

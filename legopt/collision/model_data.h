@@ -24,8 +24,8 @@ struct LinkShapes {
   ShapeRun pieces;  ///< decomposed meshes
   ShapeRun bodies;  ///< meshes decomposed body by body
   /// Returns the shapes of a level of detail.
-  const ShapeRun& Of(PairDetail detail) const {
-    return detail == PairDetail::kHulls ? hulls : detail == PairDetail::kPieces ? pieces : bodies;
+  const ShapeRun& Of(PairResolution detail) const {
+    return detail == PairResolution::kHulls ? hulls : detail == PairResolution::kPieces ? pieces : bodies;
   }
   /// Shapes of the link's finest level of detail.
   const ShapeRun& Finest() const { return bodies.count > 0 ? bodies : pieces.count > 0 ? pieces : hulls; }

@@ -15,7 +15,7 @@ namespace {
 /// Parameters of the current call of the collider.
 struct Request {
   double margin_m = 0.0;
-  NearestHint* hint = nullptr;
+  DistanceHint* hint = nullptr;
 };
 
 /// Data of a geometry of our class: a convex shape, or a search region if `set` is null.
@@ -206,14 +206,15 @@ void OdeConvexWorld::CollectSolids(const Eigen::AlignedBox3d& box, std::vector<i
   std::sort(solids.begin(), solids.end());
 }
 
-bool OdeConvexWorld::CollideWithSolid(int moving, int solid, double margin_m, PairDistance& result, NearestHint* hint) {
+bool OdeConvexWorld::CollideWithSolid(int moving, int solid, double margin_m, PairDistance& result,
+                                      DistanceHint* hint) {
   impl_->request = {margin_m, hint};
   return Collide(impl_->moving[static_cast<size_t>(moving)], impl_->solids[static_cast<size_t>(solid)], margin_m,
                  result);
 }
 
 bool OdeConvexWorld::CollideMoving(int moving_a, int moving_b, double margin_m, PairDistance& result,
-                                   NearestHint* hint) {
+                                   DistanceHint* hint) {
   impl_->request = {margin_m, hint};
   return Collide(impl_->moving[static_cast<size_t>(moving_a)], impl_->moving[static_cast<size_t>(moving_b)], margin_m,
                  result);

@@ -31,9 +31,9 @@ class OdeConvexWorld {
 
   /// Computes the signed distance (A = moving shape, B = solid). Returns false if it is not below `margin_m`. `hint`:
   /// see SignedDistance(); may be null.
-  bool CollideWithSolid(int moving, int solid, double margin_m, PairDistance& result, NearestHint* hint = nullptr);
+  bool CollideWithSolid(int moving, int solid, double margin_m, PairDistance& result, DistanceHint* hint = nullptr);
   /// Computes the signed distance of two moving shapes, A = `moving_a` and B = `moving_b`, like CollideWithSolid.
-  bool CollideMoving(int moving_a, int moving_b, double margin_m, PairDistance& result, NearestHint* hint = nullptr);
+  bool CollideMoving(int moving_a, int moving_b, double margin_m, PairDistance& result, DistanceHint* hint = nullptr);
 
  private:
   struct Impl;

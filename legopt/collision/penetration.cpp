@@ -219,7 +219,7 @@ PairDistance Flat(const Simplex& simplex, const Vector3d& normal) {
 
 }  // namespace
 
-PairDistance CorePenetration(const SupportSet& a, const SupportSet& b, const Simplex& simplex) {
+PairDistance ComputePenetration(const SupportSet& a, const SupportSet& b, const Simplex& simplex) {
   Polytope polytope(a, b);
   Vector3d flat_normal;
   if (!polytope.Start(simplex, flat_normal)) return Flat(simplex, flat_normal);

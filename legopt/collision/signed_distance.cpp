@@ -156,7 +156,7 @@ enum class GjkOutcome { kFar, kApart, kOverlap };
 
 /// Recomputes the feature of the hint at the present poses. Returns false if there is none, or if it contains the
 /// origin.
-bool Recall(const SupportSet& a, const SupportSet& b, const NearestHint& hint, Simplex& simplex, Nearest& nearest) {
+bool Recall(const SupportSet& a, const SupportSet& b, const DistanceHint& hint, Simplex& simplex, Nearest& nearest) {
   if (hint.size == 0) return false;
   for (int i = 0; i < hint.size; ++i) {
     DifferencePoint& point = simplex.points[i];
@@ -172,24 +172,24 @@ bool Recall(const SupportSet& a, const SupportSet& b, const NearestHint& hint, S
   return false;
 }
 
-void Remember(GjkOutcome outcome, const Simplex& simplex, const Vector3d& v, NearestHint& hint) {
-  constexpr int kMostPoints = std::numeric_limits<std::uint16_t>::max();
+void Remember(GjkOutcome outcome, const Simplex& simplex, const Vector3d& v, DistanceHint& hint) {
+  constexpr int kMaxPoints = std::numeric_limits<std::uint16_t>::max();
   hint.size = 0;
   hint.direction = v.cast<float>();
   if (outcome == GjkOutcome::kOverlap) hint.direction.setZero();
   if (outcome != GjkOutcome::kApart) return;
-  constexpr int kMostCorners = 3;
-  const int size = std::min(simplex.size, kMostCorners);
+  constexpr int kMaxCorners = 3;
+  const int size = std::min(simplex.size, kMaxCorners);
   for (int i = 0; i < size; ++i) {
     const DifferencePoint& point = simplex.points[i];
-    if (std::min(point.ia, point.ib) < 0 || std::max(point.ia, point.ib) > kMostPoints) return;
+    if (std::min(point.ia, point.ib) < 0 || std::max(point.ia, point.ib) > kMaxPoints) return;
     hint.a[i] = static_cast<std::uint16_t>(point.ia);
     hint.b[i] = static_cast<std::uint16_t>(point.ib);
   }
   hint.size = static_cast<std::uint8_t>(size);
 }
 
-GjkOutcome RunGjk(const SupportSet& a, const SupportSet& b, double cutoff, const NearestHint* hint, Simplex& simplex,
+GjkOutcome RunGjk(const SupportSet& a, const SupportSet& b, double cutoff, const DistanceHint* hint, Simplex& simplex,
                   Vector3d& v) {
   double squared = std::numeric_limits<double>::infinity();
   Nearest recalled;
@@ -231,7 +231,7 @@ GjkOutcome RunGjk(const SupportSet& a, const SupportSet& b, double cutoff, const
 }  // namespace
 
 bool SignedDistance(const SupportSet& a, const SupportSet& b, double cutoff_m, PairDistance& result,
-                    NearestHint* hint) {
+                    DistanceHint* hint) {
   const double radii = a.radius + b.radius;
   Simplex simplex;
   Vector3d v;
@@ -239,7 +239,7 @@ bool SignedDistance(const SupportSet& a, const SupportSet& b, double cutoff_m, P
   if (hint != nullptr) Remember(outcome, simplex, v, *hint);
   if (outcome == GjkOutcome::kFar) return false;
   if (outcome == GjkOutcome::kOverlap) {
-    const PairDistance core = CorePenetration(a, b, simplex);
+    const PairDistance core = ComputePenetration(a, b, simplex);
     if (core.distance_m - radii >= cutoff_m) return false;
     result = core;
   } else {

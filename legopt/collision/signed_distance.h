@@ -16,7 +16,7 @@ struct PairDistance {
 };
 
 /// Warm start for a pair of shapes: the separating direction and the nearest feature of an earlier call.
-struct NearestHint {
+struct DistanceHint {
   Eigen::Vector3f direction = Eigen::Vector3f::Zero();  ///< direction from B to A, of any length; zero: unknown
   std::uint16_t a[3] = {0, 0, 0};                       ///< point indices in A of the nearest feature's corners
   std::uint16_t b[3] = {0, 0, 0};                       ///< point indices in B of the nearest feature's corners
@@ -34,7 +34,7 @@ struct NearestHint {
 /// `hint`: result of an earlier call for these two shapes, in any poses; it is updated. Good hints save most of GJK's
 /// iterations; any hint gives the same distance and normal up to rounding.
 bool SignedDistance(const SupportSet& a, const SupportSet& b, double cutoff_m, PairDistance& result,
-                    NearestHint* hint = nullptr);
+                    DistanceHint* hint = nullptr);
 
 // Internal interface between GJK and EPA.
 
@@ -70,6 +70,6 @@ inline DifferencePoint SupportOfDifference(const SupportSet& a, const SupportSet
 
 /// Computes by EPA the shortest translation that separates overlapping cores; `simplex` must contain the origin. The
 /// distance is <= 0 up to rounding and excludes the radii.
-PairDistance CorePenetration(const SupportSet& a, const SupportSet& b, const Simplex& simplex);
+PairDistance ComputePenetration(const SupportSet& a, const SupportSet& b, const Simplex& simplex);
 
 }  // namespace legopt

@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 namespace {
 
 /// Limit for the memory of the bins: about 24 bytes per bin and 4 bytes per triangle in it.
-constexpr double kMostEntries = 8e6;
+constexpr double kMaxEntries = 8e6;
 constexpr double kWall = 1e-9;  // minimum z of a unit normal; vertical rays miss steeper triangles
 
 /// Returns the number of bins that cover a length.
@@ -49,7 +49,7 @@ void Terrain::ChooseBins() {
     }
     return count;
   };
-  const double most = std::max(kMostEntries, 8.0 * static_cast<double>(mesh_.triangles.size()));
+  const double most = std::max(kMaxEntries, 8.0 * static_cast<double>(mesh_.triangles.size()));
   while (entries() > most && bin_m_ < bounds_.sizes().head<2>().maxCoeff()) bin_m_ *= 2.0;
   bins_x_ = static_cast<int>(Squares(bounds_.sizes().x(), bin_m_));
   bins_y_ = static_cast<int>(Squares(bounds_.sizes().y(), bin_m_));
@@ -121,7 +121,7 @@ Terrain::Hit Terrain::Highest(double x, double y, double low_m, double high_m) c
   return best;
 }
 
-double Terrain::NextAbove(double x, double y, double z_m) const {
+double Terrain::CeilingHeight(double x, double y, double z_m) const {
   constexpr double kSkin = 1e-3;
   double nearest = std::numeric_limits<double>::infinity();
   const std::vector<int>* bin = Bin(x, y);

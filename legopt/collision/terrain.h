@@ -26,7 +26,7 @@ class Terrain {
   /// Returns the highest upward surface in [low, high]; triangle -1 if there is none.
   Hit Highest(double x, double y, double low_m, double high_m) const;
   /// Returns the height of the lowest surface of any orientation above z + 1 mm; +infinity if there is none.
-  double NextAbove(double x, double y, double z_m) const;
+  double CeilingHeight(double x, double y, double z_m) const;
 
   /// Returns the unit normal of a triangle by its winding; zero for a triangle without area.
   const Eigen::Vector3d& normal(int triangle) const { return normals_[static_cast<size_t>(triangle)]; }

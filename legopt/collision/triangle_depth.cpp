@@ -63,12 +63,12 @@ bool Cross(const TriangleCorners& a, const Plane& plane_a, const TriangleCorners
 
 /// A triangle clipped by up to three planes.
 struct Polygon {
-  static constexpr int kMostCorners = 6;
-  std::array<Vector3d, kMostCorners> corners;
+  static constexpr int kMaxCorners = 6;
+  std::array<Vector3d, kMaxCorners> corners;
   int size = 0;
 
   void Add(const Vector3d& corner) {
-    if (size < kMostCorners) corners[static_cast<size_t>(size++)] = corner;
+    if (size < kMaxCorners) corners[static_cast<size_t>(size++)] = corner;
   }
 };
 

@@ -52,13 +52,13 @@ struct TrimeshWorld::Impl {
   dGeomID geom(int mesh) const { return at(mesh).geom; }
 
   /// Returns false for a single triangle: ODE's tree for it is a null pointer that its collider dereferences.
-  bool IsKnownToOde(int mesh) const { return at(mesh).triangles.triangles.size() > 1; }
+  bool IsSupportedByOde(int mesh) const { return at(mesh).triangles.triangles.size() > 1; }
 
   /// Collides two meshes and returns the number of contacts, at most kOriginalContacts, which are stored in `contacts`.
   /// Empty if ODE cannot answer, because a mesh is not known to it or an assertion failed. Its contact table has four
   /// places per bucket; removing a contact that did not fit fails an assertion.
   std::optional<int> Collide(int mesh_a, int mesh_b) {
-    if (!IsKnownToOde(mesh_a) || !IsKnownToOde(mesh_b)) return std::nullopt;
+    if (!IsSupportedByOde(mesh_a) || !IsSupportedByOde(mesh_b)) return std::nullopt;
     UseOdeOnThisThread();
     const std::scoped_lock lock(ColliderCache());
     try {

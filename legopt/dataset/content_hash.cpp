@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostBytesOfFile = std::size_t{4} << 30;
+constexpr std::size_t kMaxBytesOfFile = std::size_t{4} << 30;
 constexpr const char* kPlainCharacters =  // characters that need no quotes in YAML
     "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./-";
 
@@ -68,10 +68,10 @@ std::string FormatFilesBlock(const std::vector<FileHash>& manifest) {
 
 }  // namespace
 
-std::string HashFile(const fs::path& path) { return Blake2bHex(ReadFileText(path, kMostBytesOfFile)); }
+std::string HashFile(const fs::path& path) { return Blake2bHex(ReadFileText(path, kMaxBytesOfFile)); }
 
-std::vector<std::string> UsedFiles(const fs::path& folder, const DatasetDescription& description,
-                                   const RobotModel& robot, const Scene& scene) {
+std::vector<std::string> ListUsedFiles(const fs::path& folder, const DatasetDescription& description,
+                                       const RobotModel& robot, const Scene& scene) {
   std::vector<std::string> paths = {description.robot_file, description.scene_file};
   std::copy_if(description.problem_files.begin(), description.problem_files.end(), std::back_inserter(paths),
                [](const std::string& file) { return !file.empty(); });
@@ -91,7 +91,7 @@ std::vector<FileHash> ComputeManifest(const fs::path& folder, const ReadGuard& g
   const RobotModel robot = RobotModel::FromUrdfFile((absolute / description.robot_file).string(), guard);
   const Scene scene = ReadSceneFile(absolute / description.scene_file, guard);
   std::vector<FileHash> manifest;
-  for (const std::string& path : UsedFiles(absolute, description, robot, scene)) {
+  for (const std::string& path : ListUsedFiles(absolute, description, robot, scene)) {
     manifest.push_back({.path = path, .hash = HashFile(absolute / path)});
   }
   return manifest;
@@ -101,7 +101,7 @@ std::vector<FileHash> WriteManifestHashes(const fs::path& folder, const ReadGuar
   const fs::path path = folder / kDatasetFileName;
   if (!fs::exists(path))
     Fail(path, "does not exist", "a bare LegOpt folder has no manifest; write a dataset.yaml first");
-  const std::string text = ReadFileText(path, kMostBytesOfFile);
+  const std::string text = ReadFileText(path, kMaxBytesOfFile);
   const std::vector<FileHash> manifest = ComputeManifest(folder, guard);
   size_t position = 0;
   std::string kept = RemoveFilesBlock(text, &position);

@@ -21,12 +21,12 @@ struct FileHash {
 
 /// Returns the paths of all files that the dataset reads, relative to `folder`: robot, collision meshes, scene, scene
 /// meshes, problem files. Sorted and unique. Throws InputError for a mesh outside the folder.
-std::vector<std::string> UsedFiles(const std::filesystem::path& folder, const DatasetDescription& description,
-                                   const RobotModel& robot, const Scene& scene);
+std::vector<std::string> ListUsedFiles(const std::filesystem::path& folder, const DatasetDescription& description,
+                                       const RobotModel& robot, const Scene& scene);
 
-/// Computes the hashes of UsedFiles for the dataset in `folder` (with or without dataset.yaml), sorted by path; ignores
-/// the hashes listed in dataset.yaml. The robot is read under `guard`. Throws InputError for missing or malformed
-/// files.
+/// Computes the hashes of ListUsedFiles for the dataset in `folder` (with or without dataset.yaml), sorted by path;
+/// ignores the hashes listed in dataset.yaml. The robot is read under `guard`. Throws InputError for missing or
+/// malformed files.
 std::vector<FileHash> ComputeManifest(const std::filesystem::path& folder, const ReadGuard& guard = {});
 
 /// Replaces the `files:` block of `folder`/dataset.yaml by ComputeManifest(folder), or appends it; the rest of the

@@ -129,7 +129,7 @@ void Dataset::VerifyListedFiles() const {
 void Dataset::ResolveContentHash() {
   std::vector<FileHash> manifest;
   std::map<std::string, std::string> unused = description_.files;
-  for (const std::string& path : UsedFiles(folder_, description_, robot_, scene_)) {
+  for (const std::string& path : ListUsedFiles(folder_, description_, robot_, scene_)) {
     const auto listed = description_.files.find(path);
     manifest.push_back({.path = path, .hash = {}});
     if (listed != description_.files.end()) {
@@ -272,7 +272,7 @@ std::vector<ProblemDefinition> Dataset::ReadProblems(Task task, const std::strin
       throw InputError({.file = path,
                         .field = place,
                         .value = std::to_string(problem.stances.size()) + " stances",
-                        .message = StancesOfTasks(),
+                        .message = DescribeStanceCounts(),
                         .fix = "correct the definition, or move the problem to the file of the other task"});
     }
     for (size_t s = 0; s < problem.stances.size(); ++s) {

@@ -112,7 +112,7 @@ class Dataset {
   std::string content_hash_;
   Eigen::AlignedBox3d scene_bounds_, robot_bounds_;
   std::vector<Eigen::AlignedBox3d> link_boxes_;  ///< per link, in its frame; empty for a link without geometry
-  Per<Task, std::vector<ProblemDefinition>> problems_;
+  EnumArray<Task, std::vector<ProblemDefinition>> problems_;
   Eigen::VectorXd nominal_joints_;
   Eigen::VectorXd self_collision_reference_;
   double nominal_sole_height_m_ = 0;
@@ -122,7 +122,7 @@ class Dataset {
     std::once_flag once;
     std::shared_ptr<const CollisionModel> model;
   };
-  mutable Per<SceneRepresentation, Per<PairSelection, LazyCollisionModel>> collision_models_;
+  mutable EnumArray<SceneRepresentation, EnumArray<PairSelection, LazyCollisionModel>> collision_models_;
 };
 
 }  // namespace legopt

@@ -25,14 +25,14 @@ namespace fs = std::filesystem;
 
 constexpr char kFormat[] = "legopt-dataset-archive/1";
 constexpr int kCompressionLevel = 3;
-constexpr std::size_t kMostFiles = 100'000;
-constexpr std::size_t kMostTableBytes = std::size_t{8} << 20;
+constexpr std::size_t kMaxFiles = 100'000;
+constexpr std::size_t kMaxTableBytes = std::size_t{8} << 20;
 constexpr std::int64_t kTableMemoryBytes = std::int64_t{256} << 20;
-constexpr std::size_t kMostPathBytes = 1024;
-constexpr int kMostPathDepth = 32;
+constexpr std::size_t kMaxPathBytes = 1024;
+constexpr int kMaxPathDepth = 32;
 constexpr std::size_t kAlwaysUnpackedBytes = std::size_t{64} << 20;  // any archive may unpack to this size
-constexpr std::size_t kMostExpansion = 100;  // maximum ratio of unpacked to packed bytes above that size
-constexpr int kMostWindowLog = 24;           // base-2 logarithm of the memory for decompression: 16 MiB
+constexpr std::size_t kMaxExpansion = 100;  // maximum ratio of unpacked to packed bytes above that size
+constexpr int kMaxWindowLog = 24;           // base-2 logarithm of the memory for decompression: 16 MiB
 
 [[noreturn]] void Refuse(const std::string& message, const std::string& value = {}, const std::string& fix = {}) {
   throw InputError({"dataset archive", "", value, message, fix});
@@ -55,11 +55,11 @@ class ArchiveStream {
         buffer_(ZSTD_DStreamOutSize(), '\0') {
     const unsigned long long size = ZSTD_getFrameContentSize(packed.data(), packed.size());
     if (size == ZSTD_CONTENTSIZE_UNKNOWN || size == ZSTD_CONTENTSIZE_ERROR) Refuse("is none");
-    if (size > kMostUnpackedBytes || size > kAlwaysUnpackedBytes + kMostExpansion * packed.size()) {
+    if (size > kMaxUnpackedBytes || size > kAlwaysUnpackedBytes + kMaxExpansion * packed.size()) {
       Refuse("is too large", std::to_string(size) + " bytes unpacked, of " + std::to_string(packed.size()));
     }
     bytes_left_ = size;
-    ZSTD_DCtx_setParameter(context_.get(), ZSTD_d_windowLogMax, kMostWindowLog);
+    ZSTD_DCtx_setParameter(context_.get(), ZSTD_d_windowLogMax, kMaxWindowLog);
   }
 
   /// Number of bytes that Next() has not returned yet.
@@ -115,13 +115,13 @@ bool StaysInside(const std::string& path) {
 }
 
 bool IsShort(const std::string& path) {
-  return path.size() <= kMostPathBytes && std::count(path.begin(), path.end(), '/') < kMostPathDepth;
+  return path.size() <= kMaxPathBytes && std::count(path.begin(), path.end(), '/') < kMaxPathDepth;
 }
 
 std::vector<PackedFile> ParseTable(std::string_view text) {
-  const auto table = TryParseJson(text, {.bytes = kMostTableBytes, .depth = 3, .values = 3 * kMostFiles + 3});
+  const auto table = TryParseJson(text, {.bytes = kMaxTableBytes, .depth = 3, .values = 3 * kMaxFiles + 3});
   if (!table || !table->is_object() || table->value("format", nlohmann::json()) != kFormat ||
-      !table->contains("files") || !table->at("files").is_array() || table->at("files").size() > kMostFiles) {
+      !table->contains("files") || !table->at("files").is_array() || table->at("files").size() > kMaxFiles) {
     Refuse("has no table of its files", "", std::string("only ") + kFormat + " is known; use the same release");
   }
   std::vector<PackedFile> files;
@@ -163,7 +163,7 @@ std::vector<PackedFile> ReadTable(const std::string& text, const ReadGuard& guar
   std::string answer;
   try {
     answer = guard ? guard(read, {.cpu_s = 10, .wall_s = 60, .memory_bytes = kTableMemoryBytes}) : read();
-  } catch (const ReadFailed& error) {
+  } catch (const GuardedReadError& error) {
     Refuse("has a table that cannot be read: " + std::string(error.what()));
   }
   const std::vector<std::string> texts = TakeTexts(std::string_view(answer).substr(answer.empty() ? 0 : 1));
@@ -182,7 +182,7 @@ std::vector<PackedFile> ReadTable(const std::string& text, const ReadGuard& guar
 // Reads the table, which is the first line.
 std::string TakeTable(ArchiveStream& archive) {
   std::string table;
-  while (table.size() <= kMostTableBytes) {
+  while (table.size() <= kMaxTableBytes) {
     const std::string_view byte = archive.Next(1);
     if (byte.empty()) break;
     if (byte == "\n") return table;
@@ -232,16 +232,16 @@ std::string PackDataset(const fs::path& folder, const ReadGuard& guard) {
   nlohmann::json table = {{"format", kFormat}, {"files", nlohmann::json::array()}};
   std::string contents;
   for (const std::string& path : paths) {
-    const std::string bytes = ReadFileText(absolute / path, kMostUnpackedBytes);
-    if (contents.size() + bytes.size() > kMostUnpackedBytes) break;  // rejected below
+    const std::string bytes = ReadFileText(absolute / path, kMaxUnpackedBytes);
+    if (contents.size() + bytes.size() > kMaxUnpackedBytes) break;  // rejected below
     table["files"].push_back({{"path", path}, {"bytes", bytes.size()}});
     contents += bytes;
   }
   std::string archive = Compressed(Dump(table) + "\n" + contents);
-  if (archive.size() > kMostArchiveBytes || table["files"].size() < paths.size()) {
+  if (archive.size() > kMaxArchiveBytes || table["files"].size() < paths.size()) {
     throw InputError({folder.string(), "", std::to_string(archive.size() >> 20) + " MiB packed",
                       "the dataset is too large to travel by itself, which ends at " +
-                          std::to_string(kMostArchiveBytes >> 20) + " MiB",
+                          std::to_string(kMaxArchiveBytes >> 20) + " MiB",
                       "copy it to the workers' machines, or to a folder that they see, and name that"});
   }
   return archive;

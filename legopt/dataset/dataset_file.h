@@ -33,7 +33,7 @@ struct DatasetDescription {
   std::string name;                                        ///< shown in tables
   std::string robot_file;                                  ///< URDF, relative to the folder
   std::string scene_file;                                  ///< scene.yaml or a mesh, relative to the folder
-  Per<Task, std::string> problem_files;                    ///< empty: the dataset has no problems of this task
+  EnumArray<Task, std::string> problem_files;              ///< empty: the dataset has no problems of this task
   std::vector<std::string> feet;                           ///< names of the links that may support the robot
   double sole_offset_m = 0;                                ///< height of a foot's link frame above its contact frame,
                                                            ///< >= 0

@@ -27,12 +27,12 @@ std::string Number(double value) { return Dump(nlohmann::json(value)); }
 
 /// Formats a text for YAML, quoted where needed.
 std::string Text(const std::string& text) {
-  static constexpr std::array<std::string_view, 9> kWords = {"true", "false", "yes", "no", "on",
-                                                             "off",  "null",  "y",   "n"};
+  static constexpr std::array<std::string_view, 9> kEnumNames = {"true", "false", "yes", "no", "on",
+                                                                 "off",  "null",  "y",   "n"};
   const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
   const auto inside = [&](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '-' || c == '.' || c == '/'; };
   const bool plain = !text.empty() && letter(text.front()) && std::all_of(text.begin(), text.end(), inside);
-  const bool word = std::any_of(kWords.begin(), kWords.end(), [&](std::string_view w) {
+  const bool word = std::any_of(kEnumNames.begin(), kEnumNames.end(), [&](std::string_view w) {
     return std::equal(w.begin(), w.end(), text.begin(), text.end(),
                       [](char a, char b) { return a == std::tolower(static_cast<unsigned char>(b)); });
   });

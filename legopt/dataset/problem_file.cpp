@@ -3,9 +3,9 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "legopt/enum_input.h"
 #include "legopt/input/json.h"
 #include "legopt/input_error.h"
-#include "legopt/word_input.h"
 
 namespace legopt {
 namespace {

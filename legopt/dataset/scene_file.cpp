@@ -62,7 +62,7 @@ void ReadMesh(const YamlFields& fields, const fs::path& folder, ShapeSpec* shape
 
 /// Rotates a COLLADA mesh whose up axis is not z, so that z is up. The scale applies to the rotated axes.
 void TurnMeshUp(ShapeSpec* shape) {
-  const Eigen::Matrix3d turn = TurnToZUp(shape->mesh_file);
+  const Eigen::Matrix3d turn = RotationToZUp(shape->mesh_file);
   if (turn.isIdentity()) return;
   shape->scale = (turn.transpose() * shape->scale.asDiagonal() * turn).diagonal();
   shape->pose.linear() = shape->pose.linear() * turn;

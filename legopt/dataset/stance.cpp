@@ -102,7 +102,7 @@ bool Fits(Task task, const ProblemDefinition& problem) {
   return HasStances(task, static_cast<int>(problem.stances.size()));
 }
 
-std::string StancesOfTasks() {
+std::string DescribeStanceCounts() {
   std::string text;
   for (const TaskDescription& description : ProblemTasks()) {
     text += (text.empty() ? "a " : ", a ") + std::string(ToString(description.task)) + " problem " +

@@ -43,7 +43,7 @@ Stance PlantedFeet(const Stance& from, const Stance& to);
 bool Fits(Task task, const ProblemDefinition& problem);
 
 /// Text for errors: "a posture problem has one stance, a motion problem two or more".
-std::string StancesOfTasks();
+std::string DescribeStanceCounts();
 
 /// Maximum deviation of a file quaternion's norm from 1. LegOpt's own files are unit to 7e-11.
 inline constexpr double kQuaternionTolerance = 1e-6;

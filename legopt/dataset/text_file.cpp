@@ -21,7 +21,7 @@ constexpr const char* kIdentityName = "generation.txt";
 
 void WriteTextFile(const fs::path& path, const std::string& text) { WriteOutputFile(path, text); }
 
-NewFolder::NewFolder(const fs::path& folder, const std::string& identity, Unfinished unfinished)
+StagedFolder::StagedFolder(const fs::path& folder, const std::string& identity, Unfinished unfinished)
     : folder_(fs::weakly_canonical(folder)), partial_(folder_.string() + ".partial"), lock_(partial_) {
   std::error_code error;
   if (fs::exists(fs::symlink_status(folder_, error))) {
@@ -44,7 +44,7 @@ NewFolder::NewFolder(const fs::path& folder, const std::string& identity, Unfini
   Begin(identity);
 }
 
-void NewFolder::Begin(const std::string& identity) {
+void StagedFolder::Begin(const std::string& identity) {
   std::error_code error;
   fs::create_directories(partial_, error);
   if (error) Refuse(partial_, "cannot be made: " + error.message(), "check the permissions of the folder above it");
@@ -56,7 +56,7 @@ void NewFolder::Begin(const std::string& identity) {
   }
 }
 
-void NewFolder::Finish() {
+void StagedFolder::Finish() {
   std::error_code error;
   // An empty folder of that name would be replaced.
   if (fs::exists(fs::symlink_status(folder_, error))) {
@@ -67,7 +67,7 @@ void NewFolder::Finish() {
   if (error) Refuse(folder_, "cannot be made: " + error.message(), "the files are complete in " + partial_.string());
 }
 
-void NewFolder::Discard() {
+void StagedFolder::Discard() {
   std::error_code ignored;
   fs::remove_all(partial_, ignored);
 }

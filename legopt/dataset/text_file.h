@@ -22,10 +22,10 @@ enum class Unfinished {
 /// do this (files::NameLock). The constructor throws InputError if `DIR` exists (nothing is ever overwritten), if
 /// another process writes `DIR`, or if `DIR.partial` exists with another `identity`. With the same identity,
 /// `unfinished` decides about its files. Throws files::FileError for a lack of resources.
-class NewFolder {
+class StagedFolder {
  public:
   /// `folder`: DIR. `identity`: any text that identifies the content.
-  NewFolder(const std::filesystem::path& folder, const std::string& identity, Unfinished unfinished);
+  StagedFolder(const std::filesystem::path& folder, const std::string& identity, Unfinished unfinished);
   const std::filesystem::path& path() const { return partial_; }  ///< `DIR.partial`, the folder for the files
   /// Renames the folder atomically. Throws InputError if that fails; the files then remain in `DIR.partial`.
   void Finish();

@@ -5,7 +5,7 @@
 
 namespace legopt {
 
-FootPoseError ErrorOfFootPose(const Eigen::Isometry3d& target, const Eigen::Isometry3d& actual) {
+FootPoseError ComputeFootPoseError(const Eigen::Isometry3d& target, const Eigen::Isometry3d& actual) {
   const Eigen::Isometry3d error = target.inverse(Eigen::Isometry) * actual;
   Eigen::Matrix<double, 6, 1> components;
   components << Eigen::Quaterniond(error.linear()).normalized().vec(), error.translation();

@@ -15,6 +15,6 @@ inline bool Exceeds(double value, double tolerance) { return !(value <= toleranc
 
 /// Computes the largest component of the vector part of the quaternion and the translation of inverse(target) * actual.
 /// Poses in the world.
-FootPoseError ErrorOfFootPose(const Eigen::Isometry3d& target, const Eigen::Isometry3d& actual);
+FootPoseError ComputeFootPoseError(const Eigen::Isometry3d& target, const Eigen::Isometry3d& actual);
 
 }  // namespace legopt

@@ -9,7 +9,7 @@
 
 #include "legopt/collision/exact_collision.h"
 #include "legopt/dataset/support_polygon.h"
-#include "legopt/evaluate/fault_texts.h"
+#include "legopt/evaluate/diagnostic_text.h"
 #include "legopt/evaluate/foot_pose_error.h"
 #include "legopt/evaluate/path_examiner.h"
 #include "legopt/evaluate/timed_path.h"
@@ -23,7 +23,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Member of Evaluation for each rule's verdict.
-constexpr std::array<std::pair<Rule, Verdict Evaluation::*>, kNumWords<Rule>> kVerdicts = {
+constexpr std::array<std::pair<Rule, Verdict Evaluation::*>, kNumEnumerators<Rule>> kVerdicts = {
     {{Rule::kLiteral, &Evaluation::literal}, {Rule::kStrict, &Evaluation::strict}, {Rule::kSolid, &Evaluation::solid}}};
 
 /// Updates a maximum that starts as NaN ("never evaluated"); a NaN value counts as infinite.
@@ -41,7 +41,7 @@ void AppendOdeFailures(std::int64_t failures, std::string* detail) {
 
 }  // namespace
 
-Verdict Evaluation::by(Rule rule) const { return this->*kVerdicts.at(NumberOf(rule)).second; }
+Verdict Evaluation::by(Rule rule) const { return this->*kVerdicts.at(EnumNumber(rule)).second; }
 
 Verdict Evaluation::first_failure() const {
   for (const auto& [rule, verdict] : kVerdicts) {
@@ -117,7 +117,7 @@ void Judge::Workspace::CheckTask(Task task, const ProblemDefinition& problem) {
                     .field = "problem " + std::to_string(problem.id),
                     .value = std::to_string(problem.stances.size()) + " stances",
                     .message = "does not fit the task '" + std::string(ToString(task)) + "'",
-                    .fix = StancesOfTasks()});
+                    .fix = DescribeStanceCounts()});
 }
 
 /// Checks the names of feet. Errors refer to the problem, not to the dataset that reports them.
@@ -189,7 +189,7 @@ void Judge::Workspace::CheckFeet(const Stance& stance, int waypoint, Evaluation*
     const Dataset::Foot& foot = dataset_->foot(foothold.link);
     const Eigen::Isometry3d& actual = kinematics_.link_pose(foot.link_index);
     placements_.push_back({.box_F = foot.box, .X_WF = actual});
-    const FootPoseError error = ErrorOfFootPose(dataset_->FootTarget(foothold), actual);
+    const FootPoseError error = ComputeFootPoseError(dataset_->FootTarget(foothold), actual);
     Include(error.violation, &evaluation->foot_violation);
     if (Exceeds(error.violation, kPoseTolerance)) {
       Fail(Verdict::kFootPose, waypoint, PoseErrorText(foothold.link, error, kPoseTolerance), evaluation);
@@ -339,7 +339,7 @@ Evaluation Judge::Workspace::Evaluate(Task task, const ProblemDefinition& proble
   const std::int64_t failures_before = collision_.ode_failures();
   first_waypoint_ = 0;
   Evaluation evaluation = IsTimed(task) ? JudgedPath(task, problem, waypoints) : Judged(task, problem, waypoints);
-  if (DescriptionOf(task).between == Between::kScored) {
+  if (DescriptionOf(task).between == TransitionRule::kScored) {
     evaluation.interpolation = ScoreInterpolation(waypoints, kinematics_, collision_);
   }
   AppendOdeFailures(collision_.ode_failures() - failures_before, &evaluation.detail);
@@ -399,7 +399,7 @@ Evaluation Judge::Workspace::JudgedPath(Task task, const ProblemDefinition& prob
   Evaluation evaluation;
   evaluation.num_waypoints = NumWaypoints(task, static_cast<int>(problem.stances.size()));
   TimedPath path;
-  if (const auto fault = TakeApart(points, evaluation.num_waypoints, robot_.configuration_size(), &path)) {
+  if (const auto fault = ParsePath(points, evaluation.num_waypoints, robot_.configuration_size(), &path)) {
     Fail(fault->verdict, fault->waypoint, fault->detail, &evaluation);
     return evaluation;
   }
@@ -413,7 +413,7 @@ Evaluation Judge::Workspace::JudgedPath(Task task, const ProblemDefinition& prob
   if (evaluation.literal != Verdict::kSuccess) return evaluation;
   evaluation = Judged(task, problem, waypoints);
   if (evaluation.literal != Verdict::kSuccess) return evaluation;
-  const PathFindings between = examiner_.Examine(task, problem, path);
+  const PathExamination between = examiner_.Examine(task, problem, path);
   evaluation.interpolation = between.score;
   Include(between.foot_violation, &evaluation.foot_violation);
   Include(between.com_violation_m, &evaluation.com_violation_m);

@@ -32,7 +32,7 @@ inline constexpr double kLongestPiece_m = 10.0;
 inline constexpr double kLargestPieceTurn = 12.0;
 
 /// Findings between the waypoints of a path.
-struct PathFindings {
+struct PathExamination {
   Verdict verdict = Verdict::kSuccess;  ///< first failing sample's, in the order of checks at a waypoint
   int waypoint = -1;                    ///< waypoint before the failure; -1: no failure
   std::string detail;                   ///< description of the failure
@@ -50,17 +50,17 @@ class PathExaminer {
   /// The arguments must outlive this object.
   PathExaminer(const Dataset& dataset, ExactCollision& collision);
 
-  /// Examines a solution of `problem`. `path`: valid (TakeApart), all numbers finite and of reasonable size.
-  PathFindings Examine(Task task, const ProblemDefinition& problem, const TimedPath& path);
+  /// Examines a solution of `problem`. `path`: valid (ParsePath), all numbers finite and of reasonable size.
+  PathExamination Examine(Task task, const ProblemDefinition& problem, const TimedPath& path);
 
  private:
-  struct Way;
-  void ExamineWay(const Way& way, const TimedPath& path, PathFindings* findings);
-  void ExaminePiece(const Way& way, PathFindings* findings);
-  void Bisect(const Way& way, std::size_t level, double s_from, const Kinematics& at_from, double s_to,
-              const Kinematics& at_to, PathFindings* findings);
-  void ExamineSample(const Way& way, double s, const Kinematics& kinematics, PathFindings* findings);
-  void Fail(const Way& way, double s, Verdict verdict, const std::string& detail, PathFindings* findings);
+  struct Segment;
+  void ExamineSegment(const Segment& segment, const TimedPath& path, PathExamination* findings);
+  void ExaminePiece(const Segment& segment, PathExamination* findings);
+  void Bisect(const Segment& segment, std::size_t level, double s_from, const Kinematics& at_from, double s_to,
+              const Kinematics& at_to, PathExamination* findings);
+  void ExamineSample(const Segment& segment, double s, const Kinematics& kinematics, PathExamination* findings);
+  void Fail(const Segment& segment, double s, Verdict verdict, const std::string& detail, PathExamination* findings);
   double LargestTurn() const;
   Kinematics& Level(std::size_t level);
 
@@ -71,7 +71,7 @@ class PathExaminer {
   // State of the current piece.
   Eigen::VectorXd from_, to_;
   double t_from_ = 0.0, t_to_ = 0.0, turn_ = 0.0;
-  bool way_failed_ = false;
+  bool segment_failed_ = false;
 };
 
 }  // namespace legopt

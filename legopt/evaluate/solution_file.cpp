@@ -47,13 +47,13 @@ bool Overflows(std::string_view token, std::optional<double> value) {
 }
 
 /// Returns true for a word that denotes a number, but that the JSON grammar or parser would reject.
-bool IsBeyondJson(std::string_view word) {
+bool IsNonJsonNumber(std::string_view word) {
   return word == "NaN" || word == "Infinity" || word == "-Infinity" || word == "nan" || word == "inf" ||
          word == "-inf" || (HasDigit(word) && Overflows(word, ParseNumber(word)));
 }
 
 /// Converts such words outside strings to strings.
-std::string QuoteBeyondJson(std::string_view json) {
+std::string QuoteNonJsonNumbers(std::string_view json) {
   const auto in_word = [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '+' || c == '.';
   };
@@ -67,7 +67,7 @@ std::string QuoteBeyondJson(std::string_view json) {
       end = std::min(end + 1, json.size());
     } else if (in_word(json[i])) {
       while (end < json.size() && in_word(json[end])) ++end;
-      quote = IsBeyondJson(json.substr(i, end - i));
+      quote = IsNonJsonNumber(json.substr(i, end - i));
     }
     if (quote) text += '"';
     text += json.substr(i, end - i);
@@ -112,7 +112,7 @@ class WaypointReader {
   double Element(const Json& entry) {
     if (entry.is_number()) return entry.get<double>();
     if (entry.is_null()) return kNan;
-    if (entry.is_string() && IsBeyondJson(entry.get_ref<const std::string&>())) {
+    if (entry.is_string() && IsNonJsonNumber(entry.get_ref<const std::string&>())) {
       return Number(entry.get_ref<const std::string&>());
     }
     Note(static_cast<int>(values_.size()), entry.is_string() ? entry.get<std::string>() : Dump(entry), "not a number");
@@ -245,7 +245,7 @@ std::string UnreadableNumber::Describe() const {
 }
 
 SolutionFile ReadSolutions(const std::filesystem::path& path) {
-  const Json root = ParseJson(QuoteBeyondJson(ReadFileText(path, JsonLimits{}.bytes)), path.string());
+  const Json root = ParseJson(QuoteNonJsonNumbers(ReadFileText(path, JsonLimits{}.bytes)), path.string());
   ProblemFile problems = ParseProblemFile(root, path.string(), true);
   SolutionFile file{.robot = problems.robot,
                     .scenario = problems.scenario,

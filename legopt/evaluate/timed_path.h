@@ -23,7 +23,7 @@ struct TimedPath {
 };
 
 /// A fault in the numbers of a path.
-struct PathFault {
+struct PathDiagnostic {
   Verdict verdict{};   ///< wrong number of waypoints; wrong size, also for misplaced time stamps; not finite
   int waypoint = -1;   ///< waypoint at or before the fault; -1: the whole path
   std::string detail;  ///< the point, and the expected value
@@ -31,15 +31,15 @@ struct PathFault {
 
 /// Parses `points` (n + 8 numbers each, see TimedPath) of a motion with `num_waypoints` >= 2. Time stamps must start at
 /// 0, increase, contain the time of every waypoint exactly and end at the last one. Each segment may have at most
-/// kMostPieces pieces. `path` is complete if no fault is returned.
-std::optional<PathFault> TakeApart(std::span<const Eigen::VectorXd> points, int num_waypoints, int configuration_size,
-                                   TimedPath* path);
+/// kMaxPieces pieces. `path` is complete if no fault is returned.
+std::optional<PathDiagnostic> ParsePath(std::span<const Eigen::VectorXd> points, int num_waypoints,
+                                        int configuration_size, TimedPath* path);
 
 /// Builds the path through waypoints and intermediate points: `ways` has the points of each segment, at equal intervals
 /// in time.
-TimedPath PathThrough(std::span<const Eigen::VectorXd> waypoints, std::span<const std::vector<Eigen::VectorXd>> ways);
+TimedPath MakePath(std::span<const Eigen::VectorXd> waypoints, std::span<const std::vector<Eigen::VectorXd>> ways);
 
 /// Returns the points of a path in their stored form.
-std::vector<Eigen::VectorXd> PutTogether(const TimedPath& path);
+std::vector<Eigen::VectorXd> FormatPath(const TimedPath& path);
 
 }  // namespace legopt

@@ -84,13 +84,13 @@ std::vector<CellContacts::Point> CellContacts::Touch(int a, int b) const {
   add_vertices(b, a, -1.0);
   points.push_back({0.5 * (distance.point_a + distance.point_b), normal, -distance.distance_m});
   std::stable_sort(points.begin(), points.end(), [](const Point& p, const Point& q) { return p.depth_m > q.depth_m; });
-  if (points.size() > kMostPoints) {
+  if (points.size() > kMaxPoints) {
     // Keeps the deepest point, then repeatedly the one farthest from all kept points: a few spread-out points carry the
     // load.
     std::vector<Point> kept = {points.front()};
     std::vector<double> gap(points.size());
     for (size_t k = 0; k < points.size(); ++k) gap[k] = (points[k].position - kept[0].position).squaredNorm();
-    while (kept.size() < kMostPoints) {
+    while (kept.size() < kMaxPoints) {
       const auto best = static_cast<size_t>(std::max_element(gap.begin(), gap.end()) - gap.begin());
       kept.push_back(points[best]);
       for (size_t k = 0; k < points.size(); ++k) {

@@ -34,8 +34,8 @@ class CellContacts {
     double depth_m;            ///< >= 0
   };
   /// Maximum number of points per pair.
-  static constexpr int kMostPoints = 6;
-  /// Computes at most kMostPoints contact points of two cells; empty if they do not touch.
+  static constexpr int kMaxPoints = 6;
+  /// Computes at most kMaxPoints contact points of two cells; empty if they do not touch.
   std::vector<Point> Touch(int a, int b) const;
 
  private:

@@ -11,7 +11,7 @@
 
 #include "legopt/collision/ode_runtime.h"
 #include "legopt/generate/cell_contacts.h"
-#include "legopt/random_draws.h"
+#include "legopt/random_numbers.h"
 
 namespace legopt::generate {
 namespace {
@@ -153,10 +153,10 @@ void Simulation::DrawStrengths() {
     const Bond& bond = bonds_[k];
     const double material =
         std::min(FactsOf(MemberOf(bond.a).material).strength, FactsOf(MemberOf(bond.b).material).strength);
-    joints_[k].strength = material * (1.0 + options_.strength_spread * (2.0 * UniformDraw(generator_) - 1.0));
+    joints_[k].strength = material * (1.0 + options_.strength_spread * (2.0 * UniformRandom(generator_) - 1.0));
     const double distance = building_.FocusDistance(bond.centre);
     const bool cracked =
-        UniformDraw(generator_) < options_.cracked_share * (1.0 - distance / options_.cracked_radius_m);
+        UniformRandom(generator_) < options_.cracked_share * (1.0 - distance / options_.cracked_radius_m);
     joints_[k].broken = cracked;
     if (!cracked) joined_.emplace(bond.a, bond.b);
   }
@@ -335,7 +335,7 @@ Snapshot Simulation::Take() const {
 
 }  // namespace
 
-MaterialFacts FactsOf(Material material) {
+MaterialProperties FactsOf(Material material) {
   switch (material) {
     case Material::kGround:
       return {"ground", 2400.0, 1.0};

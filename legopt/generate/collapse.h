@@ -12,13 +12,13 @@
 namespace legopt::generate {
 
 /// Properties of a material for the simulation.
-struct MaterialFacts {
+struct MaterialProperties {
   std::string_view name;  ///< lower case, for files
   double density_kg_m3;   ///< density of the solid material
   double strength;        ///< strength of bonds relative to concrete
 };
 /// Returns the properties of a material.
-MaterialFacts FactsOf(Material material);
+MaterialProperties FactsOf(Material material);
 
 /// Options of the simulation. The defaults suit concrete buildings of ten to thirty metres.
 struct CollapseOptions {

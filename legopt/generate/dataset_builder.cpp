@@ -18,9 +18,9 @@
 #include "legopt/dataset/problem_file.h"
 #include "legopt/dataset/text_file.h"
 #include "legopt/evaluate/solution_file.h"
+#include "legopt/generate/feasible_stances.h"
 #include "legopt/generate/generation_record.h"
 #include "legopt/generate/posture_selection.h"
-#include "legopt/generate/proven_stances.h"
 #include "legopt/generate/seeds.h"
 #include "legopt/generate/source_check.h"
 #include "legopt/generate/stance_features.h"
@@ -35,7 +35,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kGenerationFile = "generation.json";
 constexpr const char* kSolutionsFile = "solutions-posture.json";
-constexpr int kCertifyingStarts = 200;  // number of initial guesses per stance before its plan is rejected
+constexpr int kCertifierInitialGuesses = 200;  // number of initial guesses per stance before its plan is rejected
 
 /// Posture problem and its proof.
 struct Proven {
@@ -93,7 +93,7 @@ class Builder {
   void Plan(const std::vector<Stance>& stances);
   std::function<bool(int, const FootstepPlan&)> PlanCheck() const;
   void SelectPostures();
-  std::vector<Stance> DifferentStances() const;
+  std::vector<Stance> UniqueStances() const;
   std::vector<StanceFeatures> Features(const std::vector<Stance>& stances) const;
   void Describe();
   void DescribePlans(const std::vector<std::pair<FloorChange, PlannedPair>>& tried) const;
@@ -152,7 +152,7 @@ void Builder::PrepareFolder() {
 void Builder::PrepareModel() {
   PrepareFolder();
   dataset_ = Dataset::Load(folder_, options_.read_guard);
-  RequireSoundMeshes(*dataset_);
+  RequireClosedMeshes(*dataset_);
   RequireLeftFootFirst(*dataset_);
   model_ = ProbeModel::Build(dataset_, options_.ProbeFor(*dataset_));
   WriteTextFile(folder_ / kGenerationFile, DescribeGeneration(options_, model_->options, PlannerOptions{}));
@@ -165,7 +165,7 @@ std::vector<Stance> Builder::Stances() {
     for (const ProblemDefinition& problem : ReadProblemFile(path).problems) stances.push_back(problem.stances.front());
     return stances;
   }
-  stances = options_.proven ? ReadProvenStances(dataset_, *options_.proven) : Sample(true);
+  stances = options_.proven ? ReadFeasibleStances(dataset_, *options_.proven) : Sample(true);
   WriteTextFile(path, Format(kStanceTask, AsProblems(stances)));
   return stances;
 }
@@ -202,7 +202,7 @@ std::function<bool(int, const FootstepPlan&)> Builder::PlanCheck() const {
   return [certifiers](int worker, const FootstepPlan& plan) {
     certify::StanceCertifier& certifier = *(*certifiers)[static_cast<size_t>(worker)];
     return std::all_of(plan.stances.begin(), plan.stances.end(), [&](const Stance& stance) {
-      return certifier.Search(stance, 0, kCertifyingStarts, {}).has_value();
+      return certifier.Search(stance, 0, kCertifierInitialGuesses, {}).has_value();
     });
   };
 }
@@ -252,7 +252,7 @@ void Builder::DescribePlans(const std::vector<std::pair<FloorChange, PlannedPair
 }
 
 /// Returns the different two-foot stances of all plans, in order of first use.
-std::vector<Stance> Builder::DifferentStances() const {
+std::vector<Stance> Builder::UniqueStances() const {
   std::vector<Stance> stances;
   std::map<std::string, int> seen;
   for (const ProblemDefinition& motion : motions_) {
@@ -277,7 +277,7 @@ std::vector<StanceFeatures> Builder::Features(const std::vector<Stance>& stances
 /// Selects posture problems by K-means over the features of all plans' stances, with their proofs.
 void Builder::SelectPostures() {
   if (options_.postures == 0) return;
-  const std::vector<Stance> stances = DifferentStances();
+  const std::vector<Stance> stances = UniqueStances();
   Show("postures", 0, options_.postures, "postures");
   std::vector<Eigen::Vector3d> points;
   for (const StanceFeatures& f : Features(stances)) points.emplace_back(f.length_m, f.height_m, f.trunk_distance_m);
@@ -388,7 +388,7 @@ void Builder::Certify() const {
 
 }  // namespace
 
-std::string DatasetOptions::StancesIdentity() const {
+std::string DatasetOptions::StanceOptionsText() const {
   std::string text = "name " + name;
   if (scenario) {
     text += ", " + std::string(ToString(scenario->kind)) + " " + std::string(ToString(scenario->level)) +
@@ -402,7 +402,7 @@ std::string DatasetOptions::StancesIdentity() const {
 }
 
 std::string DatasetOptions::Identity() const {
-  return StancesIdentity() + ", plans " + std::to_string(same_floor) + " + " + std::to_string(different_floors) +
+  return StanceOptionsText() + ", plans " + std::to_string(same_floor) + " + " + std::to_string(different_floors) +
          ", postures " + std::to_string(postures) + (certified ? ", certified" : "");
 }
 

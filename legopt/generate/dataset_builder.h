@@ -40,7 +40,7 @@ struct DatasetOptions {
   std::string Identity() const;
   /// Text of the options that affect scene and stances. If it is equal, work in a folder can be resumed with other
   /// numbers of plans; the result is that of a run from scratch.
-  std::string StancesIdentity() const;
+  std::string StanceOptionsText() const;
   /// Returns the criteria for contacts of the robot of `dataset`.
   ProbeOptions ProbeFor(const Dataset& dataset) const;
   /// Throws InputError with the command-line flag that is out of range.

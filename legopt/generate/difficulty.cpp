@@ -8,8 +8,8 @@ namespace {
 
 /// Computes the variance of the ground height around a sample; returns the number of the eight neighbours that are
 /// level with it.
-int LookRound(const Terrain& terrain, double x, double y, double z, const DifficultyOptions& options,
-              double& variance) {
+int MeasureNeighbours(const Terrain& terrain, double x, double y, double z, const DifficultyOptions& options,
+                      double& variance) {
   constexpr double kWindow_m = 0.6;  // includes rubble and steps, excludes other storeys
   double sum = 0.0;
   double squares = 0.0;
@@ -35,7 +35,7 @@ int LookRound(const Terrain& terrain, double x, double y, double z, const Diffic
 
 Difficulty MeasureDifficulty(const Terrain& terrain, const Eigen::AlignedBox2d& plan,
                              const DifficultyOptions& options) {
-  constexpr double kMostClearance_m = 3.0;
+  constexpr double kMaxClearance_m = 3.0;
   constexpr int kLevelNeighbours = 6;
   Difficulty result;
   int walkable = 0;
@@ -46,13 +46,14 @@ Difficulty MeasureDifficulty(const Terrain& terrain, const Eigen::AlignedBox2d& 
       terrain.Ground(x, y, terrain.bounds().min().z(), terrain.bounds().max().z(), hits);
       for (const Terrain::Hit& hit : hits) {
         if (terrain.normal(hit.triangle).z() < least_nz) continue;
-        const double clearance = terrain.NextAbove(x, y, hit.z_m) - hit.z_m;
+        const double clearance = terrain.CeilingHeight(x, y, hit.z_m) - hit.z_m;
         double variance = 0.0;
-        if (clearance < options.headroom_m || LookRound(terrain, x, y, hit.z_m, options, variance) < kLevelNeighbours)
+        if (clearance < options.headroom_m ||
+            MeasureNeighbours(terrain, x, y, hit.z_m, options, variance) < kLevelNeighbours)
           continue;
         ++walkable;
         result.height_variance_m2 += variance;
-        result.clearance_m += std::min(clearance, kMostClearance_m);
+        result.clearance_m += std::min(clearance, kMaxClearance_m);
       }
     }
   }

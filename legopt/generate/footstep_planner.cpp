@@ -156,7 +156,7 @@ Search::Search(FootstepPlanner::Impl& planner, const Stance& start, const Stance
     goal_[static_cast<size_t>(foot)] = planner.table.AddLoose(foot, foothold);
     places[static_cast<size_t>(foot)] = foothold.position;
   }
-  cautious_ = planner.guide->DistancesTo(places, GuideMap::Measure::kCautious);
+  cautious_ = planner.guide->DistancesTo(places, GuideMap::Measure::kWeighted);
   shortest_ = planner.guide->DistancesTo(places, GuideMap::Measure::kShortest);
   StateOf(planner.table.AddLoose(kLeft, start.footholds[kLeft]));
 }

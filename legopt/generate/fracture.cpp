@@ -9,7 +9,7 @@
 #include <voro++/voro++.hh>
 
 #include "legopt/collision/hull.h"
-#include "legopt/random_draws.h"
+#include "legopt/random_numbers.h"
 
 namespace legopt::generate {
 namespace {
@@ -82,9 +82,9 @@ bool Inside(const std::vector<HalfSpace>& facets, const Vector3d& p, double dept
 }
 
 /// Returns a jittered grid of seeds inside the member.
-std::vector<Vector3d> DrawSeeds(const Member& member, const Eigen::AlignedBox3d& box,
-                                const std::vector<HalfSpace>& facets, double cell_m, double jitter,
-                                std::mt19937_64& generator) {
+std::vector<Vector3d> SampleSeeds(const Member& member, const Eigen::AlignedBox3d& box,
+                                  const std::vector<HalfSpace>& facets, double cell_m, double jitter,
+                                  std::mt19937_64& generator) {
   std::array<int, 3> counts{};
   for (int axis = 0; axis < 3; ++axis) {
     counts[static_cast<size_t>(axis)] = std::max(1, static_cast<int>(std::lround(box.sizes()[axis] / cell_m)));
@@ -97,7 +97,7 @@ std::vector<Vector3d> DrawSeeds(const Member& member, const Eigen::AlignedBox3d&
         const std::array<int, 3> at = {i, j, k};
         for (int axis = 0; axis < 3; ++axis) {
           const auto a = static_cast<size_t>(axis);
-          const double draw = UniformDraw(generator) - 0.5;
+          const double draw = UniformRandom(generator) - 0.5;
           const double share = (at[a] + 0.5 + (counts[a] > 1 ? jitter * draw : 0.0)) / counts[a];
           seed[axis] = box.min()[axis] + share * box.sizes()[axis];
         }
@@ -183,7 +183,7 @@ std::vector<Cell> Fracture(const Building& building, const FractureOptions& opti
     });
     constexpr double kFiner = 0.7;
     const double cell_m = fine ? kFiner * member.cell_m : member.cell_m;
-    const std::vector<Vector3d> seeds = DrawSeeds(member, box, facets, cell_m, options.jitter, generator);
+    const std::vector<Vector3d> seeds = SampleSeeds(member, box, facets, cell_m, options.jitter, generator);
     for (size_t s = 0; s < seeds.size(); ++s) {
       constexpr double kNothing = 1e-5;  // m^3
       std::optional<Cell> cell = VoronoiCell(seeds, s, box, facets, index);
@@ -195,7 +195,7 @@ std::vector<Cell> Fracture(const Building& building, const FractureOptions& opti
 
 std::vector<Bond> FindBonds(const Building& building, const std::vector<Cell>& cells) {
   constexpr double kReach = 4e-3;
-  constexpr double kLeastArea_m2 = 2e-3;
+  constexpr double kMinArea_m2 = 2e-3;
   std::vector<Eigen::AlignedBox3d> boxes;
   for (const Cell& cell : cells) {
     Eigen::AlignedBox3d box = BoundsOf(cell.vertices);
@@ -214,7 +214,7 @@ std::vector<Bond> FindBonds(const Building& building, const std::vector<Cell>& c
       for (const auto& face_a : cells[a].faces) {
         for (const auto& face_b : cells[b].faces) AddContact(cells[a], face_a, cells[b], face_b, bond);
       }
-      if (bond.area_m2 < kLeastArea_m2) continue;
+      if (bond.area_m2 < kMinArea_m2) continue;
       bond.centre /= bond.area_m2;
       bond.normal.normalize();
       bonds.push_back(bond);

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "legopt/generate/building.h"
-#include "legopt/random_draws.h"
+#include "legopt/random_numbers.h"
 
 namespace legopt::generate {
 namespace {
@@ -58,8 +58,8 @@ class GarageMaker {
  private:
   static constexpr double kStairRun = 7.6;
 
-  double Draw(double low, double high) { return low + (high - low) * UniformDraw(generator_); }
-  int DrawIndex(int count) { return static_cast<int>(UniformDraw(generator_) * count); }
+  double Draw(double low, double high) { return low + (high - low) * UniformRandom(generator_); }
+  int RandomIndex(int count) { return static_cast<int>(UniformRandom(generator_) * count); }
   void Note(const std::string& name, double value) { building_.parameters.emplace_back(name, value); }
   double Top(int storey) const { return storey_ * (storey + 1); }  ///< top of the deck above `storey`
 
@@ -223,8 +223,8 @@ class GarageMaker {
 
   /// Chooses the failing columns: one in the middle of the ground floor with two of its neighbours, and one upstairs.
   void Choose() {
-    const int i = 2 + DrawIndex(2);
-    const int j = 1 + DrawIndex(2);
+    const int i = 2 + RandomIndex(2);
+    const int j = 1 + RandomIndex(2);
     const int side = j == 1 ? j + 1 : j - 1;
     building_.foci = {{i * pitch_x_, j * pitch_y_, 0.5 * storey_}};
     Note("failing_column_x", i);
@@ -232,7 +232,7 @@ class GarageMaker {
     const std::string first = "column-0-" + std::to_string(i) + "-";
     // A second, smaller failure: one column of the upper storey; a third one at the back wall.
     const int upper_i = i == 2 ? 4 : 1;
-    const int upper_j = 1 + DrawIndex(2);
+    const int upper_j = 1 + RandomIndex(2);
     building_.foci.emplace_back(upper_i * pitch_x_, upper_j * pitch_y_, 1.5 * storey_);
     building_.foci.emplace_back((i == 2 ? 3.5 : 4.5) * pitch_x_, width_, storey_ + 0.5 * kParapet);
     const std::array<std::string, 4> names = {first + std::to_string(j), first + std::to_string(side),
@@ -249,7 +249,7 @@ class GarageMaker {
     for (int level = 0; level < 3; ++level) {
       for (int row = 0; row < 2; ++row) {
         for (int bay = 0; bay < 2 * bays_x_; ++bay) {
-          const double chance = UniformDraw(generator_);
+          const double chance = UniformRandom(generator_);
           const double x = (bay + 0.5) * 0.5 * pitch_x_ + Draw(-0.12, 0.12);
           const double y = row == 0 ? 0.5 * pitch_y_ + Draw(-0.2, 0.3) : width_ - 0.5 * pitch_y_ + Draw(-0.2, 0.1);
           const double yaw = (row == 0 ? M_PI_2 : -M_PI_2) + Draw(-0.06, 0.06);
@@ -267,7 +267,7 @@ class GarageMaker {
     for (int k = 0; k < 4; ++k) {
       const int level = k % 3;
       const double x = Draw(0.25, 0.9) * length_;
-      const double y = (0.45 + 0.1 * UniformDraw(generator_)) * width_;
+      const double y = (0.45 + 0.1 * UniformRandom(generator_)) * width_;
       parts_.Person("person-" + std::to_string(k), {x, y, storey_ * level}, Draw(-M_PI, M_PI), k == 3);
     }
   }

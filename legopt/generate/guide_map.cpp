@@ -22,7 +22,7 @@ GuideMap::GuideMap(const ProbeModel& model, double cell_m)
   std::vector<std::vector<float>> rubble(blocked.size());
   AddSolid(model, blocked, rubble);
   Index();
-  PriceNarrowPlaces(blocked);
+  PenalizeNarrowCells(blocked);
   BridgeGaps(blocked, rubble, 0.5 * model.options.reach_m);
   Index();
 }
@@ -51,7 +51,7 @@ void GuideMap::AddSolid(const ProbeModel& model, std::vector<bool>& blocked, std
       terrain.Ground(x, y, terrain.bounds().min().z(), terrain.bounds().max().z(), hits);
       for (const Terrain::Hit& hit : hits) {
         any = true;
-        const double room = terrain.NextAbove(x, y, hit.z_m) - hit.z_m;
+        const double room = terrain.CeilingHeight(x, y, hit.z_m) - hit.z_m;
         if (room < shin_m) continue;
         const auto z = static_cast<float>(hit.z_m);
         if (terrain.normal(hit.triangle).z() < least_nz) {
@@ -81,7 +81,7 @@ void GuideMap::Index() {
 }
 
 /// Raises the cost of nodes with a nearby cell that contains surfaces, but no node at a similar height.
-void GuideMap::PriceNarrowPlaces(const std::vector<bool>& blocked) {
+void GuideMap::PenalizeNarrowCells(const std::vector<bool>& blocked) {
   constexpr int kSpan = 2;
   for (Node& node : nodes_) {
     for (int k = 0; k < (2 * kSpan + 1) * (2 * kSpan + 1); ++k) {
@@ -168,7 +168,7 @@ std::vector<float> GuideMap::DistancesTo(std::span<const Eigen::Vector3d> goals,
     open.pop();
     if (distance > distances[static_cast<size_t>(index)]) continue;
     const Node node = nodes_[static_cast<size_t>(index)];
-    const float price = measure == Measure::kCautious ? node.price : 1.0F;
+    const float price = measure == Measure::kWeighted ? node.price : 1.0F;
     for (int dj = -1; dj <= 1; ++dj) {
       for (int di = -1; di <= 1; ++di) {
         const int i = node.cell % columns_ + di;

@@ -25,7 +25,7 @@ class GuideMap {
   /// Type of a distance.
   enum class Measure {
     kShortest,  ///< metres
-    kCautious   ///< metres times the cost factors of the nodes
+    kWeighted   ///< metres times the cost factors of the nodes
   };
   /// Computes the distance of every node from the nearest goal by Dijkstra's algorithm [m]; infinity for nodes without
   /// a path.
@@ -40,12 +40,12 @@ class GuideMap {
   struct Node {
     int cell;
     float z;
-    float price;  ///< cost factor for Measure::kCautious
+    float price;  ///< cost factor for Measure::kWeighted
   };
   int CellOf(double x, double y) const;
   void AddSolid(const ProbeModel& model, std::vector<bool>& blocked, std::vector<std::vector<float>>& rubble);
   void BridgeGaps(const std::vector<bool>& blocked, const std::vector<std::vector<float>>& rubble, double reach_m);
-  void PriceNarrowPlaces(const std::vector<bool>& blocked);
+  void PenalizeNarrowCells(const std::vector<bool>& blocked);
   void Index();
   int NearestNode(const Eigen::Vector3d& point) const;
 

@@ -62,8 +62,8 @@ Histogram MakeHistogram(std::string title, std::string unit, std::span<const dou
   Histogram histogram{std::move(title), std::move(unit), 0.0, 1.0, {}};
   if (values.empty()) return histogram;
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
-  constexpr double kLeastSpread = 1e-6;
-  histogram.width = RoundWidth(std::max(kLeastSpread, *most - *least) / bins);
+  constexpr double kMinSpread = 1e-6;
+  histogram.width = RoundWidth(std::max(kMinSpread, *most - *least) / bins);
   histogram.low = histogram.width * std::floor(*least / histogram.width + 1e-9);
   const auto bin = [&](double value) {
     return static_cast<size_t>(std::max(0.0, std::floor((value - histogram.low) / histogram.width + 1e-9)));

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "legopt/generate/building.h"
-#include "legopt/random_draws.h"
+#include "legopt/random_numbers.h"
 
 namespace legopt::generate {
 namespace {
@@ -52,7 +52,7 @@ class HouseMaker {
   }
 
  private:
-  double Draw(double low, double high) { return low + (high - low) * UniformDraw(generator_); }
+  double Draw(double low, double high) { return low + (high - low) * UniformRandom(generator_); }
   double Foot(int storey) const { return storey * storey_; }
   double Head(int storey) const { return (storey + 1) * storey_ - kFloor; }
 
@@ -207,8 +207,8 @@ class HouseMaker {
 
   /// Chooses the corner room that collapses: parts of its outer walls fail.
   void Choose() {
-    const bool east = UniformDraw(generator_) < 0.5;
-    const bool north = UniformDraw(generator_) < 0.5;
+    const bool east = UniformRandom(generator_) < 0.5;
+    const bool north = UniformRandom(generator_) < 0.5;
     const double x = east ? length_ - 1.5 : 1.5;
     const double y = north ? width_ - 0.5 : 0.5;
     building_.foci = {{x, y, 1.2}, {length_ - x, 0.5 * width_, 2.0 * storey_ + 1.5}};

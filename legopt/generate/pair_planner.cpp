@@ -15,7 +15,7 @@
 #include "legopt/input/json.h"
 #include "legopt/input_error.h"
 #include "legopt/parallel.h"
-#include "legopt/random_draws.h"
+#include "legopt/random_numbers.h"
 
 namespace legopt::generate {
 namespace {
@@ -31,12 +31,12 @@ double MeanHeight(const Stance& stance) {
 }
 
 /// Draws a random pair of stances; empty if a thousand tries give none of the requested kind.
-std::optional<PlannedPair> DrawPair(const std::vector<Stance>& stances, FloorChange change, const PairOptions& options,
-                                    int number) {
+std::optional<PlannedPair> SamplePair(const std::vector<Stance>& stances, FloorChange change,
+                                      const PairOptions& options, int number) {
   std::mt19937_64 generator(
       DeriveSeed(options.seed, "pair/" + std::string(ToString(change)) + "/" + std::to_string(number)));
   constexpr int kTries = 1000;
-  const auto draw = [&] { return static_cast<int>(UniformDraw(generator) * static_cast<double>(stances.size())); };
+  const auto draw = [&] { return static_cast<int>(UniformRandom(generator) * static_cast<double>(stances.size())); };
   for (int k = 0; k < kTries; ++k) {
     const int a = draw();
     const int b = draw();
@@ -82,15 +82,15 @@ std::vector<PlannedPair> ReadState(const std::filesystem::path& path) {
   return pairs;
 }
 
-int CountThoseThatCount(std::span<const PlannedPair> pairs) {
+int CountAccepted(std::span<const PlannedPair> pairs) {
   return static_cast<int>(std::count_if(pairs.begin(), pairs.end(), [](const auto& pair) { return pair.counts; }));
 }
 
 /// Removes pairs from an earlier call that wanted more plans.
-void CutToWanted(int wanted, std::vector<PlannedPair>* pairs) {
+void RemoveSurplusPairs(int wanted, std::vector<PlannedPair>* pairs) {
   size_t size = 0;
   for (int count = 0; size < pairs->size() && count < wanted; size += kBatch) {
-    count += CountThoseThatCount(std::span(*pairs).subspan(size, std::min<size_t>(kBatch, pairs->size() - size)));
+    count += CountAccepted(std::span(*pairs).subspan(size, std::min<size_t>(kBatch, pairs->size() - size)));
   }
   pairs->resize(std::min(size, pairs->size()));
 }
@@ -110,19 +110,19 @@ std::vector<PlannedPair> PlanPairs(const std::shared_ptr<const ProbeModel>& mode
                                    const std::filesystem::path& state_file,
                                    const std::function<void(int, int)>& progress) {
   std::vector<PlannedPair> pairs = ReadState(state_file);
-  CutToWanted(options.wanted, &pairs);
+  RemoveSurplusPairs(options.wanted, &pairs);
   std::vector<FootstepPlanner> planners;
   for (int k = 0; k < options.threads; ++k) planners.emplace_back(model, guide, planner_options);
-  while (CountThoseThatCount(pairs) < options.wanted) {
+  while (CountAccepted(pairs) < options.wanted) {
     const int first = static_cast<int>(pairs.size());
     if (first >= options.max_pairs) {
-      Refuse(change, std::to_string(CountThoseThatCount(pairs)) + " of " + std::to_string(options.wanted),
+      Refuse(change, std::to_string(CountAccepted(pairs)) + " of " + std::to_string(options.wanted),
              "not enough plans" + std::string(options.counts ? " that are wanted" : "") + " between " +
                  std::to_string(first) + " pairs of stances");
     }
     std::vector<PlannedPair> batch(kBatch);
     for (int k = 0; k < kBatch; ++k) {
-      const std::optional<PlannedPair> pair = DrawPair(stances, change, options, first + k);
+      const std::optional<PlannedPair> pair = SamplePair(stances, change, options, first + k);
       if (!pair) Refuse(change, std::to_string(stances.size()) + " stances", "no two of them are such a pair");
       batch[static_cast<size_t>(k)] = *pair;
     }
@@ -137,7 +137,7 @@ std::vector<PlannedPair> PlanPairs(const std::shared_ptr<const ProbeModel>& mode
     Json state = Json::array();
     for (const PlannedPair& pair : pairs) state.push_back(ToJson(pair));
     WriteTextFile(state_file, Dump(state) + "\n");
-    if (progress) progress(std::min(CountThoseThatCount(pairs), options.wanted), options.wanted);
+    if (progress) progress(std::min(CountAccepted(pairs), options.wanted), options.wanted);
   }
   return pairs;
 }

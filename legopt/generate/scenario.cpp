@@ -123,7 +123,7 @@ OrderedJson DescribeMaterials() {
   OrderedJson materials;
   for (const Material material : {Material::kGround, Material::kConcrete, Material::kMasonry, Material::kTimber,
                                   Material::kCar, Material::kPerson}) {
-    const MaterialFacts facts = FactsOf(material);
+    const MaterialProperties facts = FactsOf(material);
     materials[std::string(facts.name)] = {{"density_kg_m3", facts.density_kg_m3}, {"strength", facts.strength}};
   }
   return materials;

@@ -10,7 +10,7 @@
 
 namespace legopt::generate {
 
-void RequireSoundMeshes(const Dataset& dataset) {
+void RequireClosedMeshes(const Dataset& dataset) {
   for (const SceneObject& object : dataset.scene().objects) {
     if (object.shape.kind != ShapeSpec::Kind::kMesh) continue;
     const MeshFaults faults = FindMeshFaults(Tessellate(object.shape, dataset.scene().read_guard));
@@ -25,9 +25,9 @@ void RequireSoundMeshes(const Dataset& dataset) {
 }
 
 void RequireMappableScene(const Dataset& dataset) {
-  constexpr double kCell_m = 0.2, kMostCells = 4e6;
+  constexpr double kCell_m = 0.2, kMaxCells = 4e6;
   const Eigen::Vector3d size = dataset.scene_bounds().sizes();
-  if (size.x() * size.y() <= kMostCells * kCell_m * kCell_m) return;
+  if (size.x() * size.y() <= kMaxCells * kCell_m * kCell_m) return;
   ClassicOutput text;
   text << size.x() << " m x " << size.y() << " m";
   throw InputError({(dataset.folder() / kDatasetFileName).string(), "scene", text.str(),
@@ -59,7 +59,7 @@ void CheckSource(const std::shared_ptr<const Dataset>& source, const ProbeOption
   RequireLeftFootFirst(*source);
   if (!uses_scene) return;
   RequireMappableScene(*source);
-  RequireSoundMeshes(*source);
+  RequireClosedMeshes(*source);
   ProbeModel::Build(source, options);
 }
 

@@ -6,7 +6,7 @@
 namespace legopt::generate {
 
 /// Throws InputError for the first mesh with holes or inverted winding, about which solver and judge would disagree.
-void RequireSoundMeshes(const Dataset& dataset);
+void RequireClosedMeshes(const Dataset& dataset);
 
 /// Throws InputError unless, of two feet, the first is on the left in the nominal posture, as planning assumes.
 void RequireLeftFootFirst(const Dataset& dataset);
@@ -16,8 +16,8 @@ void RequireLeftFootFirst(const Dataset& dataset);
 void RequireMappableScene(const Dataset& dataset);
 
 /// Checks a source before generation starts: see ProbeOptions::Validate and RequireLeftFootFirst and, if its own scene
-/// is used, RequireMappableScene and RequireSoundMeshes; the scene must also have ground to stand on. Throws InputError
-/// with the user's files and flags.
+/// is used, RequireMappableScene and RequireClosedMeshes; the scene must also have ground to stand on. Throws
+/// InputError with the user's files and flags.
 void CheckSource(const std::shared_ptr<const Dataset>& source, const ProbeOptions& options, bool uses_scene);
 
 }  // namespace legopt::generate

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "legopt/input_error.h"
-#include "legopt/random_draws.h"
+#include "legopt/random_numbers.h"
 
 namespace legopt::generate {
 namespace {
@@ -40,7 +40,7 @@ size_t Nearest(const std::vector<Vector3d>& centres, const Vector3d& p) {
 /// previous ones.
 std::vector<Vector3d> StartCentres(const std::vector<Vector3d>& points, int k, std::mt19937_64& generator) {
   std::vector<Vector3d> centres = {
-      points[static_cast<size_t>(UniformDraw(generator) * static_cast<double>(points.size()))]};
+      points[static_cast<size_t>(UniformRandom(generator) * static_cast<double>(points.size()))]};
   while (std::ssize(centres) < k) {
     std::vector<double> sums;
     double sum = 0.0;
@@ -48,7 +48,7 @@ std::vector<Vector3d> StartCentres(const std::vector<Vector3d>& points, int k, s
       sum += (centres[Nearest(centres, p)] - p).squaredNorm();
       sums.push_back(sum);
     }
-    const double target = UniformDraw(generator) * sum;
+    const double target = UniformRandom(generator) * sum;
     const auto found = std::upper_bound(sums.begin(), sums.end(), target) - sums.begin();
     centres.push_back(points[static_cast<size_t>(std::min<std::ptrdiff_t>(found, std::ssize(points) - 1))]);
   }
@@ -95,9 +95,9 @@ std::vector<std::vector<int>> ClusterPoints(std::span<const Vector3d> points, in
   const std::vector<Vector3d> scaled = Scaled(points);
   std::vector<Vector3d> centres = StartCentres(scaled, k, generator);
   std::vector<size_t> owner(scaled.size(), std::numeric_limits<size_t>::max());
-  constexpr int kMostRounds = 200;
+  constexpr int kMaxRounds = 200;
   constexpr double kSamePlace2 = 1e-18;  // squared rounding error between a point and the mean of its copies
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     bool changed = false;
     std::vector<Vector3d> sums(centres.size(), Vector3d::Zero());
     std::vector<int> counts(centres.size(), 0);

@@ -10,7 +10,7 @@
 #include "legopt/generate/seeds.h"
 #include "legopt/input_error.h"
 #include "legopt/parallel.h"
-#include "legopt/random_draws.h"
+#include "legopt/random_numbers.h"
 #include "legopt/solve/problem_solver.h"
 
 namespace legopt::generate {
@@ -42,12 +42,12 @@ class AreaTable {
 
   /// Returns a random point, uniform by area, and its triangle.
   std::pair<Vector3d, int> Draw(std::mt19937_64& generator) const {
-    const double target = UniformDraw(generator) * sums_.back();
+    const double target = UniformRandom(generator) * sums_.back();
     const auto found = std::min<std::ptrdiff_t>(std::upper_bound(sums_.begin(), sums_.end(), target) - sums_.begin(),
                                                 std::ssize(sums_) - 1);
     const int triangle = triangles_[static_cast<size_t>(found)];
-    const double root = std::sqrt(UniformDraw(generator));
-    const double share = UniformDraw(generator);
+    const double root = std::sqrt(UniformRandom(generator));
+    const double share = UniformRandom(generator);
     const auto& corners = terrain_.mesh().triangles[static_cast<size_t>(triangle)];
     const auto at = [&](size_t k) { return terrain_.mesh().vertices[static_cast<size_t>(corners[k])]; };
     return {(1.0 - root) * at(0) + root * (1.0 - share) * at(1) + root * share * at(2), triangle};
@@ -100,7 +100,7 @@ class Sampler {
 
   std::optional<Foothold> FirstFoot(std::mt19937_64& generator) {
     const auto [point, triangle] = areas_.Draw(generator);
-    const double yaw = M_PI * (2.0 * UniformDraw(generator) - 1.0);
+    const double yaw = M_PI * (2.0 * UniformRandom(generator) - 1.0);
     if (!options_.region.isEmpty() && !options_.region.contains(Eigen::Vector2d(point.head<2>()))) return {};
     Foothold foothold = probe_.Place(0, point, probe_.model().terrain.normal(triangle), yaw);
     if (!probe_.Holds(0, foothold)) return {};
@@ -110,9 +110,9 @@ class Sampler {
   std::optional<Foothold> SecondFoot(const Foothold& first, std::mt19937_64& generator) {
     constexpr double kTurn_rad = M_PI / 6.0;
     const ProbeOptions& options = probe_.model().options;
-    const double radius = options.reach_m * std::sqrt(UniformDraw(generator));
-    const double angle = 2.0 * M_PI * UniformDraw(generator);
-    const double yaw = Yaw(first) + kTurn_rad * (2.0 * UniformDraw(generator) - 1.0);
+    const double radius = options.reach_m * std::sqrt(UniformRandom(generator));
+    const double angle = 2.0 * M_PI * UniformRandom(generator);
+    const double yaw = Yaw(first) + kTurn_rad * (2.0 * UniformRandom(generator) - 1.0);
     const Eigen::Vector2d at = first.position.head<2>() + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     probe_.Footholds(1, at.x(), at.y(), yaw, footholds_);
     for (const Foothold& foothold : footholds_) {
@@ -128,7 +128,7 @@ class Sampler {
   std::vector<Foothold> footholds_;
 };
 
-void Count(const Candidate& candidate, StanceTally& tally) {
+void Count(const Candidate& candidate, SamplingStatistics& tally) {
   ++tally.candidates;
   tally.first_foot += candidate.fate == Fate::kFirstFoot ? 1 : 0;
   tally.second_foot += candidate.fate == Fate::kSecondFoot ? 1 : 0;
@@ -143,7 +143,7 @@ void Count(const Candidate& candidate, StanceTally& tally) {
 
 }  // namespace
 
-std::string StanceTally::Describe() const {
+std::string SamplingStatistics::Describe() const {
   return std::to_string(candidates) + " candidates: first foot cannot stand " + std::to_string(first_foot) +
          ", no second foot " + std::to_string(second_foot) + ", trunk in collision " + std::to_string(trunk) +
          ", no posture " + std::to_string(infeasible);

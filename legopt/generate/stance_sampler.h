@@ -21,7 +21,7 @@ struct StanceSamplerOptions {
 };
 
 /// Numbers of candidates by outcome.
-struct StanceTally {
+struct SamplingStatistics {
   std::int64_t candidates = 0;   ///< first feet drawn, up to and including that of the last accepted stance
   std::int64_t first_foot = 0;   ///< rejected: slope, support or collision of the first foot
   std::int64_t second_foot = 0;  ///< no second foot found
@@ -35,7 +35,7 @@ struct StanceTally {
 /// Result of sampling.
 struct SampledStances {
   std::vector<Stance> stances;  ///< ordered by candidate
-  StanceTally tally;            ///< counts all candidates up to the last stance
+  SamplingStatistics tally;     ///< counts all candidates up to the last stance
 };
 
 /// Samples stances by the paper's procedure. First foot: a random point, uniform by area, on all surfaces that are flat

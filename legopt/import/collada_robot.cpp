@@ -186,7 +186,7 @@ class ColladaReader {
   }
 
   void NotePassive(const JointElement& element) {
-    robot_.findings.push_back({.severity = DatasetFinding::Severity::kWarning,
+    robot_.findings.push_back({.severity = DatasetDiagnostic::Severity::kWarning,
                                .check = "passive joints",
                                .file = document_.file(),
                                .field = "joint '" + element.name + "'",

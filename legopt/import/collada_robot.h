@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "legopt/collision/mesh.h"
-#include "legopt/import/finding.h"
+#include "legopt/import/dataset_diagnostic.h"
 #include "legopt/robot/robot_model.h"
 
 namespace legopt {
@@ -36,10 +36,10 @@ struct ColladaJoint {
 
 /// A robot in depth-first order.
 struct ColladaRobot {
-  std::string name;                      ///< name of the kinematics model
-  std::vector<ColladaLink> links;        ///< links[0] is the base
-  std::vector<ColladaJoint> joints;      ///< joints[k] leads to links[k + 1]
-  std::vector<DatasetFinding> findings;  ///< decisions made while reading
+  std::string name;                         ///< name of the kinematics model
+  std::vector<ColladaLink> links;           ///< links[0] is the base
+  std::vector<ColladaJoint> joints;         ///< joints[k] leads to links[k + 1]
+  std::vector<DatasetDiagnostic> findings;  ///< decisions made while reading
 };
 
 /// Reads a robot from COLLADA 1.5 with kinematics, as written by `urdf_to_collada` and OpenRAVE.

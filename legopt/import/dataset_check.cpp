@@ -10,7 +10,7 @@
 namespace legopt {
 namespace {
 
-void Append(std::vector<DatasetFinding> more, std::vector<DatasetFinding>* findings) {
+void Append(std::vector<DatasetDiagnostic> more, std::vector<DatasetDiagnostic>* findings) {
   std::move(more.begin(), more.end(), std::back_inserter(*findings));
 }
 
@@ -22,14 +22,14 @@ FootholdList FootholdsOf(const Dataset& dataset) {
 
 }  // namespace
 
-std::vector<DatasetFinding> CheckDataset(const Dataset& dataset) {
-  std::vector<DatasetFinding> findings = CheckRobot(dataset);
+std::vector<DatasetDiagnostic> CheckDataset(const Dataset& dataset) {
+  std::vector<DatasetDiagnostic> findings = CheckRobot(dataset);
   Append(CheckPlausibility(dataset), &findings);
   Append(CheckSceneMeshes(dataset), &findings);
   Append(CheckMeshSizes(dataset), &findings);
   const FootholdList footholds = FootholdsOf(dataset);
   if (footholds.all().empty()) {
-    findings.push_back({.severity = DatasetFinding::Severity::kWarning,
+    findings.push_back({.severity = DatasetDiagnostic::Severity::kWarning,
                         .check = "problems",
                         .file = kDatasetFileName,
                         .field = "problems",
@@ -40,8 +40,8 @@ std::vector<DatasetFinding> CheckDataset(const Dataset& dataset) {
   }
   if (AnyError(findings)) return findings;
   const Terrain terrain(CollectSceneTriangles(dataset.scene()));
-  findings.push_back(JudgeQuaternionOrder(WeighQuaternionOrder(footholds.all(), terrain)));
-  if (findings.back().severity == DatasetFinding::Severity::kError) return findings;
+  findings.push_back(DiagnoseQuaternionOrder(CollectQuaternionEvidence(footholds.all(), terrain)));
+  if (findings.back().severity == DatasetDiagnostic::Severity::kError) return findings;
   Append(CheckFootholdHeights(dataset, footholds.all(), terrain), &findings);
   if (AnyError(findings)) return findings;
   Append(CheckSoles(dataset, footholds.all(), terrain), &findings);

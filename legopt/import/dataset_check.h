@@ -5,7 +5,7 @@
 
 #include "legopt/collision/terrain.h"
 #include "legopt/dataset/dataset.h"
-#include "legopt/import/finding.h"
+#include "legopt/import/dataset_diagnostic.h"
 #include "legopt/import/footholds.h"
 
 namespace legopt {
@@ -16,37 +16,37 @@ namespace legopt {
 
 /// Checks that the scene's meshes are closed with outward winding. A few open edges are a warning, more than 1 % an
 /// error, since the judge uses triangles and the solver solids. Inverted bodies are an error.
-std::vector<DatasetFinding> CheckSceneMeshes(const Dataset& dataset);
+std::vector<DatasetDiagnostic> CheckSceneMeshes(const Dataset& dataset);
 
 /// Reports the extents of every mesh of scene and robot, which reveal wrong units and swapped axes, and the COLLADA
 /// meshes whose up axis is not z. Empty without meshes.
-std::vector<DatasetFinding> CheckMeshSizes(const Dataset& dataset);
+std::vector<DatasetDiagnostic> CheckMeshSizes(const Dataset& dataset);
 
 /// Checks the robot: masses, links without geometry, feet that are lowest in the nominal posture, winding of its
 /// meshes.
-std::vector<DatasetFinding> CheckRobot(const Dataset& dataset);
+std::vector<DatasetDiagnostic> CheckRobot(const Dataset& dataset);
 
 /// Checks the gap between contacts and the surface along its normal: floating (above 2 mm), sunk (below -2 mm), no
 /// surface nearby. It is an error if more than half of them are off the surface.
-std::vector<DatasetFinding> CheckFootholdHeights(const Dataset& dataset, std::span<const UsedFoothold> footholds,
-                                                 const Terrain& terrain);
+std::vector<DatasetDiagnostic> CheckFootholdHeights(const Dataset& dataset, std::span<const UsedFoothold> footholds,
+                                                    const Terrain& terrain);
 
 /// Checks the supported share of each contact patch and the slope of the surface. A patch is sampled at 45 points,
 /// which must be within 3 mm of its plane; a floating contact is lowered first.
-std::vector<DatasetFinding> CheckSoles(const Dataset& dataset, std::span<const UsedFoothold> footholds,
-                                       const Terrain& terrain);
+std::vector<DatasetDiagnostic> CheckSoles(const Dataset& dataset, std::span<const UsedFoothold> footholds,
+                                          const Terrain& terrain);
 
 /// Finds feet that collide with the scene when exactly at their target (deeper than the judge's 1 mm, using the
 /// solver's solids), which makes the problem infeasible.
-std::vector<DatasetFinding> CheckFootCollisions(const Dataset& dataset, std::span<const UsedFoothold> footholds);
+std::vector<DatasetDiagnostic> CheckFootCollisions(const Dataset& dataset, std::span<const UsedFoothold> footholds);
 
 /// Finds problems with a stance at which trunk, arms or head collide with the scene if the robot stands upright in its
 /// nominal posture with its contact patches at the stance's height. Covers all links except those from the base to the
 /// feet; uses the solver's solids.
-std::vector<DatasetFinding> CheckTrunk(const Dataset& dataset);
+std::vector<DatasetDiagnostic> CheckTrunk(const Dataset& dataset);
 
 /// Runs all checks, those of plausibility.h and the check of the quaternion order (quaternion_order.h). Checks that
 /// depend on a wrong orientation or winding are omitted.
-std::vector<DatasetFinding> CheckDataset(const Dataset& dataset);
+std::vector<DatasetDiagnostic> CheckDataset(const Dataset& dataset);
 
 }  // namespace legopt

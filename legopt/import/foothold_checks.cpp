@@ -13,7 +13,7 @@
 namespace legopt {
 namespace {
 
-using Severity = DatasetFinding::Severity;
+using Severity = DatasetDiagnostic::Severity;
 
 constexpr double kOnSurface_m = 2e-3;
 
@@ -43,17 +43,17 @@ bool IsSoleOffset(double gap_m, const Dataset& dataset) {
   return std::abs(gap_m - dataset.sole_offset_m()) < kOnSurface_m;
 }
 
-DatasetFinding Hovering(Group group, size_t all, const Dataset& dataset) {
+DatasetDiagnostic Hovering(Group group, size_t all, const Dataset& dataset) {
   const double median = group.Median();
-  DatasetFinding finding{.severity = Severity::kWarning,
-                         .check = "hovering feet",
-                         .file = "",
-                         .field = ToString(group.problems),
-                         .value = group.Count(all) + " footholds, median " + Millimetres(median),
-                         .message = "stand above the surface",
-                         .fix =
-                             "nothing is changed, so that results stay comparable with others on these files; lower "
-                             "the poses of problems of your own"};
+  DatasetDiagnostic finding{.severity = Severity::kWarning,
+                            .check = "hovering feet",
+                            .file = "",
+                            .field = ToString(group.problems),
+                            .value = group.Count(all) + " footholds, median " + Millimetres(median),
+                            .message = "stand above the surface",
+                            .fix =
+                                "nothing is changed, so that results stay comparable with others on these files; lower "
+                                "the poses of problems of your own"};
   if (IsSoleOffset(median, dataset)) {
     finding.message +=
         "; the height is the sole offset, which was applied once too often when the file was made (as "
@@ -86,8 +86,8 @@ double SupportedShare(const Dataset::Foot& foot, const Foothold& foothold, const
 
 }  // namespace
 
-std::vector<DatasetFinding> CheckFootholdHeights(const Dataset& dataset, std::span<const UsedFoothold> footholds,
-                                                 const Terrain& terrain) {
+std::vector<DatasetDiagnostic> CheckFootholdHeights(const Dataset& dataset, std::span<const UsedFoothold> footholds,
+                                                    const Terrain& terrain) {
   Group on, hovering, sunk, lost;
   for (const UsedFoothold& used : footholds) {
     const Ground ground = FindGround(terrain, used.foothold.position);
@@ -99,7 +99,7 @@ std::vector<DatasetFinding> CheckFootholdHeights(const Dataset& dataset, std::sp
   }
   const size_t all = footholds.size();
   const Severity off = 2 * on.values.size() < all ? Severity::kError : Severity::kWarning;
-  std::vector<DatasetFinding> findings = {
+  std::vector<DatasetDiagnostic> findings = {
       {.severity = off == Severity::kError ? off : Severity::kInfo,
        .check = "feet on surfaces",
        .file = "",
@@ -134,8 +134,8 @@ std::vector<DatasetFinding> CheckFootholdHeights(const Dataset& dataset, std::sp
   return findings;
 }
 
-std::vector<DatasetFinding> CheckSoles(const Dataset& dataset, std::span<const UsedFoothold> footholds,
-                                       const Terrain& terrain) {
+std::vector<DatasetDiagnostic> CheckSoles(const Dataset& dataset, std::span<const UsedFoothold> footholds,
+                                          const Terrain& terrain) {
   constexpr double kWhole = 0.999, kEnough = 0.75;
   constexpr double kSameNormal_rad = 5.0 * std::numbers::pi / 180.0;
   Group whole, poor, tilted;
@@ -151,13 +151,13 @@ std::vector<DatasetFinding> CheckSoles(const Dataset& dataset, std::span<const U
     if (share >= kWhole) whole.Add(used, share);
     if (share < kEnough) poor.Add(used, share);
   }
-  std::vector<DatasetFinding> findings = {{.severity = Severity::kInfo,
-                                           .check = "soles",
-                                           .file = "",
-                                           .field = "",
-                                           .value = whole.Count(footholds.size()) + " footholds",
-                                           .message = "rest with the whole sole; steepest foot " + Degrees(steepest),
-                                           .fix = ""}};
+  std::vector<DatasetDiagnostic> findings = {{.severity = Severity::kInfo,
+                                              .check = "soles",
+                                              .file = "",
+                                              .field = "",
+                                              .value = whole.Count(footholds.size()) + " footholds",
+                                              .message = "rest with the whole sole; steepest foot " + Degrees(steepest),
+                                              .fix = ""}};
   if (!poor.values.empty()) {
     findings.push_back(
         {.severity = Severity::kWarning,
@@ -180,7 +180,7 @@ std::vector<DatasetFinding> CheckSoles(const Dataset& dataset, std::span<const U
   return findings;
 }
 
-std::vector<DatasetFinding> CheckFootCollisions(const Dataset& dataset, std::span<const UsedFoothold> footholds) {
+std::vector<DatasetDiagnostic> CheckFootCollisions(const Dataset& dataset, std::span<const UsedFoothold> footholds) {
   constexpr double kJudgeDepth_m = 1e-3;
   Kinematics kinematics(dataset.robot());
   CollisionQuery query(dataset.collision_model());

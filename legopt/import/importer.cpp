@@ -31,7 +31,7 @@ namespace legopt {
 namespace {
 
 namespace fs = std::filesystem;
-using Severity = DatasetFinding::Severity;
+using Severity = DatasetDiagnostic::Severity;
 
 constexpr double kSoleClearance_m = 1e-3;  // the judge's tolerance (docs/readings.md#foot-targets)
 
@@ -66,7 +66,7 @@ class Importer {
     WriteManifestHashes(folder_, options_.read_guard);
     const auto dataset = Dataset::Load(folder_, options_.read_guard);
     report_.content_hash = dataset->content_hash();
-    for (DatasetFinding& finding : CheckDataset(*dataset)) report_.findings.push_back(std::move(finding));
+    for (DatasetDiagnostic& finding : CheckDataset(*dataset)) report_.findings.push_back(std::move(finding));
     return std::move(report_);
   }
 
@@ -103,7 +103,7 @@ class Importer {
   }
 
   void WriteRobot() {
-    std::vector<DatasetFinding> findings;
+    std::vector<DatasetDiagnostic> findings;
     if (sources_.collada) {
       ColladaRobot robot = ReadColladaRobot(sources_.robot);
       WriteColladaRobot(robot, folder_);
@@ -111,7 +111,7 @@ class Importer {
     } else {
       findings = CopyUrdfRobot(sources_.robot, folder_, options_.read_guard);
     }
-    for (DatasetFinding& finding : findings) report_.findings.push_back(std::move(finding));
+    for (DatasetDiagnostic& finding : findings) report_.findings.push_back(std::move(finding));
     description_.robot_file = kRobotFileName;
     robot_ = std::make_unique<RobotModel>(
         RobotModel::FromUrdfFile((folder_ / kRobotFileName).string(), options_.read_guard));
@@ -136,7 +136,7 @@ class Importer {
         sources_.scene, folder_,
         {.root = options_.source, .fix_winding = options_.fix_winding, .read_guard = options_.read_guard});
     description_.scene_file = scene.file;
-    for (DatasetFinding& finding : scene.findings) report_.findings.push_back(std::move(finding));
+    for (DatasetDiagnostic& finding : scene.findings) report_.findings.push_back(std::move(finding));
     triangles_ = CollectSceneTriangles(ReadSceneFile(folder_ / description_.scene_file, options_.read_guard));
   }
 
@@ -158,7 +158,7 @@ class Importer {
   }
 
   QuaternionEvidence Weigh(const FootholdList& footholds) const {
-    return WeighQuaternionOrder(footholds.all(), Terrain(triangles_));
+    return CollectQuaternionEvidence(footholds.all(), Terrain(triangles_));
   }
 
   /// Decides the quaternion order. The files of a folder may have different authors, so each is checked alone. If that

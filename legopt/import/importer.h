@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "legopt/import/finding.h"
+#include "legopt/import/dataset_diagnostic.h"
 #include "legopt/import/source_layout.h"
 #include "legopt/read_guard.h"
 
@@ -29,8 +29,8 @@ struct ImportOptions {
 
 /// Result of an import.
 struct ImportReport {
-  std::vector<DatasetFinding> findings;  ///< ordered by check
-  std::string content_hash;              ///< empty if the files do not form a dataset
+  std::vector<DatasetDiagnostic> findings;  ///< ordered by check
+  std::string content_hash;                 ///< empty if the files do not form a dataset
 };
 
 /// Creates a dataset from robot, scene and problems in `folder`, which must exist and be empty, and checks it

@@ -17,7 +17,7 @@
 namespace legopt {
 namespace {
 
-using Severity = DatasetFinding::Severity;
+using Severity = DatasetDiagnostic::Severity;
 
 constexpr double kFewOpenEdges = 0.01;
 
@@ -26,8 +26,8 @@ std::string InFolder(const Dataset& dataset, const std::string& file) {
 }
 
 /// Returns the faults of one mesh of the scene.
-std::vector<DatasetFinding> FaultsOf(const MeshFaults& faults, const std::string& file, const std::string& object) {
-  std::vector<DatasetFinding> findings;
+std::vector<DatasetDiagnostic> FaultsOf(const MeshFaults& faults, const std::string& file, const std::string& object) {
+  std::vector<DatasetDiagnostic> findings;
   if (faults.inverted_components > 0) {
     findings.push_back(
         {.severity = Severity::kError,
@@ -103,8 +103,8 @@ Deepest DeepestContact(CollisionQuery& query, const Kinematics& kinematics, std:
 
 }  // namespace
 
-std::vector<DatasetFinding> CheckSceneMeshes(const Dataset& dataset) {
-  std::vector<DatasetFinding> findings;
+std::vector<DatasetDiagnostic> CheckSceneMeshes(const Dataset& dataset) {
+  std::vector<DatasetDiagnostic> findings;
   int meshes = 0, bodies = 0;
   size_t triangles = 0;
   for (const SceneObject& object : dataset.scene().objects) {
@@ -114,7 +114,7 @@ std::vector<DatasetFinding> CheckSceneMeshes(const Dataset& dataset) {
     ++meshes;
     bodies += faults.components;
     triangles += mesh.triangles.size();
-    for (DatasetFinding& fault : FaultsOf(faults, InFolder(dataset, object.shape.mesh_file), object.name)) {
+    for (DatasetDiagnostic& fault : FaultsOf(faults, InFolder(dataset, object.shape.mesh_file), object.name)) {
       findings.push_back(std::move(fault));
     }
   }
@@ -130,7 +130,7 @@ std::vector<DatasetFinding> CheckSceneMeshes(const Dataset& dataset) {
            .fix = ""}};
 }
 
-std::vector<DatasetFinding> CheckRobot(const Dataset& dataset) {
+std::vector<DatasetDiagnostic> CheckRobot(const Dataset& dataset) {
   const RobotModel& robot = dataset.robot();
   int shaped = 0, open = 0;
   std::string inverted;
@@ -145,7 +145,7 @@ std::vector<DatasetFinding> CheckRobot(const Dataset& dataset) {
   }
   std::string feet;
   for (const Dataset::Foot& foot : dataset.feet()) feet += (feet.empty() ? "" : ", ") + foot.link;
-  std::vector<DatasetFinding> findings = {
+  std::vector<DatasetDiagnostic> findings = {
       {.severity = Severity::kInfo,
        .check = "robot",
        .file = "",
@@ -183,11 +183,11 @@ class MeshSizes {
     sizes_ += (sizes_.empty() ? "" : "; ") + owner + " " + FormatGeneral(size.x(), 4) + " x " +
               FormatGeneral(size.y(), 4) + " x " + FormatGeneral(size.z(), 4);
     const std::string file = std::filesystem::path(shape.mesh_file).lexically_relative(dataset_.folder()).string();
-    if (!TurnToZUp(shape.mesh_file).isIdentity()) not_z_up_ += (not_z_up_.empty() ? "" : ", ") + file;
+    if (!RotationToZUp(shape.mesh_file).isIdentity()) not_z_up_ += (not_z_up_.empty() ? "" : ", ") + file;
     ++meshes_;
   }
 
-  void Report(const std::string& part, const std::string& about_axis, std::vector<DatasetFinding>* findings) const {
+  void Report(const std::string& part, const std::string& about_axis, std::vector<DatasetDiagnostic>* findings) const {
     if (meshes_ == 0) return;
     findings->push_back({.severity = Severity::kInfo,
                          .check = "mesh sizes",
@@ -212,7 +212,7 @@ class MeshSizes {
   int meshes_ = 0;
 };
 
-std::vector<DatasetFinding> CheckMeshSizes(const Dataset& dataset) {
+std::vector<DatasetDiagnostic> CheckMeshSizes(const Dataset& dataset) {
   MeshSizes of_scene(dataset), of_robot(dataset);
   for (const SceneObject& object : dataset.scene().objects) {
     of_scene.Add(object.name, object.shape, dataset.scene().read_guard);
@@ -220,7 +220,7 @@ std::vector<DatasetFinding> CheckMeshSizes(const Dataset& dataset) {
   for (const Link& link : dataset.robot().links()) {
     for (const ShapeSpec& shape : link.collision) of_robot.Add(link.name, shape, dataset.robot().read_guard());
   }
-  std::vector<DatasetFinding> findings;
+  std::vector<DatasetDiagnostic> findings;
   of_scene.Report("scene", "another axis than z points up in the file: the mesh is turned so that z does", &findings);
   of_robot.Report("robot",
                   "another axis than z points up in the file: link meshes keep the file's axes, as in other URDF tools",
@@ -228,12 +228,12 @@ std::vector<DatasetFinding> CheckMeshSizes(const Dataset& dataset) {
   return findings;
 }
 
-std::vector<DatasetFinding> CheckTrunk(const Dataset& dataset) {
+std::vector<DatasetDiagnostic> CheckTrunk(const Dataset& dataset) {
   const std::vector<int> links = UpperLinks(dataset);
   Kinematics kinematics(dataset.robot());
   CollisionQuery query(dataset.collision_model());
   const int height = dataset.robot().num_dofs() + 2;
-  std::vector<DatasetFinding> findings;
+  std::vector<DatasetDiagnostic> findings;
   for (const TaskDescription& description : ProblemTasks()) {
     const Task task = description.task;
     if (dataset.problems(task).empty()) continue;
@@ -252,7 +252,7 @@ std::vector<DatasetFinding> CheckTrunk(const Dataset& dataset) {
         deepest_m = std::max(deepest_m, found.depth_m);
       }
     }
-    DatasetFinding& finding = findings.emplace_back();
+    DatasetDiagnostic& finding = findings.emplace_back();
     finding.check = "trunk in collision";
     finding.field = ToString(problems);
     finding.value = std::to_string(problems[task].size()) + " of " + std::to_string(dataset.problems(task).size()) +

@@ -20,12 +20,12 @@ class PlausibilityCheck {
  public:
   explicit PlausibilityCheck(const Dataset& dataset) : dataset_(dataset) {}
 
-  std::vector<DatasetFinding> Run() {
+  std::vector<DatasetDiagnostic> Run() {
     CheckSizes();
     CheckLimits();
     CheckMasses();
     const std::string file = dataset_.robot_file().string();
-    for (UrdfRemark& remark : ReviewUrdf(CheckUrdf(ReadUrdfFile(file), file))) {
+    for (UrdfDiagnostic& remark : ReviewUrdf(CheckUrdf(ReadUrdfFile(file), file))) {
       Warn("robot", remark.field, remark.value, remark.message, remark.fix);
     }
     return std::move(findings_);
@@ -34,7 +34,7 @@ class PlausibilityCheck {
  private:
   void Warn(const std::string& check, const std::string& field, const std::string& value, const std::string& message,
             const std::string& fix) {
-    findings_.push_back({DatasetFinding::Severity::kWarning, check, "", field, value, message, fix});
+    findings_.push_back({DatasetDiagnostic::Severity::kWarning, check, "", field, value, message, fix});
   }
 
   void CheckSizes() {
@@ -104,11 +104,11 @@ class PlausibilityCheck {
   }
 
   const Dataset& dataset_;
-  std::vector<DatasetFinding> findings_;
+  std::vector<DatasetDiagnostic> findings_;
 };
 
 }  // namespace
 
-std::vector<DatasetFinding> CheckPlausibility(const Dataset& dataset) { return PlausibilityCheck(dataset).Run(); }
+std::vector<DatasetDiagnostic> CheckPlausibility(const Dataset& dataset) { return PlausibilityCheck(dataset).Run(); }
 
 }  // namespace legopt

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "legopt/dataset/dataset.h"
-#include "legopt/import/finding.h"
+#include "legopt/import/dataset_diagnostic.h"
 
 namespace legopt {
 
@@ -13,6 +13,6 @@ namespace legopt {
 /// Sizes that suggest millimetres: a scene wider than 200 m, a robot larger than 10 m. Limits that suggest degrees
 /// (beyond 2 pi + 0.1 rad on a revolute joint), joints with equal limits, moving bodies with geometry but no mass,
 /// joints without axis, physically impossible inertias (urdf_review.h).
-std::vector<DatasetFinding> CheckPlausibility(const Dataset& dataset);
+std::vector<DatasetDiagnostic> CheckPlausibility(const Dataset& dataset);
 
 }  // namespace legopt

@@ -21,7 +21,7 @@ Eigen::Quaterniond ReadAsXFirst(const Eigen::Quaterniond& read_as_w_first) {
   return {q.z(), q.w(), q.x(), q.y()};
 }
 
-QuaternionEvidence WeighQuaternionOrder(std::span<const UsedFoothold> footholds, const Terrain& terrain) {
+QuaternionEvidence CollectQuaternionEvidence(std::span<const UsedFoothold> footholds, const Terrain& terrain) {
   QuaternionEvidence evidence;
   for (const UsedFoothold& used : footholds) {
     const Ground ground = FindGround(terrain, used.foothold.position);
@@ -43,15 +43,15 @@ std::string QuaternionEvidence::Describe() const {
          " normals agree, x first: " + std::to_string(agree_x_first);
 }
 
-DatasetFinding JudgeQuaternionOrder(const QuaternionEvidence& evidence) {
-  using Severity = DatasetFinding::Severity;
-  DatasetFinding finding{.severity = Severity::kInfo,
-                         .check = "quaternion order",
-                         .file = "",
-                         .field = "definition",
-                         .value = evidence.Describe(),
-                         .message = "",
-                         .fix = ""};
+DatasetDiagnostic DiagnoseQuaternionOrder(const QuaternionEvidence& evidence) {
+  using Severity = DatasetDiagnostic::Severity;
+  DatasetDiagnostic finding{.severity = Severity::kInfo,
+                            .check = "quaternion order",
+                            .file = "",
+                            .field = "definition",
+                            .value = evidence.Describe(),
+                            .message = "",
+                            .fix = ""};
   switch (evidence.verdict()) {
     case QuaternionEvidence::Verdict::kWFirst:
       finding.message = "quaternions are w x y z, as they should be";

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "legopt/collision/terrain.h"
-#include "legopt/import/finding.h"
+#include "legopt/import/dataset_diagnostic.h"
 #include "legopt/import/footholds.h"
 
 namespace legopt {
@@ -31,10 +31,10 @@ struct QuaternionEvidence {
 };
 
 /// Compares every contact with the ground under both orders; `footholds` have been read as w x y z.
-QuaternionEvidence WeighQuaternionOrder(std::span<const UsedFoothold> footholds, const Terrain& terrain);
+QuaternionEvidence CollectQuaternionEvidence(std::span<const UsedFoothold> footholds, const Terrain& terrain);
 
 /// Returns the finding for files that are read as w x y z, the format's order.
-DatasetFinding JudgeQuaternionOrder(const QuaternionEvidence& evidence);
+DatasetDiagnostic DiagnoseQuaternionOrder(const QuaternionEvidence& evidence);
 
 /// Returns the rotation of a pose whose numbers are x y z w, but were read as w x y z.
 Eigen::Quaterniond ReadAsXFirst(const Eigen::Quaterniond& read_as_w_first);

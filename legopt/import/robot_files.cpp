@@ -192,7 +192,7 @@ void WriteColladaRobot(const ColladaRobot& robot, const fs::path& folder) {
   WriteTextFile(folder / kRobotFileName, Print(document));
 }
 
-std::vector<DatasetFinding> CopyUrdfRobot(const fs::path& urdf, const fs::path& folder, const ReadGuard& guard) {
+std::vector<DatasetDiagnostic> CopyUrdfRobot(const fs::path& urdf, const fs::path& folder, const ReadGuard& guard) {
   const RobotModel robot = RobotModel::FromUrdfFile(urdf.string(), guard);
   tinyxml2::XMLDocument document;
   document.LoadFile(urdf.string().c_str());  // cannot fail: the file was read before
@@ -210,7 +210,7 @@ std::vector<DatasetFinding> CopyUrdfRobot(const fs::path& urdf, const fs::path& 
   fs::remove(folder / kRobotMeshFolder, ignored);  // succeeds only if the folder is empty
   WriteTextFile(folder / kRobotFileName, Print(document));
   if (visual_only.empty()) return {};
-  return {{.severity = DatasetFinding::Severity::kWarning,
+  return {{.severity = DatasetDiagnostic::Severity::kWarning,
            .check = "robot",
            .file = urdf.string(),
            .field = "links",

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "legopt/import/collada_robot.h"
-#include "legopt/import/finding.h"
+#include "legopt/import/dataset_diagnostic.h"
 #include "legopt/read_guard.h"
 
 namespace legopt {
@@ -23,7 +23,7 @@ void WriteColladaRobot(const ColladaRobot& robot, const std::filesystem::path& f
 /// URDF; `package://` and absolute names become relative. Visual elements are removed, since they are not used. Returns
 /// findings about removed parts. `guard`: see RobotModel::FromUrdfFile. Throws InputError like
 /// RobotModel::FromUrdfFile, and for a file that cannot be copied.
-std::vector<DatasetFinding> CopyUrdfRobot(const std::filesystem::path& urdf, const std::filesystem::path& folder,
-                                          const ReadGuard& guard);
+std::vector<DatasetDiagnostic> CopyUrdfRobot(const std::filesystem::path& urdf, const std::filesystem::path& folder,
+                                             const ReadGuard& guard);
 
 }  // namespace legopt

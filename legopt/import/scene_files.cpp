@@ -44,7 +44,7 @@ class SceneCopy {
  private:
   void CopyOneMesh() {
     copied_.file = "scene.ply";
-    if (options_.fix_winding && WriteTurned(scene_, copied_.file)) return;
+    if (options_.fix_winding && WriteFlippedMesh(scene_, copied_.file)) return;
     copied_.file = "scene" + Lower(scene_.extension().string());
     CopyOutputFile(scene_, folder_ / copied_.file);
   }
@@ -70,7 +70,7 @@ class SceneCopy {
     }
     if (turned->contains(relative)) return;
     const fs::path replacement = FreeName(relative);
-    if (options_.fix_winding && WriteTurned(object.shape.mesh_file, kSceneFolder / replacement)) {
+    if (options_.fix_winding && WriteFlippedMesh(object.shape.mesh_file, kSceneFolder / replacement)) {
       turned->emplace(relative, replacement);
     } else {
       CopyOutputFile(object.shape.mesh_file, folder_ / kSceneFolder / relative);
@@ -85,16 +85,16 @@ class SceneCopy {
   }
 
   /// Writes a mesh with outward winding of all bodies and z up. Returns false without writing if no body is inverted.
-  bool WriteTurned(const fs::path& mesh_file, const fs::path& to) {
+  bool WriteFlippedMesh(const fs::path& mesh_file, const fs::path& to) {
     TriangleMesh mesh = LoadMesh(mesh_file.string(), Eigen::Vector3d::Ones(), options_.read_guard);
     const int inverted = FindMeshFaults(mesh).inverted_components;
     if (inverted == 0) return false;
-    const Eigen::Matrix3d turn = TurnToZUp(mesh_file.string());  // PLY files have no up axis
+    const Eigen::Matrix3d turn = RotationToZUp(mesh_file.string());  // PLY files have no up axis
     for (Eigen::Vector3d& vertex : mesh.vertices) vertex = turn * vertex;
     fs::create_directories((folder_ / to).parent_path());
-    WritePly(folder_ / to, TurnInvertedComponents(mesh));
+    WritePly(folder_ / to, FlipInvertedComponents(mesh));
     copied_.findings.push_back(
-        {.severity = DatasetFinding::Severity::kInfo,
+        {.severity = DatasetDiagnostic::Severity::kInfo,
          .check = "winding",
          .file = "",
          .field = mesh_file.lexically_relative(fs::weakly_canonical(options_.root)).generic_string(),

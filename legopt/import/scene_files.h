@@ -4,15 +4,15 @@
 #include <string>
 #include <vector>
 
-#include "legopt/import/finding.h"
+#include "legopt/import/dataset_diagnostic.h"
 #include "legopt/read_guard.h"
 
 namespace legopt {
 
 /// A scene that was copied into a dataset folder.
 struct CopiedScene {
-  std::string file;                      ///< relative to the folder
-  std::vector<DatasetFinding> findings;  ///< changes that were made
+  std::string file;                         ///< relative to the folder
+  std::vector<DatasetDiagnostic> findings;  ///< changes that were made
 };
 
 /// Options of copying a scene.

@@ -10,17 +10,17 @@ namespace legopt {
 
 /// Files selected by the user; others are searched for. A path that does not exist is tried relative to the folder.
 struct SourceChoices {
-  std::optional<std::string> robot;                     ///< .urdf, .dae or .zae
-  std::optional<std::string> scene;                     ///< a mesh or a scene.yaml
-  Per<Task, std::optional<std::string>> problems = {};  ///< LegOpt JSON
+  std::optional<std::string> robot;                           ///< .urdf, .dae or .zae
+  std::optional<std::string> scene;                           ///< a mesh or a scene.yaml
+  EnumArray<Task, std::optional<std::string>> problems = {};  ///< LegOpt JSON
 };
 
 /// Source files of a dataset; absolute paths.
 struct SourceLayout {
   std::filesystem::path robot;  ///< URDF or COLLADA
   bool collada = false;
-  std::filesystem::path scene;                ///< a mesh or a scene.yaml
-  Per<Task, std::filesystem::path> problems;  ///< empty: no problems of this task
+  std::filesystem::path scene;                      ///< a mesh or a scene.yaml
+  EnumArray<Task, std::filesystem::path> problems;  ///< empty: no problems of this task
 };
 
 /// Finds robot, scene and problems in a folder (hidden folders are not searched):

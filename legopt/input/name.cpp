@@ -38,53 +38,54 @@ bool IsInvisible(char32_t code) {
 
 std::string CodeName(char32_t code) {
   constexpr std::string_view kDigits = "0123456789ABCDEF";
-  constexpr int kLeastDigits = 4;
+  constexpr int kMinDigits = 4;
   std::string digits;
-  for (char32_t rest = code; rest > 0 || digits.size() < kLeastDigits; rest >>= 4U) {
+  for (char32_t rest = code; rest > 0 || digits.size() < kMinDigits; rest >>= 4U) {
     digits.insert(digits.begin(), kDigits[rest & 0xFU]);
   }
   return "U+" + digits;
 }
 
-std::optional<NameFault> FindCharacterFault(char32_t code) {
+std::optional<NameDiagnostic> FindCharacterFault(char32_t code) {
   const auto type = g_unichar_type(code);
   if (type == G_UNICODE_CONTROL || type == G_UNICODE_LINE_SEPARATOR || type == G_UNICODE_PARAGRAPH_SEPARATOR) {
-    return NameFault{"holds the control character " + CodeName(code), "remove it"};
+    return NameDiagnostic{"holds the control character " + CodeName(code), "remove it"};
   }
-  if (IsInvisible(code)) return NameFault{"holds the invisible character " + CodeName(code), "remove it"};
+  if (IsInvisible(code)) return NameDiagnostic{"holds the invisible character " + CodeName(code), "remove it"};
   if (type == G_UNICODE_SPACE_SEPARATOR && code != ' ') {
-    return NameFault{"holds the blank " + CodeName(code), "use an ordinary blank"};
+    return NameDiagnostic{"holds the blank " + CodeName(code), "use an ordinary blank"};
   }
   return std::nullopt;
 }
 
 }  // namespace
 
-std::string Composed(std::string_view text) {
+std::string ToNfc(std::string_view text) {
   if (FirstInvalidByte(text) != std::string_view::npos) return std::string(text);
   const std::unique_ptr<char, decltype(&g_free)> composed(
       g_utf8_normalize(text.data(), static_cast<gssize>(text.size()), G_NORMALIZE_NFC), &g_free);
   return composed ? std::string(composed.get()) : std::string(text);
 }
 
-std::optional<NameFault> FindNameFault(std::string_view name) {
-  if (name.empty()) return NameFault{"is empty", "write a text"};
-  if (FirstInvalidByte(name) != std::string_view::npos) return NameFault{"is not UTF-8", "write it in UTF-8"};
+std::optional<NameDiagnostic> DiagnoseName(std::string_view name) {
+  if (name.empty()) return NameDiagnostic{"is empty", "write a text"};
+  if (FirstInvalidByte(name) != std::string_view::npos) return NameDiagnostic{"is not UTF-8", "write it in UTF-8"};
   for (std::string_view rest = name; !rest.empty();) {
     const Utf8Character character = FirstCharacter(rest);
     if (auto fault = FindCharacterFault(character.code)) return fault;
     rest.remove_prefix(character.bytes);
   }
-  if (name.front() == ' ' || name.back() == ' ') return NameFault{"begins or ends with a blank", "remove the blank"};
-  if (Composed(name) != name) {
-    return NameFault{"is not in composed form (Unicode NFC): it would look like another name",
-                     "write accented letters as one character each"};
+  if (name.front() == ' ' || name.back() == ' ')
+    return NameDiagnostic{"begins or ends with a blank", "remove the blank"};
+  if (ToNfc(name) != name) {
+    return NameDiagnostic{"is not in composed form (Unicode NFC): it would look like another name",
+                          "write accented letters as one character each"};
   }
   return std::nullopt;
 }
 
 void RequireName(std::string_view name, const std::string& file, const std::string& field) {
-  if (const auto fault = FindNameFault(name)) {
+  if (const auto fault = DiagnoseName(name)) {
     throw InputError({file, field, std::string(name), fault->message, fault->fix});
   }
 }

@@ -7,7 +7,7 @@
 namespace legopt {
 
 /// Reason why a text is not a valid name.
-struct NameFault {
+struct NameDiagnostic {
   std::string message;  ///< the violated rule
   std::string fix;      ///< advice to the user
 };
@@ -16,13 +16,13 @@ struct NameFault {
 /// valid name is UTF-8 in composed form (NFC) and not empty. It does not begin or end with a blank, and contains no
 /// control character, no invisible or bidirectional formatting character and no blank other than U+0020. Returns no
 /// fault for a valid name.
-std::optional<NameFault> FindNameFault(std::string_view name);
+std::optional<NameDiagnostic> DiagnoseName(std::string_view name);
 
 /// Throws InputError for an invalid name; `file` and `field` are its location.
 void RequireName(std::string_view name, const std::string& file, const std::string& field);
 
 /// Converts a text to composed form (NFC), for names taken from file names, which some systems store decomposed. Text
 /// that is not UTF-8 is returned unchanged.
-std::string Composed(std::string_view text);
+std::string ToNfc(std::string_view text);
 
 }  // namespace legopt

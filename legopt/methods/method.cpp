@@ -18,7 +18,7 @@ constexpr char kOptions[] = "options";
 
 // Visits the keys outside of `options`.
 void VisitHead(auto& method, auto& fields) {
-  fields.Integer("multi_starts", method.multi_starts, 0, Method::kMostMultiStarts);
+  fields.Integer("multi_starts", method.multi_starts, 0, Method::kMaxMultiStarts);
   fields.Integer("sample_size", method.sample_size_percent, 1, 100);
   fields.Boolean("incremental", method.incremental);
 }
@@ -26,7 +26,7 @@ void VisitHead(auto& method, auto& fields) {
 void VisitAllOptions(auto& method, auto& fields) {
   fields.Number("restart_noise_deg", method.restart_noise_deg, 0.0, 180.0);
   fields.Choice("collision", method.collision);
-  fields.LaterChoice("pairs", method.pairs, PairSelection::kReference);
+  fields.ChoiceWithDefault("pairs", method.pairs, PairSelection::kReference);
   fields.Number("collision_margin_m", method.collision_margin_m, 0.0, 0.1);
   fields.Number("contact_range_m", method.contact_range_m, 1e-3, 1.0);
   fields.Choice("continuous_collision", method.continuous_collision);
@@ -46,18 +46,18 @@ Method DefaultsOf(const SolverEntry& entry) {
   return method;
 }
 
-void RefuseSolver(const std::string& word, const SolverRegistry& registry, OptionFaults& faults) {
+void ReportUnknownSolver(const std::string& word, const SolverRegistry& registry, OptionDiagnostics& faults) {
   faults.Add("solver", word, "is not known", SuggestName(word, registry.words()));
 }
 
 // Returns null and adds a diagnostic if there is no such solver.
-const SolverEntry* ReadSolver(OptionReader& reader, const SolverRegistry& registry, OptionFaults& faults) {
+const SolverEntry* ReadSolver(OptionReader& reader, const SolverRegistry& registry, OptionDiagnostics& faults) {
   std::string word;
   const bool given = reader.Text("solver", word);
   if (!given && !faults.Has("solver")) faults.Add("solver", "", "is missing", "add it, for example 'solver: sqp'");
   if (!given) return nullptr;
   const SolverEntry* entry = registry.Find(word);
-  if (entry == nullptr) RefuseSolver(word, registry, faults);
+  if (entry == nullptr) ReportUnknownSolver(word, registry, faults);
   return entry;
 }
 
@@ -79,7 +79,7 @@ Method Method::FromCanonical(const json& canonical, const std::string& source, c
 
 Method Method::Read(const json& description, const std::string& source, const SolverRegistry& registry,
                     PairSelection pairs_if_absent) {
-  OptionFaults faults(source);
+  OptionDiagnostics faults(source);
   if (!OptionReader::IsMap(description, "", faults)) faults.ThrowIfAny();
   OptionReader reader(description, "", faults);
   const SolverEntry* entry = ReadSolver(reader, registry, faults);
@@ -93,16 +93,16 @@ Method Method::Read(const json& description, const std::string& source, const So
   if (options != nullptr && OptionReader::IsMap(*options, kOptions, faults) && entry != nullptr) {
     OptionReader option_reader(*options, kOptions, faults);
     VisitAllOptions(method, option_reader);
-    option_reader.RefuseOthers();
+    option_reader.RejectUnknownKeys();
   }
-  reader.RefuseOthers();
+  reader.RejectUnknownKeys();
   method.CheckValues(faults);
   if (entry != nullptr) method.CheckSolver(registry, faults);
   faults.ThrowIfAny();
   return method;
 }
 
-void Method::CheckValues(OptionFaults& faults) const {
+void Method::CheckValues(OptionDiagnostics& faults) const {
   if (name.empty()) faults.Add("name", "", "must be a text", "write a name");
   OptionChecker head("", faults);
   VisitHead(*this, head);
@@ -110,10 +110,10 @@ void Method::CheckValues(OptionFaults& faults) const {
   VisitAllOptions(*this, checker);
 }
 
-void Method::CheckSolver(const SolverRegistry& registry, OptionFaults& faults) const {
+void Method::CheckSolver(const SolverRegistry& registry, OptionDiagnostics& faults) const {
   const SolverEntry* entry = registry.Find(solver);
-  if (entry == nullptr) return RefuseSolver(solver, registry, faults);
-  if (!AreAlike(options, entry->defaults)) {
+  if (entry == nullptr) return ReportUnknownSolver(solver, registry, faults);
+  if (!HaveSameType(options, entry->defaults)) {
     faults.Add(kOptions, "", "are those of another solver than " + solver, "begin with the defaults of " + solver);
   }
   if (entry->samples) return;
@@ -127,14 +127,14 @@ void Method::CheckSolver(const SolverRegistry& registry, OptionFaults& faults) c
 }
 
 void Method::Validate(const SolverRegistry& registry) const {
-  OptionFaults faults(SourceOf(*this));
+  OptionDiagnostics faults(SourceOf(*this));
   CheckSolver(registry, faults);
   CheckValues(faults);
   faults.ThrowIfAny();
 }
 
 json Method::ToJson() const {
-  OptionFaults faults(SourceOf(*this));
+  OptionDiagnostics faults(SourceOf(*this));
   CheckValues(faults);
   faults.ThrowIfAny();
   json description = {{"name", name}, {"solver", solver}};
@@ -151,16 +151,16 @@ std::string Method::Hash() const {
   return Blake2bHex(Dump(canonical));
 }
 
-bool Method::draws(const SolverRegistry& registry) const {
+bool Method::is_stochastic(const SolverRegistry& registry) const {
   const SolverEntry& entry = registry.Require(solver, SourceOf(*this));
-  return multi_starts > 0 || sample_size_percent < 100 || entry.draws;
+  return multi_starts > 0 || sample_size_percent < 100 || entry.is_stochastic;
 }
 
 std::unique_ptr<Solver> MakeSolver(const Method& method, const SolverRegistry& registry) {
   method.Validate(registry);
   std::unique_ptr<Solver> solver =
       registry.Find(method.solver)->make(method.options, {method.sample_size_percent, method.incremental});
-  Demand(solver != nullptr, "a registered solver is made", method.solver);
+  CheckInvariant(solver != nullptr, "a registered solver is made", method.solver);
   return solver;
 }
 

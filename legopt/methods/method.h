@@ -10,7 +10,7 @@
 
 namespace legopt {
 
-class OptionFaults;
+class OptionDiagnostics;
 
 /// A method of the benchmark: a solver with its options, described in the paper's terms. One row of Table I.
 ///
@@ -26,7 +26,7 @@ class OptionFaults;
 struct Method {
   std::string name = "SQP";       ///< printed in tables; not part of the hash
   std::string solver = "sqp";     ///< name of a solver in the registry
-  int multi_starts = 0;           ///< restarts, 0..kMostMultiStarts (docs/readings.md#restarts)
+  int multi_starts = 0;           ///< restarts, 0..kMaxMultiStarts (docs/readings.md#restarts)
   int sample_size_percent = 100;  ///< share of terms refreshed per iteration, 1..100
   bool incremental = false;       ///< keep the last model or gradient of terms that are not refreshed
 
@@ -43,7 +43,7 @@ struct Method {
   SolverOptions options = SqpOptions();  ///< options of `solver`, of the type that it takes
 
   /// Maximum number of restarts of a method.
-  static constexpr int kMostMultiStarts = 1'000'000;
+  static constexpr int kMaxMultiStarts = 1'000'000;
 
   /// Returns the defaults of a solver. Throws InputError if the solver is unknown.
   static Method Of(const std::string& solver, const SolverRegistry& registry = {});
@@ -71,13 +71,13 @@ struct Method {
   std::string Hash() const;
 
   /// Returns true if the outcome depends on random numbers. Throws InputError if the solver is unknown.
-  bool draws(const SolverRegistry& registry = {}) const;
+  bool is_stochastic(const SolverRegistry& registry = {}) const;
 
  private:
   static Method Read(const nlohmann::json& description, const std::string& source, const SolverRegistry& registry,
                      PairSelection pairs_if_absent);
-  void CheckValues(OptionFaults& faults) const;
-  void CheckSolver(const SolverRegistry& registry, OptionFaults& faults) const;
+  void CheckValues(OptionDiagnostics& faults) const;
+  void CheckSolver(const SolverRegistry& registry, OptionDiagnostics& faults) const;
 };
 
 /// Validates a method and creates its solver.

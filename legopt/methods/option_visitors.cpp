@@ -40,27 +40,27 @@ std::string Suggestion(const std::string& word, std::span<const std::string_view
 
 }  // namespace
 
-void OptionFaults::Add(const std::string& field, const std::string& value, const std::string& message,
-                       const std::string& fix) {
+void OptionDiagnostics::Add(const std::string& field, const std::string& value, const std::string& message,
+                            const std::string& fix) {
   all_.push_back({source_, field, value, message, fix});
 }
 
-bool OptionFaults::Has(const std::string& field) const {
+bool OptionDiagnostics::Has(const std::string& field) const {
   return std::ranges::any_of(all_, [&](const InputError::Fault& fault) { return fault.field == field; });
 }
 
-void OptionFaults::ThrowIfAny() const {
+void OptionDiagnostics::ThrowIfAny() const {
   if (!all_.empty()) throw InputError::Of(all_);
 }
 
-bool OptionReader::IsMap(const json& value, const std::string& field, OptionFaults& faults) {
+bool OptionReader::IsMap(const json& value, const std::string& field, OptionDiagnostics& faults) {
   if (!value.is_object()) {
     faults.Add(field, Dump(value), "must be a map of keys and values", "write 'key: value' pairs");
   }
   return value.is_object();
 }
 
-OptionReader::OptionReader(const json& object, std::string where, OptionFaults& faults)
+OptionReader::OptionReader(const json& object, std::string where, OptionDiagnostics& faults)
     : object_(object), where_(std::move(where)), faults_(faults) {}
 
 void OptionReader::Number(const char* key, double& value, double low, double high) {
@@ -120,13 +120,13 @@ const json* OptionReader::Find(const char* key) {
   return found == object_.end() ? nullptr : &*found;
 }
 
-void OptionReader::Former(const char* key, const char* fix) {
+void OptionReader::RemovedKey(const char* key, const char* fix) {
   former_keys_.emplace_back(key);
   const auto found = object_.find(key);
   if (found != object_.end()) Fail(key, Shown(*found), "is no option any more", fix);
 }
 
-void OptionReader::RefuseOthers() const {
+void OptionReader::RejectUnknownKeys() const {
   for (const auto& [key, value] : object_.items()) {
     const bool known =
         std::ranges::find(keys_, key) != keys_.end() || std::ranges::find(former_keys_, key) != former_keys_.end();

@@ -10,10 +10,10 @@
 namespace legopt {
 
 /// Diagnostics of one description, in order of occurrence.
-class OptionFaults {
+class OptionDiagnostics {
  public:
   /// `source` is the file name in messages.
-  explicit OptionFaults(std::string source) : source_(std::move(source)) {}
+  explicit OptionDiagnostics(std::string source) : source_(std::move(source)) {}
 
   /// Adds a diagnostic for `field` with its `value`, a `message` and a `fix` (may be empty).
   void Add(const std::string& field, const std::string& value, const std::string& message, const std::string& fix);
@@ -35,10 +35,10 @@ class OptionFaults {
 class OptionReader : public OptionFields {
  public:
   /// Returns whether a value is an object, and adds a diagnostic if not.
-  static bool IsMap(const nlohmann::json& value, const std::string& field, OptionFaults& faults);
+  static bool IsMap(const nlohmann::json& value, const std::string& field, OptionDiagnostics& faults);
 
   /// Reads from `object`, which must be a JSON object (IsMap).
-  OptionReader(const nlohmann::json& object, std::string where, OptionFaults& faults);
+  OptionReader(const nlohmann::json& object, std::string where, OptionDiagnostics& faults);
 
   /// Reads a number. Adds a diagnostic if it is not a number, not finite or out of range.
   void Number(const char* key, double& value, double low, double high) override;
@@ -50,14 +50,14 @@ class OptionReader : public OptionFields {
   void Digest(const char* key, std::string& value) override;
   void Require(bool, const char*, const char*, const std::string&, const std::string&, const std::string&) override {}
   /// Adds a diagnostic if the removed key is present.
-  void Former(const char* key, const char* fix) override;
+  void RemovedKey(const char* key, const char* fix) override;
   /// Reads a non-empty text. Returns false if the key is missing or invalid.
   bool Text(const char* key, std::string& value);
   /// Returns the value of `key`, or null.
   const nlohmann::json* Find(const char* key);
 
   /// Adds a diagnostic for each key that has not been read. Must be called after all keys have been read.
-  void RefuseOthers() const;
+  void RejectUnknownKeys() const;
 
  protected:
   /// Reads a name of an enumeration. Adds a diagnostic with the nearest name if it is unknown.
@@ -68,7 +68,7 @@ class OptionReader : public OptionFields {
 
   const nlohmann::json& object_;
   std::string where_;
-  OptionFaults& faults_;
+  OptionDiagnostics& faults_;
   std::vector<std::string> keys_, former_keys_;
 };
 
@@ -76,7 +76,7 @@ class OptionReader : public OptionFields {
 class OptionChecker : public ConstOptionFields {
  public:
   /// Field names in diagnostics begin with `where`, if given. `faults` must outlive the checker.
-  OptionChecker(std::string where, OptionFaults& faults) : where_(std::move(where)), faults_(faults) {}
+  OptionChecker(std::string where, OptionDiagnostics& faults) : where_(std::move(where)), faults_(faults) {}
 
   /// Adds a diagnostic if the value is out of range or NaN.
   void Number(const char* key, const double& value, double low, double high) override;
@@ -94,7 +94,7 @@ class OptionChecker : public ConstOptionFields {
 
  private:
   std::string where_;
-  OptionFaults& faults_;
+  OptionDiagnostics& faults_;
 };
 
 /// Writes every field into a JSON object. All values must be valid.
@@ -114,7 +114,7 @@ class OptionWriter : public ConstOptionFields {
   void Require(bool, const char*, const char*, const std::string&, const std::string&, const std::string&) override {}
 
  protected:
-  bool leaves_usual_out() const override { return true; }
+  bool omits_defaults() const override { return true; }
   /// Writes the name.
   void Word(const char* key, const std::size_t& index, std::span<const std::string_view> words) override {
     object_[key] = words[index];

@@ -30,8 +30,9 @@ auto MomentDescent(const MomentGradientOptions& options, bool nesterov, const Sa
 SolverRegistry::SolverRegistry() {
   Register<SqpOptions>({.word = "sqp", .paper_name = "SQP", .samples = true, .contact_range_m = kAhead_m},
                        [](const auto& o, const Sampling& s) { return std::make_unique<SqpSolver>(o, s); });
-  Register<BestOptions>({.word = "best", .paper_name = "LegOpt-best", .draws = true, .contact_range_m = kAhead_m},
-                        [](const auto& o, const Sampling&) { return std::make_unique<BestSolver>(o); });
+  Register<BestOptions>(
+      {.word = "best", .paper_name = "LegOpt-best", .is_stochastic = true, .contact_range_m = kAhead_m},
+      [](const auto& o, const Sampling&) { return std::make_unique<BestSolver>(o); });
   Register<IpoptOptions>({.word = "ipopt", .paper_name = "Ipopt", .contact_range_m = kAhead_m},
                          [](const auto& o, const Sampling&) { return std::make_unique<IpoptSolver>(o); });
   Register<GradientOptions>(
@@ -45,10 +46,12 @@ SolverRegistry::SolverRegistry() {
       [](const auto& o, const Sampling& s) { return MomentDescent(o, true, s); });
   Register<ChompOptions>({.word = "chomp", .paper_name = "CHOMP", .contact_range_m = kTouching_m},
                          [](const auto& o, const Sampling&) { return std::make_unique<ChompSolver>(o); });
-  Register<StompOptions>({.word = "stomp", .paper_name = "STOMP", .draws = true, .contact_range_m = kTouching_m},
-                         [](const auto& o, const Sampling&) { return std::make_unique<StompSolver>(o); });
-  Register<CmaEsOptions>({.word = "cma_es", .paper_name = "CMA-ES", .draws = true, .contact_range_m = kTouching_m},
-                         [](const auto& o, const Sampling&) { return std::make_unique<CmaEsSolver>(o); });
+  Register<StompOptions>(
+      {.word = "stomp", .paper_name = "STOMP", .is_stochastic = true, .contact_range_m = kTouching_m},
+      [](const auto& o, const Sampling&) { return std::make_unique<StompSolver>(o); });
+  Register<CmaEsOptions>(
+      {.word = "cma_es", .paper_name = "CMA-ES", .is_stochastic = true, .contact_range_m = kTouching_m},
+      [](const auto& o, const Sampling&) { return std::make_unique<CmaEsSolver>(o); });
 }
 
 const SolverEntry* SolverRegistry::Find(std::string_view word) const {

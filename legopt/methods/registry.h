@@ -16,17 +16,17 @@ namespace legopt {
 class Solver;
 
 /// Properties of a solver that methods, suites and tables use.
-struct SolverFacts {
+struct SolverProperties {
   std::string word = {};          ///< value of a method's `solver`
   std::string paper_name = {};    ///< name printed in tables, without the "I-" of incremental variants; empty: `word`
   bool samples = false;           ///< sample_size and incremental apply
-  bool draws = false;             ///< uses random numbers even with all terms
+  bool is_stochastic = false;     ///< uses random numbers even with all terms
   std::string mark = {};          ///< suffix of all names of its methods, including user-defined ones; empty: none
   double contact_range_m = 0.03;  ///< default of that option; wide if the solver uses rows before they are violated
 };
 
 /// A solver that a method may name, with its defaults and its factory.
-struct SolverEntry : SolverFacts {
+struct SolverEntry : SolverProperties {
   SolverOptions defaults;  ///< defaults, of the type that `make` takes
   /// Creates a solver with options of the type of `defaults`. Throws std::bad_variant_access for other types.
   std::function<std::unique_ptr<Solver>(const SolverOptions& options, const Sampling& sampling)> make;
@@ -56,7 +56,7 @@ class SolverRegistry {
   /// make(const Options&, const Sampling&), returns a std::unique_ptr to a Solver. Throws InputError if the word is
   /// empty or taken.
   template <class Options, class Make>
-  void Register(SolverFacts facts, Make make, Options defaults = Options()) {
+  void Register(SolverProperties facts, Make make, Options defaults = Options()) {
     SolverEntry entry{std::move(facts), MakeSolverOptions(std::move(defaults)), nullptr};
     entry.make = [make = std::move(make)](const SolverOptions& options, const Sampling& sampling) {
       return std::unique_ptr<Solver>(make(OptionsAs<Options>(options), sampling));

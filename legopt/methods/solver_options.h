@@ -5,7 +5,7 @@
 #include <utility>
 #include <variant>
 
-#include "legopt/methods/foreign_options.h"
+#include "legopt/methods/custom_options.h"
 #include "legopt/optimize/best_options.h"
 #include "legopt/optimize/chomp_options.h"
 #include "legopt/optimize/cma_es_options.h"
@@ -18,7 +18,7 @@ namespace legopt {
 
 /// Options of one solver, either of the library or registered by a program (registry.h).
 using SolverOptions = std::variant<SqpOptions, BestOptions, IpoptOptions, GradientOptions, MomentGradientOptions,
-                                   ChompOptions, StompOptions, CmaEsOptions, ForeignOptions>;
+                                   ChompOptions, StompOptions, CmaEsOptions, CustomOptions>;
 
 namespace internal {
 
@@ -36,7 +36,7 @@ SolverOptions MakeSolverOptions(Options options) {
   if constexpr (internal::kIsAlternative<Options, SolverOptions>) {
     return options;
   } else {
-    return ForeignOptions(std::move(options));
+    return CustomOptions(std::move(options));
   }
 }
 
@@ -48,7 +48,7 @@ auto& OptionsAs(Held& options) {
   if constexpr (internal::kIsAlternative<Options, SolverOptions>) {
     return std::get<Options>(options);
   } else {
-    if (auto* found = std::get<ForeignOptions>(options).template Get<Options>()) return *found;
+    if (auto* found = std::get<CustomOptions>(options).template Get<Options>()) return *found;
     throw std::bad_variant_access();
   }
 }
@@ -63,10 +63,10 @@ inline void VisitOptions(const SolverOptions& options, ConstOptionFields& fields
 }
 
 /// Returns whether both are options of one type.
-inline bool AreAlike(const SolverOptions& a, const SolverOptions& b) {
+inline bool HaveSameType(const SolverOptions& a, const SolverOptions& b) {
   if (a.index() != b.index()) return false;
-  const auto* foreign = std::get_if<ForeignOptions>(&a);
-  return foreign == nullptr || foreign->type() == std::get<ForeignOptions>(b).type();
+  const auto* foreign = std::get_if<CustomOptions>(&a);
+  return foreign == nullptr || foreign->type() == std::get<CustomOptions>(b).type();
 }
 
 }  // namespace legopt

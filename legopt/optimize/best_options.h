@@ -41,18 +41,18 @@ struct BestOptions {
 
   /// Visits the fields under their keys in `options:`, including those of the trust region (option_fields.h).
   static void Visit(auto& options, auto& fields) {
-    constexpr int kMostStarts = 1000;
-    constexpr double kLeastNoise = 1e-6;
-    constexpr double kMostNoise = 10.0;
+    constexpr int kMaxStarts = 1000;
+    constexpr double kMinNoise = 1e-6;
+    constexpr double kMaxNoise = 10.0;
     constexpr double kAlwaysWritten = 0.0;
     SqpOptions::Visit(options.sqp, fields, kAlwaysWritten);
-    fields.Integer("free_iterations", options.free_iterations, 0, kMostStarts);
+    fields.Integer("free_iterations", options.free_iterations, 0, kMaxStarts);
     fields.Number("window_improve_frac", options.window_improve_frac, 0.0, 1.0);
-    fields.Integer("rescues", options.rescues, 0, kMostStarts);
-    fields.Number("rescue_noise", options.rescue_noise, kLeastNoise, kMostNoise);
-    fields.Integer("waypoint_starts", options.waypoint_starts, 0, kMostStarts);
-    fields.Integer("refinements", options.refinements, 0, kMostStarts);
-    fields.Number("refinement_noise", options.refinement_noise, kLeastNoise, kMostNoise);
+    fields.Integer("rescues", options.rescues, 0, kMaxStarts);
+    fields.Number("rescue_noise", options.rescue_noise, kMinNoise, kMaxNoise);
+    fields.Integer("waypoint_starts", options.waypoint_starts, 0, kMaxStarts);
+    fields.Integer("refinements", options.refinements, 0, kMaxStarts);
+    fields.Number("refinement_noise", options.refinement_noise, kMinNoise, kMaxNoise);
   }
 };
 

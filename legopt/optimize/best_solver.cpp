@@ -5,15 +5,15 @@
 #include <cmath>
 
 #include "legopt/program/waypoint_view.h"
-#include "legopt/random_draws.h"
+#include "legopt/random_numbers.h"
 
 namespace legopt {
 namespace {
 
-constexpr double kWidening = 0.2;                // relative growth of the noise with each start of a single waypoint
-constexpr int kPatience = 5;                     // factor of waypoint_starts for the violated waypoints of a window
-constexpr double kSteadyPenalty = 1e5;           // outweighs any decrease of the cost, at a typical violation
-constexpr std::array kSpentShares = {0.5, 1.0};  // shares of the margins to relax; the rest helps to pass the judge
+constexpr double kWidening = 0.2;                  // relative growth of the noise with each start of a single waypoint
+constexpr int kPatience = 5;                       // factor of waypoint_starts for the violated waypoints of a window
+constexpr double kSteadyPenalty = 1e5;             // outweighs any decrease of the cost, at a typical violation
+constexpr std::array kRelaxedShares = {0.5, 1.0};  // shares of the margins to relax; the rest helps to pass the judge
 auto Part(const Program& program, Eigen::VectorXd& x, int waypoint) {
   const Eigen::Index size = program.point_size();
   return x.segment(waypoint * size, size);
@@ -46,9 +46,9 @@ SqpOptions Free(SqpOptions options, int iterations) {
 }
 
 /// Relaxes `share` of the margins of all terms. Returns whether any term has a margin.
-bool SpendReserve(const Program& program, double share) {
+bool RelaxMargin(const Program& program, double share) {
   bool any = false;
-  for (const auto& term : program.terms()) any = term->SpendReserve(share) || any;
+  for (const auto& term : program.terms()) any = term->RelaxMargin(share) || any;
   return any;
 }
 
@@ -71,7 +71,7 @@ BestSolver::BestSolver(const BestOptions& options)
 
 SolverResult BestSolver::Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) {
   start_ = x;
-  is_window_ = program.num_waypoints() > 1 && EndsFreely(program, x);
+  is_window_ = program.num_waypoints() > 1 && LastWaypointIsFree(program, x);
   const size_t first_record = NumRecords(context);
   SolverResult best = Begin(program, context, x);
   const ObjectiveValue first = best.value;
@@ -89,8 +89,8 @@ SqpSolver& BestSolver::SqpOf(const Program& program) {
 
 SolverResult BestSolver::Begin(Program& program, const SolverContext& context, Eigen::VectorXd& x) {
   const size_t first_record = NumRecords(context);
-  const SolverResult free = DescendFreely(program, context, x);
-  began_freely_ = free.iterations > 0;
+  const SolverResult free = RunFirstDescent(program, context, x);
+  had_first_descent_ = free.iterations > 0;
   SolverResult result = free;
   if (IsStopped(free.status)) {
     result.value = EvaluateObjective(program, x, scratch_);
@@ -99,13 +99,13 @@ SolverResult BestSolver::Begin(Program& program, const SolverContext& context, E
     result = SqpOf(program).Solve(program, x, context);
     result.iterations += free.iterations;
   }
-  if (began_freely_ && NumRecords(context) == first_record) {
+  if (had_first_descent_ && NumRecords(context) == first_record) {
     context.Record({.cost = result.value.cost, .violation = result.value.max_violation, .accepted = true});
   }
   return result;
 }
 
-bool BestSolver::EndsFreely(const Program& program, const Eigen::VectorXd& x) {
+bool BestSolver::LastWaypointIsFree(const Program& program, const Eigen::VectorXd& x) {
   const Eigen::Index size = static_cast<Eigen::Index>(program.num_waypoints()) * program.tangent_size();
   lower_.resize(size);
   upper_.resize(size);
@@ -113,40 +113,40 @@ bool BestSolver::EndsFreely(const Program& program, const Eigen::VectorXd& x) {
   return (lower_.tail(program.tangent_size()).array() < upper_.tail(program.tangent_size()).array()).any();
 }
 
-SolverResult BestSolver::DescendFreely(Program& program, const SolverContext& context, Eigen::VectorXd& x) {
+SolverResult BestSolver::RunFirstDescent(Program& program, const SolverContext& context, Eigen::VectorXd& x) {
   SolverResult result;
   if (options_.free_iterations == 0 || !is_window_) return result;
   bool any = false;
-  for (const auto& term : program.terms()) any = term->SetAside(true) || any;
+  for (const auto& term : program.terms()) any = term->SetDisabled(true) || any;
   if (any) {
     SolverContext alone = context;
     alone.history = nullptr;  // its steps belong to a different program
     result = free_sqp_.Solve(program, x, alone);
   }
-  for (const auto& term : program.terms()) term->SetAside(false);
+  for (const auto& term : program.terms()) term->SetDisabled(false);
   return result;
 }
 
 void BestSolver::Rescue(Program& program, const SolverContext& context, Eigen::VectorXd& x, SolverResult& best) {
   const auto goes_on = [&best] { return !best.feasible && !IsStopped(best.status); };
-  if (began_freely_ && goes_on()) {
+  if (had_first_descent_ && goes_on()) {
     trial_ = start_;
     Try(SqpOf(program), program, context, x, best);
   }
   // A caller that plans a path between fixed end points can also use more pieces and move the end points.
   const int rescues = program.num_waypoints() == 1 || is_window_ ? options_.rescues : options_.rescues / 2;
   for (int k = 0; k < rescues && goes_on(); ++k) {
-    const bool solved = StartRescue(program, context, k, x, best);
-    if (goes_on()) TryRescue(program, context, solved, x, best);
+    const bool solved = PrepareRestart(program, context, k, x, best);
+    if (goes_on()) TryRestart(program, context, solved, x, best);
   }
-  if (goes_on()) RescueWithPatience(program, context, x, best);
-  if (goes_on()) RescueWithoutReserve(program, context, x, best);
+  if (goes_on()) RestartWithManyStarts(program, context, x, best);
+  if (goes_on()) RestartWithRelaxedMargins(program, context, x, best);
 }
 
 void BestSolver::Refine(Program& program, const SolverContext& context, Eigen::VectorXd& x, SolverResult& best) {
   if (program.num_waypoints() > 1 || !best.feasible) return;
   for (int k = 0; k < options_.refinements && !IsStopped(best.status); ++k) {
-    Scatter(program, x, options_.refinement_noise, Noise::kBounded, context.Draws(), trial_);
+    Scatter(program, x, options_.refinement_noise, Noise::kBounded, context.rng(), trial_);
     Try(waypoint_sqp_, program, context, x, best);
   }
 }
@@ -162,26 +162,26 @@ void BestSolver::Scatter(const Program& program, Eigen::Ref<const Eigen::VectorX
   for (Eigen::Index i = 0; i < size; ++i) {
     const bool bounded = std::isfinite(lower_[i]) && std::isfinite(upper_[i]);
     if ((bounded || noise == Noise::kAll) && lower_[i] < upper_[i]) {
-      dx_[i] = half_width * (2.0 * UniformDraw(generator) - 1.0);
+      dx_[i] = half_width * (2.0 * UniformRandom(generator) - 1.0);
     }
   }
   program.Retract(from, dx_, trial);
 }
 
-bool BestSolver::StartRescue(Program& program, const SolverContext& context, int k, const Eigen::VectorXd& x,
-                             SolverResult& best) {
+bool BestSolver::PrepareRestart(Program& program, const SolverContext& context, int k, const Eigen::VectorXd& x,
+                                SolverResult& best) {
   constexpr int kOfWaypoints = 2;   // several waypoints: number of restarts that solve waypoints alone
   constexpr int kNearTheStart = 4;  // single waypoint: number of restarts with noise only, before the others
   const bool several = program.num_waypoints() > 1;
   const bool of_waypoints = options_.waypoint_starts > 0 && (several ? k < kOfWaypoints : k >= kNearTheStart);
   const Waypoints which = several && k == 0 ? Waypoints::kViolated : Waypoints::kAll;
   if (of_waypoints && SolveWaypoints(program, context, {which, options_.waypoint_starts}, x, best)) return true;
-  Scatter(program, start_, options_.rescue_noise, Noise::kBounded, context.Draws(), trial_);
+  Scatter(program, start_, options_.rescue_noise, Noise::kBounded, context.rng(), trial_);
   return false;
 }
 
-void BestSolver::TryRescue(Program& program, const SolverContext& context, bool solved, Eigen::VectorXd& x,
-                           SolverResult& best) {
+void BestSolver::TryRestart(Program& program, const SolverContext& context, bool solved, Eigen::VectorXd& x,
+                            SolverResult& best) {
   if (solved) solved_ = trial_;
   Try(SqpOf(program), program, context, x, best);
   if (!solved || best.feasible || IsStopped(best.status)) return;
@@ -191,25 +191,25 @@ void BestSolver::TryRescue(Program& program, const SolverContext& context, bool 
   Try(steady_sqp_, program, context, x, best);
 }
 
-void BestSolver::RescueWithPatience(Program& program, const SolverContext& context, Eigen::VectorXd& x,
-                                    SolverResult& best) {
+void BestSolver::RestartWithManyStarts(Program& program, const SolverContext& context, Eigen::VectorXd& x,
+                                       SolverResult& best) {
   if (!is_window_ || options_.waypoint_starts == 0) return;  // restarts of a single waypoint are already of this kind
-  const WaypointRescue rescue{Waypoints::kViolated, kPatience * options_.waypoint_starts};
-  if (SolveWaypoints(program, context, rescue, x, best)) TryRescue(program, context, true, x, best);
+  const WaypointSearch rescue{Waypoints::kViolated, kPatience * options_.waypoint_starts};
+  if (SolveWaypoints(program, context, rescue, x, best)) TryRestart(program, context, true, x, best);
 }
 
-void BestSolver::RescueWithoutReserve(Program& program, const SolverContext& context, Eigen::VectorXd& x,
-                                      SolverResult& best) {
-  for (const double share : kSpentShares) {
-    if (!SpendReserve(program, share)) return;
+void BestSolver::RestartWithRelaxedMargins(Program& program, const SolverContext& context, Eigen::VectorXd& x,
+                                           SolverResult& best) {
+  for (const double share : kRelaxedShares) {
+    if (!RelaxMargin(program, share)) return;
     for (const Waypoints which : {Waypoints::kViolated, Waypoints::kAll}) {
       if (best.feasible || IsStopped(best.status)) break;
       const bool solved = SolveWaypoints(program, context, {which, options_.waypoint_starts}, x, best);
       if (!solved) trial_ = x;
-      if (!IsStopped(best.status)) TryRescue(program, context, solved, x, best);
+      if (!IsStopped(best.status)) TryRestart(program, context, solved, x, best);
     }
   }
-  SpendReserve(program, 0.0);
+  RelaxMargin(program, 0.0);
   if (!best.feasible) best.value = EvaluateObjective(program, x, scratch_);  // measured with the full margins
 }
 
@@ -228,7 +228,7 @@ void BestSolver::MeasureWaypoints(Program& program, const Eigen::VectorXd& x) {
   }
 }
 
-bool BestSolver::SolveWaypoints(Program& program, const SolverContext& context, const WaypointRescue& rescue,
+bool BestSolver::SolveWaypoints(Program& program, const SolverContext& context, const WaypointSearch& rescue,
                                 const Eigen::VectorXd& x, SolverResult& best) {
   MeasureWaypoints(program, x);
   trial_ = x;
@@ -247,7 +247,7 @@ bool BestSolver::SolveWaypoint(Program& program, const SolverContext& context, i
   SolverContext alone = context;
   alone.history = nullptr;  // its steps are not steps of the whole program
   for (int k = 0; k < starts; ++k) {
-    PlaceWaypoint(program, view, waypoint, k, context.Draws());
+    SetWaypointStart(program, view, waypoint, k, context.rng());
     const SolverResult result = waypoint_sqp_.Solve(view, point_, alone);
     best += result;
     if (IsStopped(result.status)) {
@@ -262,8 +262,8 @@ bool BestSolver::SolveWaypoint(Program& program, const SolverContext& context, i
   return false;
 }
 
-void BestSolver::PlaceWaypoint(const Program& program, const WaypointView& view, int waypoint, int k,
-                               std::mt19937_64& generator) {
+void BestSolver::SetWaypointStart(const Program& program, const WaypointView& view, int waypoint, int k,
+                                  std::mt19937_64& generator) {
   const int neighbour = waypoint + (k == 1 ? -1 : 1);
   if (k == 0) {
     point_ = Part(program, trial_, waypoint);

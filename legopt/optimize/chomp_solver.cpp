@@ -23,13 +23,13 @@ void ChompSolver::Prepare(Program& program) {
 
 void ChompSolver::Restart(Program&) {
   objective_.set_penalty(penalty());
-  looked_ = false;
+  is_current_ = false;
   alpha_ = 0.0;
 }
 
 PenaltySolver::EpochEnd ChompSolver::Epoch(Program& program, Eigen::VectorXd& x) {
   if (!NextIteration()) return EpochEnd::kInterrupted;
-  if (!looked_) LookAt(program, x);
+  if (!is_current_) LinearizeAt(program, x);
   program.StepBounds(x, lower_, upper_);
   Aim(program, x);
   const bool moved = Step(program, x);
@@ -38,14 +38,14 @@ PenaltySolver::EpochEnd ChompSolver::Epoch(Program& program, Eigen::VectorXd& x)
   return moved ? EpochEnd::kDone : EpochEnd::kStuck;
 }
 
-void ChompSolver::LookAt(Program& program, Eigen::VectorXd& x) {
+void ChompSolver::LinearizeAt(Program& program, Eigen::VectorXd& x) {
   program.StepBounds(x, lower_, upper_);
   shift_.setZero();
   projection_.Project(program, x, lower_, upper_, shift_, point_);
   if (point_.allFinite()) x = point_;
   value_ = objective_.ValueAndGradients(x, free_terms_, gradients_, models_);
   gradients_.Sum(program, free_terms_, gradient_);
-  looked_ = true;
+  is_current_ = true;
 }
 
 void ChompSolver::Aim(Program& program, const Eigen::VectorXd& x) {
@@ -60,10 +60,10 @@ void ChompSolver::Aim(Program& program, const Eigen::VectorXd& x) {
 
 double ChompSolver::FirstAlpha() const {
   if (!(alpha_ > 0.0)) return 1.0;
-  constexpr double kMostChange = 10.0;
+  constexpr double kMaxChange = 10.0;
   const double bend = gradient_.dot(step_) - slope_;  // dx^T dg of the last step
-  if (!(bend > 0.0)) return kMostChange * alpha_;
-  return alpha_ * std::clamp(-slope_ / bend, 1.0 / kMostChange, kMostChange);
+  if (!(bend > 0.0)) return kMaxChange * alpha_;
+  return alpha_ * std::clamp(-slope_ / bend, 1.0 / kMaxChange, kMaxChange);
 }
 
 bool ChompSolver::Step(Program& program, Eigen::VectorXd& x) {
@@ -79,7 +79,7 @@ bool ChompSolver::Step(Program& program, Eigen::VectorXd& x) {
     alpha_ = alpha;
     slope_ = slope;
     x = point_;
-    looked_ = false;
+    is_current_ = false;
     return true;
   }
   return false;

@@ -32,7 +32,7 @@ class ChompSolver : public PenaltySolver {
   EpochEnd Epoch(Program& program, Eigen::VectorXd& x) override;
 
   /// Projects x on the contacts where possible and computes value and gradient there.
-  void LookAt(Program& program, Eigen::VectorXd& x);
+  void LinearizeAt(Program& program, Eigen::VectorXd& x);
   /// Sets direction_ = T A^-1 g, without the components of g that push against a bound.
   void Aim(Program& program, const Eigen::VectorXd& x);
   /// Returns the first step length to try.
@@ -47,10 +47,10 @@ class ChompSolver : public PenaltySolver {
   TermMask free_terms_;  ///< terms that are not handled by projection
   TermGradients gradients_;
   TermModels models_;
-  double value_ = 0.0;   ///< sum of the free terms at x
-  double alpha_ = 0.0;   ///< last step length; 0: none yet
-  double slope_ = 0.0;   ///< g^T dx of the last step
-  bool looked_ = false;  ///< value_ and gradient_ are up to date at x
+  double value_ = 0.0;       ///< sum of the free terms at x
+  double alpha_ = 0.0;       ///< last step length; 0: none yet
+  double slope_ = 0.0;       ///< g^T dx of the last step
+  bool is_current_ = false;  ///< value_ and gradient_ are up to date at x
   Eigen::VectorXd lower_, upper_, gradient_, direction_, step_, shift_, point_;
   std::vector<double> residuals_;
 };

@@ -34,7 +34,7 @@ PenaltySolver::EpochEnd CmaEsSolver::Epoch(Program& program, Eigen::VectorXd& x)
   if (!NextIteration()) return EpochEnd::kInterrupted;
   if (free_.empty()) return EpochEnd::kStuck;
   program.StepBounds(x, lower_, upper_);
-  distribution_.Draw(context().Draws());
+  distribution_.Draw(context().rng());
   if (EvaluateSamples(program, x)) {
     Visit(best_point_, best_value_);
     Rank();

@@ -8,7 +8,7 @@
 namespace legopt {
 
 void CovarianceAdaptation::Reset(Eigen::Index n, double sigma) {
-  Demand(n >= 1 && sigma > 0.0, "a distribution has variables and a spread");
+  CheckInvariant(n >= 1 && sigma > 0.0, "a distribution has variables and a spread");
   SetConstants(n);
   normal_.Reset();
   sigma_ = sigma;
@@ -118,10 +118,10 @@ void CovarianceAdaptation::Decompose() {
     covariance_.diagonal().array() += least - std::min(eigen_.eigenvalues().minCoeff(), 0.0);
   }
   scales_ = eigen_.eigenvalues().cwiseMax(least).cwiseSqrt();
-  TurnBasisBack();
+  ApplyReflections();
 }
 
-void CovarianceAdaptation::TurnBasisBack() {
+void CovarianceAdaptation::ApplyReflections() {
   basis_ = eigen_.eigenvectors();
   const Eigen::Index n = basis_.rows();
   for (Eigen::Index k = n - 2; k >= 0; --k) {

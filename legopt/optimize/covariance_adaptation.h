@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "legopt/random_draws.h"
+#include "legopt/random_numbers.h"
 
 namespace legopt {
 
@@ -50,9 +50,9 @@ class CovarianceAdaptation {
   void AdaptCovariance(const std::vector<int>& order, bool stalled);
   void Decompose();
   /// Computes basis_ from the eigenvectors of the tridiagonal matrix.
-  void TurnBasisBack();
+  void ApplyReflections();
 
-  NormalDraws normal_;
+  NormalRandom normal_;
   Eigen::VectorXd weights_;  ///< w_i by rank; the negative ones last
   double mu_eff_ = 0.0, c_sigma_ = 0.0, d_sigma_ = 0.0, c_c_ = 0.0, c_1_ = 0.0, c_mu_ = 0.0;
   double expected_norm_ = 0.0;  ///< E|N(0, I)|

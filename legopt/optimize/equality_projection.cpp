@@ -75,7 +75,7 @@ void EqualityProjection::MakeTangent(Eigen::VectorXd& v) {
 void EqualityProjection::Project(Program& program, const Eigen::VectorXd& x, const Eigen::VectorXd& lower,
                                  const Eigen::VectorXd& upper, Eigen::VectorXd& dx, Eigen::VectorXd& point) {
   const Eigen::Index size = program.tangent_size();
-  for (int k = 0; k < kMostSteps; ++k) {
+  for (int k = 0; k < kMaxSteps; ++k) {
     program.Retract(x, dx, point);
     program.SetPoint(point);
     bool moved = false;
@@ -111,7 +111,8 @@ int EqualityProjection::Stack(const Program& program, int waypoint, const Eigen:
 bool EqualityProjection::Correct(Eigen::Index first, int rows, const Eigen::VectorXd& lower,
                                  const Eigen::VectorXd& upper, Eigen::VectorXd& dx) {
   const auto r = residuals_.head(rows);
-  if (!r.allFinite() || !jacobian_.topRows(rows).allFinite() || r.cwiseAbs().maxCoeff() < kHolds) return false;
+  if (!r.allFinite() || !jacobian_.topRows(rows).allFinite() || r.cwiseAbs().maxCoeff() < kProjectionTolerance)
+    return false;
   auto here = dx.segment(first, step_.size());
   const auto low = lower.segment(first, step_.size()), high = upper.segment(first, step_.size());
   free_ = (high.array() > low.array()).cast<double>();

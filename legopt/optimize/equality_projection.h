@@ -32,18 +32,18 @@ class EqualityProjection {
   /// finite.
   void MakeTangent(Eigen::VectorXd& v);
 
-  /// Changes dx, within lower and upper, until every row is below `kHolds` or the maximum number of steps is reached,
-  /// and sets point = Retract(x, dx). A waypoint with non-finite residuals stays unchanged.
+  /// Changes dx, within lower and upper, until every row is below `kProjectionTolerance` or the maximum number of steps
+  /// is reached, and sets point = Retract(x, dx). A waypoint with non-finite residuals stays unchanged.
   void Project(Program& program, const Eigen::VectorXd& x, const Eigen::VectorXd& lower, const Eigen::VectorXd& upper,
                Eigen::VectorXd& dx, Eigen::VectorXd& point);
 
  private:
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-  static constexpr double kHolds = 1e-6;    ///< m, or sine of half an angle; far below the tolerances
-  static constexpr int kMostSteps = 5;      ///< three are enough after noise of usual size
-  static constexpr double kLongest = 0.5;   ///< longest step, rad or m; linear models do not hold beyond
-  static constexpr double kDamping = 1e-9;  ///< damping of J J^T, relative to its largest diagonal entry
+  static constexpr double kProjectionTolerance = 1e-6;  ///< m, or sine of half an angle; far below the tolerances
+  static constexpr int kMaxSteps = 5;                   ///< three are enough after noise of usual size
+  static constexpr double kLongest = 0.5;               ///< longest step, rad or m; linear models do not hold beyond
+  static constexpr double kDamping = 1e-9;              ///< damping of J J^T, relative to its largest diagonal entry
 
   /// Stacks the linear models of one waypoint's terms: derivatives by dx or, if dx is null, by the tangent. Returns the
   /// number of rows.

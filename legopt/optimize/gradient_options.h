@@ -4,7 +4,7 @@
 
 #include "legopt/optimize/line_search.h"
 #include "legopt/optimize/penalty_options.h"
-#include "words/words.h"
+#include "words/enum_names.h"
 
 namespace legopt {
 
@@ -15,8 +15,8 @@ enum class GradientMemory : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kWords<GradientMemory> = Words<GradientMemory>({{GradientMemory::kGradients, "gradients"},
-                                                                      {GradientMemory::kModels, "models"}});
+inline constexpr auto kEnumNames<GradientMemory> = Words<GradientMemory>({{GradientMemory::kGradients, "gradients"},
+                                                                          {GradientMemory::kModels, "models"}});
 
 /// Numerical options of gradient methods, complete for SGD. Defaults are the paper's where it states them; every one is
 /// a key under `options:` of a method.
@@ -33,7 +33,7 @@ struct GradientOptions {
     PenaltyOptions::Visit(options.penalty, fields);
     fields.Number("sharpness", options.sharpness, 1e-3, 1e12);
     LineSearchOptions::Visit(options.line_search, fields);
-    fields.LaterChoice("memory", options.memory, GradientMemory::kGradients);
+    fields.ChoiceWithDefault("memory", options.memory, GradientMemory::kGradients);
   }
 };
 

@@ -26,7 +26,7 @@ void GradientSolver::Restart(Program& program) {
   objective_.set_penalty(penalty());
   direction_rule_->Reset(program);
   sampler_.Restart();
-  filled_ = looked_ = false;
+  filled_ = is_current_ = false;
   last_alpha_ = 0.0;
 }
 
@@ -35,9 +35,9 @@ PenaltySolver::EpochEnd GradientSolver::Epoch(Program& program, Eigen::VectorXd&
   EpochEnd end = EpochEnd::kStuck;
   for (int k = 0; k < sampler_.batches_per_epoch(); ++k) {
     if (!NextIteration()) return EpochEnd::kInterrupted;
-    const TermMask& batch = everything ? all_ : sampler_.NextBatch(context().Draws());
-    if (!looked_) LookAt(program, x, batch);
-    looked_ = everything;  // otherwise the next batch has other terms
+    const TermMask& batch = everything ? all_ : sampler_.NextBatch(context().rng());
+    if (!is_current_) LinearizeAt(program, x, batch);
+    is_current_ = everything;  // otherwise the next batch has other terms
     line_.Aim(x, direction_, batch, remembers_terms() ? &models_ : nullptr);
     sampled_ = SampledGradient(program, batch);
     direction_rule_->Next(sampled_, direction_);
@@ -48,7 +48,7 @@ PenaltySolver::EpochEnd GradientSolver::Epoch(Program& program, Eigen::VectorXd&
   return end;
 }
 
-void GradientSolver::LookAt(Program& program, const Eigen::VectorXd& x, const TermMask& batch) {
+void GradientSolver::LinearizeAt(Program& program, const Eigen::VectorXd& x, const TermMask& batch) {
   if (remembers_terms() && !filled_) objective_.ValueAndGradients(x, all_, memory_, models_);
   filled_ = true;
   value_ = objective_.ValueAndGradients(x, batch, at_x_, models_);

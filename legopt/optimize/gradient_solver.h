@@ -41,7 +41,7 @@ class GradientSolver : public PenaltySolver {
   /// Returns whether directions and searches use remembered data of terms outside the batch.
   bool remembers_terms() const { return sampling_.incremental && !sampler_.everything(); }
   /// Computes smoothed value and gradients of the terms of `batch` at x. Fills the memory of all terms if it is empty.
-  void LookAt(Program& program, const Eigen::VectorXd& x, const TermMask& batch);
+  void LinearizeAt(Program& program, const Eigen::VectorXd& x, const TermMask& batch);
   /// Returns the gradient for the direction: that of the batch or, with a memory, that of all terms.
   const Eigen::VectorXd& SampledGradient(const Program& program, const TermMask& batch);
   /// Searches along line_. Returns whether x moved.
@@ -56,13 +56,13 @@ class GradientSolver : public PenaltySolver {
   TermMask all_;
   SmoothObjective objective_;
   ProjectedLine line_;
-  TermGradients at_x_;    ///< gradients of the batch
-  TermGradients memory_;  ///< incremental: gradients of all terms, each at the x of its last refresh
-  TermModels models_;     ///< incremental: models of all terms, each from its last refresh, moved along with x
-  bool filled_ = false;   ///< memory_ and models_ contain all terms
-  bool looked_ = false;   ///< value_, exact_, at_x_ and gradient_ are up to date for all terms at x
-  double value_ = 0.0;    ///< smoothed value of the batch
-  ObjectiveValue exact_;  ///< exact value of the batch
+  TermGradients at_x_;       ///< gradients of the batch
+  TermGradients memory_;     ///< incremental: gradients of all terms, each at the x of its last refresh
+  TermModels models_;        ///< incremental: models of all terms, each from its last refresh, moved along with x
+  bool filled_ = false;      ///< memory_ and models_ contain all terms
+  bool is_current_ = false;  ///< value_, exact_, at_x_ and gradient_ are up to date for all terms at x
+  double value_ = 0.0;       ///< smoothed value of the batch
+  ObjectiveValue exact_;     ///< exact value of the batch
   Eigen::VectorXd gradient_, memory_sum_, sampled_, direction_, zero_;
   double last_alpha_ = 0.0;  ///< 0: none yet
   std::vector<double> scratch_;

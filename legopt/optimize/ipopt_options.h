@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "words/words.h"
+#include "words/enum_names.h"
 
 namespace legopt {
 
@@ -13,8 +13,8 @@ enum class IpoptHessian : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kWords<IpoptHessian> = Words<IpoptHessian>({{IpoptHessian::kGaussNewton, "gauss_newton"},
-                                                                  {IpoptHessian::kLimitedMemory, "limited_memory"}});
+inline constexpr auto kEnumNames<IpoptHessian> = Words<IpoptHessian>(
+    {{IpoptHessian::kGaussNewton, "gauss_newton"}, {IpoptHessian::kLimitedMemory, "limited_memory"}});
 
 /// Strategy by which Ipopt lowers the barrier parameter. The names are Ipopt's own.
 enum class IpoptBarrier : std::uint8_t {
@@ -23,8 +23,8 @@ enum class IpoptBarrier : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kWords<IpoptBarrier> = Words<IpoptBarrier>({{IpoptBarrier::kMonotone, "monotone"},
-                                                                  {IpoptBarrier::kAdaptive, "adaptive"}});
+inline constexpr auto kEnumNames<IpoptBarrier> = Words<IpoptBarrier>({{IpoptBarrier::kMonotone, "monotone"},
+                                                                      {IpoptBarrier::kAdaptive, "adaptive"}});
 
 /// Options for solving the whole problem as one nonlinear program by Ipopt. Every one is a key under `options:` of a
 /// method.

@@ -59,7 +59,7 @@ class IpoptProgram : public Ipopt::TNLP {
 
  private:
   bool Evaluate(const Number* x);
-  void NoteBest();
+  void UpdateBest();
   bool Better(const ObjectiveValue& a, const ObjectiveValue& b) const;
 
   SlottedProgram& slotted_;
@@ -83,7 +83,7 @@ bool IpoptProgram::Evaluate(const Number* x) {
   if (error_) return false;
   try {
     const bool finite = slotted_.Evaluate(x);
-    if (finite) NoteBest();
+    if (finite) UpdateBest();
     return finite;
   } catch (...) {
     error_ = std::current_exception();
@@ -98,7 +98,7 @@ bool IpoptProgram::Better(const ObjectiveValue& a, const ObjectiveValue& b) cons
   return a_feasible ? a.Objective() < b.Objective() : a.max_violation < b.max_violation;
 }
 
-void IpoptProgram::NoteBest() {
+void IpoptProgram::UpdateBest() {
   if (round_.best_x.size() > 0 && !Better(slotted_.value(), round_.best_value)) return;
   round_.best_x = slotted_.x();
   round_.best_value = slotted_.value();

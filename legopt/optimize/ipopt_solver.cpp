@@ -11,7 +11,7 @@ constexpr double kProgress = 0.9;  // a failed round that reduces the violation 
 
 SolverResult IpoptSolver::Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) {
   SolverResult result;
-  program.Forget();
+  program.ClearCache();
   program.ProjectOnBounds(x);
   value_ = EvaluateObjective(program, x, scratch_);
   if (!value_.IsFinite()) {

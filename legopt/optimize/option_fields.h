@@ -7,7 +7,7 @@
 #include <string_view>
 #include <type_traits>
 
-#include "words/words.h"
+#include "words/enum_names.h"
 
 namespace legopt {
 
@@ -46,28 +46,28 @@ class BasicOptionFields {
 
   /// Visits a value of an enumeration by its name.
   template <class Enum>
-  requires Worded<std::remove_const_t<Enum>>
+  requires NamedEnum<std::remove_const_t<Enum>>
   void Choice(const char* key, Enum& value) {
     auto index = static_cast<std::size_t>(value);
-    Word(key, index, kWordsOnly<std::remove_const_t<Enum>>);
+    Word(key, index, kEnumNameList<std::remove_const_t<Enum>>);
     if constexpr (!is_const) value = static_cast<Enum>(index);
   }
 
   /// Visits an enumeration that was added after results had been published. It is not written while it has its `usual`
   /// value, so that methods without it keep their canonical form and hash.
   template <class Enum>
-  requires Worded<std::remove_const_t<Enum>>
-  void LaterChoice(const char* key, Enum& value, std::remove_const_t<Enum> usual) {
-    if (value != usual || !leaves_usual_out()) Choice(key, value);
+  requires NamedEnum<std::remove_const_t<Enum>>
+  void ChoiceWithDefault(const char* key, Enum& value, std::remove_const_t<Enum> usual) {
+    if (value != usual || !omits_defaults()) Choice(key, value);
   }
 
-  /// Visits a number that was added later, as LaterChoice.
-  void LaterNumber(const char* key, Field<double> value, double low, double high, double usual) {
-    if (value != usual || !leaves_usual_out()) Number(key, value, low, high);
+  /// Visits a number that was added later, as ChoiceWithDefault.
+  void NumberWithDefault(const char* key, Field<double> value, double low, double high, double usual) {
+    if (value != usual || !omits_defaults()) Number(key, value, low, high);
   }
 
   /// Declares a removed key. Files that still contain it get an error with `fix`, the text to write instead.
-  virtual void Former(const char* /*key*/, const char* /*fix*/) {}
+  virtual void RemovedKey(const char* /*key*/, const char* /*fix*/) {}
 
   /// Checks a condition between two fields that have been visited. Errors are reported at `key` with its value as text.
   /// The check is skipped if one of the two fields is invalid by itself.
@@ -76,16 +76,16 @@ class BasicOptionFields {
 
  protected:
   /// Returns whether a later option with its usual value is left out.
-  virtual bool leaves_usual_out() const { return false; }
+  virtual bool omits_defaults() const { return false; }
 
   /// Implements Choice: `index` is the position in `words`; larger indices are invalid.
   virtual void Word(const char* key, Field<std::size_t> index, std::span<const std::string_view> words) = 0;
 
  private:
   template <class Enum>
-  static constexpr auto kWordsOnly = [] {
-    std::array<std::string_view, kNumWords<Enum>> words;
-    for (std::size_t i = 0; i < words.size(); ++i) words[i] = kWords<Enum>[i].word;
+  static constexpr auto kEnumNameList = [] {
+    std::array<std::string_view, kNumEnumerators<Enum>> words;
+    for (std::size_t i = 0; i < words.size(); ++i) words[i] = kEnumNames<Enum>[i].word;
     return words;
   }();
 };

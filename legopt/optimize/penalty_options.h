@@ -23,8 +23,8 @@ struct PenaltyOptions {
     fields.Integer("max_penalty_iterations", options.max_penalty_iterations, 1, 20);
     fields.Number("constraint_tolerance", options.constraint_tolerance, kTiny, 1e-3);
     fields.Integer("max_epochs", options.max_epochs, 1, 100000);
-    fields.Former("max_iterations",
-                  "write max_epochs: passes over all terms, as many as iterations at sample_size 100");
+    fields.RemovedKey("max_iterations",
+                      "write max_epochs: passes over all terms, as many as iterations at sample_size 100");
     fields.Integer("max_epochs_without_improvement", options.max_epochs_without_improvement, 1, 1000);
     fields.Integer("max_epochs_when_satisfied", options.max_epochs_when_satisfied, 1, 1000);
     fields.Number("min_improve_frac", options.min_improve_frac, 0.0, 0.99);

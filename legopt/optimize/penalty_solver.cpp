@@ -8,7 +8,7 @@ SolverResult PenaltySolver::Solve(Program& program, Eigen::VectorXd& x, const So
   iterations_ = 0;
   stop_status_.reset();
   SolverResult result;
-  program.Forget();
+  program.ClearCache();
   program.ProjectOnBounds(x);
   lowest_.Take(x, EvaluateObjective(program, x, scratch_));
   result.value = lowest_.value;
@@ -45,7 +45,7 @@ PenaltySolver::InnerEnd PenaltySolver::MinimizeAtPenalty(Program& program) {
   Restart(program);
   double reference = lowest_.value.Merit(penalty_);
   int epochs = 0, idle_epochs = 0;
-  while (idle_epochs < Patience()) {
+  while (idle_epochs < MaxIdleEpochs()) {
     if (epochs++ >= options_.max_epochs) return InnerEnd::kIterationLimit;
     finite_ = true;
     const EpochEnd end = Epoch(program, x_);
@@ -63,7 +63,7 @@ PenaltySolver::InnerEnd PenaltySolver::MinimizeAtPenalty(Program& program) {
   return InnerEnd::kConverged;
 }
 
-int PenaltySolver::Patience() const {
+int PenaltySolver::MaxIdleEpochs() const {
   return Satisfied(lowest_.value) ? options_.max_epochs_when_satisfied : options_.max_epochs_without_improvement;
 }
 

@@ -59,7 +59,7 @@ class PenaltySolver : public Solver {
   enum class InnerEnd { kConverged, kIterationLimit, kStopped };
 
   InnerEnd MinimizeAtPenalty(Program& program);
-  int Patience() const;  ///< maximum number of epochs without improvement at lowest_
+  int MaxIdleEpochs() const;  ///< maximum number of epochs without improvement at lowest_
   bool Satisfied(const ObjectiveValue& value) const { return value.max_violation < options_.constraint_tolerance; }
   /// Returns whether a is the better result: feasible first, then the lower cost or the smaller violation.
   bool Better(const ObjectiveValue& a, const ObjectiveValue& b) const;

@@ -38,8 +38,8 @@ struct SolverContext {
   std::optional<SolveStatus> Stopped() const { return stop ? stop() : std::nullopt; }
 
   /// Returns the generator, which solvers that use random numbers require.
-  std::mt19937_64& Draws() const {
-    Demand(generator != nullptr, "a solver that draws is given a generator");
+  std::mt19937_64& rng() const {
+    CheckInvariant(generator != nullptr, "a solver that draws is given a generator");
     return *generator;
   }
 };

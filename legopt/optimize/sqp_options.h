@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 
-#include "words/words.h"
+#include "words/enum_names.h"
 
 namespace legopt {
 
@@ -15,8 +15,8 @@ enum class TrustRule : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kWords<TrustRule> = Words<TrustRule>({{TrustRule::kTrajOpt, "trajopt"},
-                                                            {TrustRule::kMeasured, "measured"}});
+inline constexpr auto kEnumNames<TrustRule> = Words<TrustRule>({{TrustRule::kTrajOpt, "trajopt"},
+                                                                {TrustRule::kMeasured, "measured"}});
 
 /// Solver of the convex subproblem.
 enum class SubproblemMethod : std::uint8_t {
@@ -25,7 +25,7 @@ enum class SubproblemMethod : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kWords<SubproblemMethod> = Words<SubproblemMethod>(
+inline constexpr auto kEnumNames<SubproblemMethod> = Words<SubproblemMethod>(
     {{SubproblemMethod::kInteriorPoint, "interior_point"}, {SubproblemMethod::kIpopt, "ipopt"}});
 
 /// Inner loops that end as soon as the constraints hold after an accepted step, converged or not.
@@ -36,9 +36,9 @@ enum class FeasibleStop : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kWords<FeasibleStop> = Words<FeasibleStop>({{FeasibleStop::kIncremental, "incremental"},
-                                                                  {FeasibleStop::kAlways, "always"},
-                                                                  {FeasibleStop::kNever, "never"}});
+inline constexpr auto kEnumNames<FeasibleStop> = Words<FeasibleStop>({{FeasibleStop::kIncremental, "incremental"},
+                                                                      {FeasibleStop::kAlways, "always"},
+                                                                      {FeasibleStop::kNever, "never"}});
 
 /// Numerical options of the trust-region SQP (docs/readings.md#sqp). Defaults are TrajOpt's with the paper's penalties;
 /// every one is a key under `options:` of a method.
@@ -88,8 +88,8 @@ struct SqpOptions {
     fields.Boolean("polish_violations", options.polish_violations);
     fields.Number("subproblem_accuracy_frac", options.subproblem_accuracy_frac, kTiny, 0.1);
     fields.Choice("subproblem", options.subproblem);
-    fields.LaterNumber("subproblem_decrease_share", options.subproblem_decrease_share, 0.1, 1.0, usual_share);
-    fields.LaterChoice("stop_when_feasible", options.stop_when_feasible, FeasibleStop::kIncremental);
+    fields.NumberWithDefault("subproblem_decrease_share", options.subproblem_decrease_share, 0.1, 1.0, usual_share);
+    fields.ChoiceWithDefault("stop_when_feasible", options.stop_when_feasible, FeasibleStop::kIncremental);
     fields.Require(options.trust_box_size > options.min_trust_box_size, "trust_box_size", "min_trust_box_size",
                    std::to_string(options.trust_box_size), "must exceed min_trust_box_size",
                    "raise it or lower min_trust_box_size");

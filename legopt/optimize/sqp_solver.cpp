@@ -45,7 +45,7 @@ SolverResult SqpSolver::Solve(Program& program, Eigen::VectorXd& x, const Solver
   Prepare(program);
   context_ = &context;
   SolverResult result;
-  program.Forget();
+  program.ClearCache();
   program.ProjectOnBounds(x);
   value_ = EvaluateObjective(program, x, scratch_);
   at_x_ = true;
@@ -119,7 +119,7 @@ void SqpSolver::Convexify(Program& program, const Eigen::VectorXd& x, bool refre
   at_x_ = true;
   const auto& terms = program.terms();
   const bool all = refresh_all || sampler_.everything();
-  const std::vector<std::uint8_t>& drawn = all ? sampler_.All() : sampler_.Draw(context_->Draws());
+  const std::vector<std::uint8_t>& drawn = all ? sampler_.All() : sampler_.Draw(context_->rng());
   for (size_t k = 0; k < terms.size(); ++k) {
     if (drawn[k] != 0) terms[k]->Linearize(models_[k]);
   }

@@ -56,7 +56,7 @@ PenaltySolver::EpochEnd StompSolver::Epoch(Program& program, Eigen::VectorXd& x)
 void StompSolver::RollOut(Program& program, const Eigen::VectorXd& x) {
   for (int k = 0; k < options_.rollouts; ++k) {
     Eigen::VectorXd& noise = rollouts_[static_cast<size_t>(k)];
-    for (double& entry : noise) entry = normal_.Next(context().Draws());
+    for (double& entry : noise) entry = normal_.Next(context().rng());
     metric_.Correlate(noise);
     noise = (noise_ * noise).cwiseMax(lower_).cwiseMin(upper_);
     projection_.Project(program, x, lower_, upper_, noise, point_);

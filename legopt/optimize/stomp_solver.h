@@ -7,7 +7,7 @@
 #include "legopt/optimize/penalty_solver.h"
 #include "legopt/optimize/stomp_options.h"
 #include "legopt/optimize/waypoint_metric.h"
-#include "legopt/random_draws.h"
+#include "legopt/random_numbers.h"
 
 namespace legopt {
 
@@ -43,7 +43,7 @@ class StompSolver : public PenaltySolver {
   StompOptions options_;
   WaypointMetric metric_;
   EqualityProjection projection_;
-  NormalDraws normal_;
+  NormalRandom normal_;
   double noise_ = 0.0;
   ObjectiveValue value_;                   ///< value at x
   bool known_ = false;                     ///< value_ is up to date

@@ -14,7 +14,7 @@ void TermSampler::Reset(const Program& program, const Sampling& sampling) {
   units_.clear();
   std::map<int, size_t> known;
   const auto& terms = program.terms();
-  Demand(!terms.empty(), "a program to be solved has a term");
+  CheckInvariant(!terms.empty(), "a program to be solved has a term");
   for (size_t i = 0; i < terms.size(); ++i) {
     const int unit = terms[i]->shape().unit;
     size_t place = units_.size();

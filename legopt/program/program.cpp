@@ -28,9 +28,9 @@ void LinearModel::Shift(const double* dx, int tangent_size) {
   }
 }
 
-bool Term::SpendReserve(double /*share*/) { return false; }
+bool Term::RelaxMargin(double /*share*/) { return false; }
 
-bool Term::SetAside(bool /*aside*/) { return false; }
+bool Term::SetDisabled(bool /*aside*/) { return false; }
 
 void Term::RowKeys(int rows, std::vector<int>& keys) {
   for (int i = 0; i < rows; ++i) keys.push_back(i);

@@ -102,12 +102,12 @@ class Term {
   /// Relaxes `share` in [0, 1] of the term's margin from now on; 0 restores the whole margin. The margin is an
   /// additional distance beyond the task's requirements, for the sake of inexact solvers. Returns whether the term has
   /// a margin. Default: it has none.
-  virtual bool SpendReserve(double share);
+  virtual bool RelaxMargin(double share);
 
   /// Disables the term (true), so that it has no rows, or enables it again. Solvers disable terms in a first descent
   /// and must enable them afterwards. Returns whether the term can be disabled: its rows appear and disappear, and its
   /// linear models hold only nearby. Default: it cannot.
-  virtual bool SetAside(bool aside);
+  virtual bool SetDisabled(bool aside);
 
   /// Returns an upper bound of the rows that Evaluate leaves out (unless other rows imply them). Default: no row is
   /// left out.
@@ -137,7 +137,7 @@ class Program {
 
   /// Clears caches that earlier points have filled to make later ones faster. Solvers call it first, so that a solve
   /// depends on its initial guess only. Default: there are no caches.
-  virtual void Forget() {}
+  virtual void ClearCache() {}
 
   /// Moves to x (num_waypoints * point_size). Terms use the new point from their next call on.
   virtual void SetPoint(Eigen::Ref<const Eigen::VectorXd> x) = 0;

@@ -5,19 +5,19 @@
 namespace legopt {
 namespace {
 
-TermShape AsOfTheFirst(TermShape shape) {
+TermShape AtFirstWaypoint(TermShape shape) {
   shape.waypoint = 0;
   return shape;
 }
 
 /// Term of the whole program as waypoint 0. The original term counts the evaluations.
-class SeenTerm : public Term {
+class ViewedTerm : public Term {
  public:
-  explicit SeenTerm(Term& term) : Term(AsOfTheFirst(term.shape())), term_(&term) {}
+  explicit ViewedTerm(Term& term) : Term(AtFirstWaypoint(term.shape())), term_(&term) {}
 
   void RowKeys(int rows, std::vector<int>& keys) override { term_->RowKeys(rows, keys); }
   double AbsentRow() const override { return term_->AbsentRow(); }
-  bool SpendReserve(double share) override { return term_->SpendReserve(share); }
+  bool RelaxMargin(double share) override { return term_->RelaxMargin(share); }
 
  private:
   void ComputeResiduals(std::vector<double>& residuals) override { term_->Evaluate(residuals); }
@@ -35,7 +35,7 @@ WaypointView::WaypointView(Program& whole, int waypoint, Eigen::Ref<const Eigen:
   for (const auto& term : whole.terms()) {
     const TermShape& shape = term->shape();
     if (shape.waypoint != waypoint || shape.num_waypoints != 1 || !IsConstraint(shape.kind)) continue;
-    terms_.push_back(std::make_unique<SeenTerm>(*term));
+    terms_.push_back(std::make_unique<ViewedTerm>(*term));
   }
   const Eigen::Index tangents = static_cast<Eigen::Index>(whole.num_waypoints()) * whole.tangent_size();
   for (auto* vector : {&dx_, &lower_, &upper_}) vector->setZero(tangents);

@@ -23,7 +23,7 @@ class WaypointView : public Program {
   int point_size() const override { return whole_->point_size(); }
   /// Returns the constraints of the waypoint, which becomes waypoint 0.
   const std::vector<std::unique_ptr<Term>>& terms() const override { return terms_; }
-  void Forget() override { whole_->Forget(); }
+  void ClearCache() override { whole_->ClearCache(); }
   void SetPoint(Eigen::Ref<const Eigen::VectorXd> x) override;
   void Retract(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<const Eigen::VectorXd> dx,
                Eigen::Ref<Eigen::VectorXd> x_next) const override;

@@ -69,10 +69,10 @@ void InterpolateConfiguration(const RobotModel& robot, Eigen::Ref<const Eigen::V
   x_s.segment<3>(n + 4) = turned.vec();
 }
 
-BaseTurnDerivatives DifferentiateBaseTurn(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> x_a,
-                                          Eigen::Ref<const Eigen::VectorXd> x_b, double s) {
+BaseRotationDerivatives DifferentiateBaseRotation(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> x_a,
+                                                  Eigen::Ref<const Eigen::VectorXd> x_b, double s) {
   const Eigen::Vector3d phi = Turn(BaseRotation(robot, x_a), BaseRotation(robot, x_b));
-  BaseTurnDerivatives derivatives;
+  BaseRotationDerivatives derivatives;
   derivatives.to = s * LeftJacobian(s * phi) * InverseLeftJacobian(phi);
   derivatives.from = Exp(s * phi).toRotationMatrix() - derivatives.to * Exp(phi).toRotationMatrix();
   return derivatives;

@@ -16,14 +16,14 @@ void InterpolateConfiguration(const RobotModel& robot, Eigen::Ref<const Eigen::V
 
 /// Derivative of the base orientation at s with respect to both end points: dphi_s = from * dphi_a + to * dphi_b, all
 /// in the world axes of RobotModel's tangent. For the other parts of the tangent the factors are 1 - s and s.
-struct BaseTurnDerivatives {
+struct BaseRotationDerivatives {
   Eigen::Matrix3d from;  ///< multiplies dphi_a
   Eigen::Matrix3d to;    ///< multiplies dphi_b
 };
 
 /// Computes to = s J(s phi) J(phi)^-1 and from = Exp(s phi) - to Exp(phi), with J the left Jacobian of SO(3). Exact for
 /// |phi| < pi. Equals (1 - s) I and s I only if phi = 0 or if the rotation is about phi.
-BaseTurnDerivatives DifferentiateBaseTurn(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> x_a,
-                                          Eigen::Ref<const Eigen::VectorXd> x_b, double s);
+BaseRotationDerivatives DifferentiateBaseRotation(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> x_a,
+                                                  Eigen::Ref<const Eigen::VectorXd> x_b, double s);
 
 }  // namespace legopt

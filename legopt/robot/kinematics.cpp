@@ -9,7 +9,7 @@ constexpr double kAxisTolerance = 1e-12;
 constexpr double kNegligibleAngle = 1e-8;
 
 /// Rotates the columns of `rotation` about its own axis number `axis` by the angle with cosine c and sine s.
-void TurnAboutOwnAxis(int axis, double c, double s, Eigen::Matrix3d& rotation) {
+void RotateAboutOwnAxis(int axis, double c, double s, Eigen::Matrix3d& rotation) {
   const int j = (axis + 1) % 3;
   const int k = (axis + 2) % 3;
   const Eigen::Vector3d col_j = rotation.col(j);
@@ -134,7 +134,7 @@ void Kinematics::UpdateBody(int body, double q) {
   const int unit_axis = static_cast<int>(joint.kind);
   if (unit_axis < 3) {
     axis_W_[b - 1] = rotation.col(unit_axis);
-    TurnAboutOwnAxis(unit_axis, std::cos(q), std::sin(q), rotation);
+    RotateAboutOwnAxis(unit_axis, std::cos(q), std::sin(q), rotation);
   } else {
     axis_W_[b - 1].noalias() = rotation * joint.axis;
     if (joint.kind == AxisKind::kPrismatic) {

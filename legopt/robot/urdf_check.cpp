@@ -30,7 +30,7 @@ std::string PlaceOf(const XMLElement& element, const std::string& outer) {
   const char* name = element.Attribute("name");
   const std::string_view kind = element.Name();
   const bool titled = kind == "link" || kind == "joint" || (kind == "material" && outer == "robot");
-  const std::string own = std::string(kind) + (titled && name != nullptr ? " '" + ShownUrdfText(name) + "'" : "");
+  const std::string own = std::string(kind) + (titled && name != nullptr ? " '" + PrintableUrdfText(name) + "'" : "");
   return titled || outer.empty() ? own : outer + ": " + own;
 }
 
@@ -48,8 +48,8 @@ class UrdfWalk {
 
   [[noreturn]] void Fail(const XMLElement& element, const std::string& place, std::string_view value,
                          const std::string& message, std::string_view fix) const {
-    throw InputError({source_, place + ", line " + std::to_string(element.GetLineNum()), ShownUrdfText(value), message,
-                      std::string(fix)});
+    throw InputError({source_, place + ", line " + std::to_string(element.GetLineNum()), PrintableUrdfText(value),
+                      message, std::string(fix)});
   }
 
  private:
@@ -93,7 +93,7 @@ class UrdfWalk {
       const auto known = std::find_if(rule.children.begin(), rule.children.end(),
                                       [name](const UrdfElementRule& child) { return child.name == name; });
       if (known == rule.children.end()) {
-        LetBy(*e, rule, counts, place);
+        CheckUnknownElement(*e, rule, counts, place);
         continue;
       }
       int& count = counts[static_cast<std::size_t>(known - rule.children.begin())];
@@ -112,8 +112,8 @@ class UrdfWalk {
 
   /// Ignores an element without a rule. Throws for unexpanded xacro, an unknown shape, and a misspelt element that is
   /// missing.
-  void LetBy(const XMLElement& element, const UrdfElementRule& rule, const std::vector<int>& counts,
-             const std::string& place) const {
+  void CheckUnknownElement(const XMLElement& element, const UrdfElementRule& rule, const std::vector<int>& counts,
+                           const std::string& place) const {
     const std::string_view name = element.Name();
     if (name.starts_with("xacro:")) {
       Fail(element, place, name, "is an xacro element that has not been expanded",
@@ -227,9 +227,9 @@ class UrdfCheck {
       }
       const auto [other, fresh] = parent_joint_.emplace(joint.child, joint.name);
       if (!fresh) {
-        walk_.Fail(*e, "link '" + ShownUrdfText(joint.child) + "'", "",
-                   "is the child of two joints, '" + ShownUrdfText(other->second) + "' and '" +
-                       ShownUrdfText(joint.name) + "' (a kinematic loop)",
+        walk_.Fail(*e, "link '" + PrintableUrdfText(joint.child) + "'", "",
+                   "is the child of two joints, '" + PrintableUrdfText(other->second) + "' and '" +
+                       PrintableUrdfText(joint.name) + "' (a kinematic loop)",
                    "remove one of the joints");
       }
       checked_.joints.push_back(std::move(joint));

@@ -16,7 +16,7 @@ namespace {
 using tinyxml2::XMLElement;
 
 void AddName(const XMLElement& element, std::string* names) {
-  *names += (names->empty() ? "" : ", ") + ShownUrdfText(element.Attribute("name"));
+  *names += (names->empty() ? "" : ", ") + PrintableUrdfText(element.Attribute("name"));
 }
 
 /// Principal moments, ascending.
@@ -31,7 +31,7 @@ Eigen::Vector3d PrincipalMoments(const XMLElement& inertia) {
 
 }  // namespace
 
-std::vector<UrdfRemark> ReviewUrdf(const CheckedUrdf& urdf) {
+std::vector<UrdfDiagnostic> ReviewUrdf(const CheckedUrdf& urdf) {
   constexpr double kRounding = 0.99;  // margin for tensors written with few digits
   const ClassicNumericLocale point;
   tinyxml2::XMLDocument document;
@@ -52,7 +52,7 @@ std::vector<UrdfRemark> ReviewUrdf(const CheckedUrdf& urdf) {
       AddName(*e, &not_a_body);
     }
   }
-  std::vector<UrdfRemark> remarks;
+  std::vector<UrdfDiagnostic> remarks;
   if (!without_axis.empty()) {
     remarks.push_back({without_axis, "", "have no <axis>: they turn about, or move along, x", "write the axis"});
   }

@@ -8,7 +8,7 @@
 namespace legopt {
 
 /// A valid but suspicious part of a URDF, which RobotModel does not record.
-struct UrdfRemark {
+struct UrdfDiagnostic {
   std::string field;    ///< links or joints
   std::string value;    ///< may be empty
   std::string message;  ///< the problem
@@ -17,6 +17,6 @@ struct UrdfRemark {
 
 /// Finds moving joints without `<axis>`, which rotate about x, and physically impossible inertias (not positive
 /// definite, or one principal moment more than 1 % larger than the sum of the others). One remark per kind.
-std::vector<UrdfRemark> ReviewUrdf(const CheckedUrdf& urdf);
+std::vector<UrdfDiagnostic> ReviewUrdf(const CheckedUrdf& urdf);
 
 }  // namespace legopt

@@ -70,22 +70,24 @@ bool IsNumberLetter(char c) {
 }
 
 /// Parses a decimal number into `value`. Rejects infinity, NaN, hexadecimal numbers and trailing characters.
-std::optional<UrdfValueFault> CheckNumber(std::string_view word, double* value) {
+std::optional<UrdfValueDiagnostic> CheckNumber(std::string_view word, double* value) {
   const std::string_view digits = word.starts_with('+') ? word.substr(1) : word;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), *value);
   const bool whole = end == digits.data() + digits.size() && !digits.starts_with('+') && !word.starts_with("+-");
   if (whole && error == std::errc::result_out_of_range) {
-    return UrdfValueFault{"does not fit into a double-precision number", "write a number in SI units, such as 14.2"};
+    return UrdfValueDiagnostic{"does not fit into a double-precision number",
+                               "write a number in SI units, such as 14.2"};
   }
   if (whole && error == std::errc() && !std::isfinite(*value)) {
-    return UrdfValueFault{"must be a finite number", "give the true value; a joint without limits has type continuous"};
+    return UrdfValueDiagnostic{"must be a finite number",
+                               "give the true value; a joint without limits has type continuous"};
   }
   if (whole && error == std::errc() && std::all_of(word.begin(), word.end(), IsNumberLetter)) return std::nullopt;
   if (word.find(',') != std::string_view::npos) {
-    return UrdfValueFault{"is not a number", "decimals take a point (14.2), and spaces separate numbers"};
+    return UrdfValueDiagnostic{"is not a number", "decimals take a point (14.2), and spaces separate numbers"};
   }
-  return UrdfValueFault{"is not a number",
-                        "write a plain number in SI units (metres, kilograms, radians), such as 14.2"};
+  return UrdfValueDiagnostic{"is not a number",
+                             "write a plain number in SI units (metres, kilograms, radians), such as 14.2"};
 }
 
 UrdfValueText CheckNumbers(std::string_view text, const NumbersRule& rule) {
@@ -96,14 +98,14 @@ UrdfValueText CheckNumbers(std::string_view text, const NumbersRule& rule) {
     result.fault = CheckNumber(word, &value);
     if (result.fault) return result;
     if (!rule.holds(value) && words.size() == rule.count) {
-      result.fault = UrdfValueFault{rule.condition, CountFix(rule.count)};
+      result.fault = UrdfValueDiagnostic{rule.condition, CountFix(rule.count)};
       return result;
     }
     if (!result.text.empty()) result.text += ' ';
     result.text += word;
   }
   if (words.size() != rule.count) {
-    result.fault = UrdfValueFault{
+    result.fault = UrdfValueDiagnostic{
         words.empty() ? "is empty"
                       : "has " + std::to_string(words.size()) + " numbers instead of " + std::to_string(rule.count),
         CountFix(rule.count)};
@@ -111,25 +113,25 @@ UrdfValueText CheckNumbers(std::string_view text, const NumbersRule& rule) {
   return result;
 }
 
-std::optional<UrdfValueFault> CheckName(std::string_view text, std::size_t most_bytes) {
+std::optional<UrdfValueDiagnostic> CheckName(std::string_view text, std::size_t most_bytes) {
   const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7F; };
-  if (text.empty()) return UrdfValueFault{"is empty", "give a name"};
+  if (text.empty()) return UrdfValueDiagnostic{"is empty", "give a name"};
   if (text.size() > most_bytes) {
-    return UrdfValueFault{"is longer than " + std::to_string(most_bytes) + " bytes", "give a shorter name"};
+    return UrdfValueDiagnostic{"is longer than " + std::to_string(most_bytes) + " bytes", "give a shorter name"};
   }
   if (std::any_of(text.begin(), text.end(), is_control)) {
-    return UrdfValueFault{"has a control character", "write one line of plain text"};
+    return UrdfValueDiagnostic{"has a control character", "write one line of plain text"};
   }
   return std::nullopt;
 }
 
-std::optional<UrdfValueFault> CheckJointType(std::string_view text) {
+std::optional<UrdfValueDiagnostic> CheckJointType(std::string_view text) {
   constexpr std::array<std::string_view, 4> kTypes = {"revolute", "continuous", "prismatic", "fixed"};
   if (std::find(kTypes.begin(), kTypes.end(), text) != kTypes.end()) return std::nullopt;
-  return UrdfValueFault{"joint type is not supported", "use revolute, continuous, prismatic or fixed"};
+  return UrdfValueDiagnostic{"joint type is not supported", "use revolute, continuous, prismatic or fixed"};
 }
 
-std::optional<UrdfValueFault> CheckOther(std::string_view text, UrdfValue value) {
+std::optional<UrdfValueDiagnostic> CheckOther(std::string_view text, UrdfValue value) {
   constexpr std::size_t kNameBytes = 200, kFileBytes = 4096;
   switch (value) {
     case UrdfValue::kName:
@@ -140,7 +142,7 @@ std::optional<UrdfValueFault> CheckOther(std::string_view text, UrdfValue value)
       return CheckJointType(text);
     case UrdfValue::kVersion:
       if (text == "1.0") return std::nullopt;
-      return UrdfValueFault{"only version 1.0 of URDF can be read", "write version=\"1.0\", or leave it out"};
+      return UrdfValueDiagnostic{"only version 1.0 of URDF can be read", "write version=\"1.0\", or leave it out"};
     default:
       return std::nullopt;
   }
@@ -152,14 +154,14 @@ UrdfValueText CheckUrdfValue(std::string_view text, UrdfValue value) {
   const bool substitution = text.find("${") != std::string_view::npos || text.find("$(") != std::string_view::npos;
   if (value != UrdfValue::kText && substitution) {
     return {.text = "",
-            .fault = UrdfValueFault{"is an xacro expression that has not been expanded",
-                                    "expand the file first: xacro FILE.urdf.xacro > robot.urdf"}};
+            .fault = UrdfValueDiagnostic{"is an xacro expression that has not been expanded",
+                                         "expand the file first: xacro FILE.urdf.xacro > robot.urdf"}};
   }
   if (const auto numbers = NumbersOf(value)) return CheckNumbers(text, *numbers);
   return {.text = std::string(text), .fault = CheckOther(text, value)};
 }
 
-std::string ShownUrdfText(std::string_view text) {
+std::string PrintableUrdfText(std::string_view text) {
   constexpr std::size_t kShown = 60;
   const auto continues = [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; };
   std::size_t end = std::min(text.size(), kShown);

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "legopt/input_error.h"
-#include "legopt/isolated_answer.h"
+#include "legopt/isolated_result.h"
 #include "legopt/numeric_locale.h"
 
 namespace legopt {
@@ -200,7 +200,7 @@ std::string Encode(const UrdfContent& content) {
   for (const Joint& joint : content.joints) {
     joints.push_back({static_cast<int>(joint.type), Flat(joint.axis), joint.lower, joint.upper, Flat(joint.origin)});
   }
-  AnswerWriter answer(kContentFollows);
+  ResultWriter answer(kContentFollows);
   answer.Add(links);
   answer.Add(shapes);
   answer.Add(joints);
@@ -210,7 +210,7 @@ std::string Encode(const UrdfContent& content) {
   return answer.Take();
 }
 
-std::optional<ShapeSpec> DecodeShape(const ShapeRecord& record, AnswerReader* answer) {
+std::optional<ShapeSpec> DecodeShape(const ShapeRecord& record, ResultReader* answer) {
   ShapeSpec shape;
   shape.kind = static_cast<ShapeSpec::Kind>(record.kind);
   shape.size = Vector(record.size);
@@ -235,7 +235,7 @@ std::optional<Joint> DecodeJoint(const JointRecord& record, const std::string& n
 }
 
 std::optional<UrdfContent> Decode(std::string_view bytes, const CheckedUrdf& urdf) {
-  AnswerReader answer(bytes);
+  ResultReader answer(bytes);
   std::vector<LinkRecord> links;
   std::vector<ShapeRecord> shapes;
   std::vector<JointRecord> joints;
@@ -281,7 +281,7 @@ UrdfContent ReadByUrdfdom(const CheckedUrdf& urdf, const ReadGuard& guard) {
   try {
     const std::lock_guard<std::mutex> lock(UrdfdomMutex());
     answer = guard(read, {});
-  } catch (const ReadFailed& failure) {
+  } catch (const GuardedReadError& failure) {
     Refuse(urdf, "", std::string("cannot be read: urdfdom failed: ") + failure.what());
   }
   const std::string_view bytes = answer;

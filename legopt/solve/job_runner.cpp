@@ -3,7 +3,7 @@
 #include <string>
 #include <utility>
 
-#include "legopt/evaluate/fault_texts.h"
+#include "legopt/evaluate/diagnostic_text.h"
 
 namespace legopt {
 namespace {

@@ -9,7 +9,7 @@ namespace legopt {
 namespace {
 
 /// Maximum number of levels: the smallest intervals are 1 / 1024 of a piece.
-constexpr std::size_t kMostLevels = 12;
+constexpr std::size_t kMaxLevels = 12;
 
 }  // namespace
 
@@ -52,28 +52,30 @@ bool PathClearance::IsFreeAt(const Sample& sample) {
 }
 
 bool PathClearance::Excluded(const Sample& a, const Sample& b) const {
-  const auto excluded = [](double d_a, double d_b, double way) { return 0.5 * (d_a + d_b - way) >= kClearance_m; };
+  const auto excluded = [](double d_a, double d_b, double segment) {
+    return 0.5 * (d_a + d_b - segment) >= kClearance_m;
+  };
   const CollisionModel& model = query_->model();
   for (std::size_t link = 0; link < a.scene_m.size(); ++link) {
     const CollisionModel::Ball& ball = model.link_ball(static_cast<int>(link));
     if (ball.radius < 0.0) continue;
-    const double way = LargestWay(ball, a.kinematics.link_pose(static_cast<int>(link)),
-                                  b.kinematics.link_pose(static_cast<int>(link)));
-    if (!excluded(a.scene_m[link], b.scene_m[link], way)) return false;
+    const double segment = MaxDisplacement(ball, a.kinematics.link_pose(static_cast<int>(link)),
+                                           b.kinematics.link_pose(static_cast<int>(link)));
+    if (!excluded(a.scene_m[link], b.scene_m[link], segment)) return false;
   }
   for (std::size_t i = 0; i < a.pairs_m.size(); ++i) {
     const auto& [first, second] = model.checked_pairs()[i];
     const auto relative = [first = first, second = second](const Sample& sample) {
       return sample.kinematics.link_pose(first).inverse(Eigen::Isometry) * sample.kinematics.link_pose(second);
     };
-    const double way = LargestWay(model.link_ball(second), relative(a), relative(b));
-    if (!excluded(a.pairs_m[i], b.pairs_m[i], way)) return false;
+    const double segment = MaxDisplacement(model.link_ball(second), relative(a), relative(b));
+    if (!excluded(a.pairs_m[i], b.pairs_m[i], segment)) return false;
   }
   return true;
 }
 
 bool PathClearance::Bisect(std::size_t level, double s_a, const Sample& a, double s_b, const Sample& b) {
-  if (level >= kMostLevels) return true;
+  if (level >= kMaxLevels) return true;
   if (turn_ * (s_b - s_a) <= kLargestTurn && Excluded(a, b)) return true;
   const double s = 0.5 * (s_a + s_b);
   Sample& middle = Level(level);

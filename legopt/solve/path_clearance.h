@@ -55,7 +55,7 @@ class PathClearance {
 
   const RobotModel* robot_;
   CollisionQuery* query_;
-  ContactMemory memory_;  ///< speeds up queries at nearby samples
+  WarmStartCache memory_;  ///< speeds up queries at nearby samples
   double range_m_;
   std::vector<int> pair_index_;  ///< index of each checked pair (first, second); -1: not checked
   std::deque<Sample> levels_;

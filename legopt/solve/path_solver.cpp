@@ -14,20 +14,20 @@ namespace {
 
 /// Largest drift of planted feet from their targets between points: a large part of the judge's tolerance, because the
 /// points have errors of their own.
-constexpr double kDrift = 1.2e-3;
+constexpr double kMaxDrift = 1.2e-3;
 /// Largest distance of the centre of mass from the support polygon of the planted feet between points, m.
-constexpr double kLean_m = 1.5e-3;
+constexpr double kMaxComDeviation_m = 1.5e-3;
 /// Drift at which the first number of pieces aims.
-constexpr double kAimedDrift = 0.7e-3;
+constexpr double kTargetDrift = 0.7e-3;
 /// Longest displacement of a point of the robot between two samples of a piece, m.
 constexpr double kSweepStep_m = 0.02;
 /// Factor of that step with each further try.
 constexpr double kFinerStep = 0.5;
 /// Added to the margin in further tries: the solver's tolerance would use up the margin between points.
 constexpr double kWiderMargin_m = 3e-4;
-constexpr int kMostTries = 4;
+constexpr int kMaxTries = 4;
 /// Minimum number of pieces per segment of a path with several segments.
-constexpr int kLeastPiecesOfSeveral = 4;
+constexpr int kMinPiecesOfSeveral = 4;
 
 }  // namespace
 
@@ -66,7 +66,7 @@ double PathSolver::Drift(const Eigen::VectorXd& points) {
   ForEachMiddle(points, [&](std::size_t way) {
     for (const Foothold& foothold : planted_[way].footholds) {
       const Eigen::Isometry3d& pose = kinematics_.link_pose(dataset_->foot(foothold.link).link_index);
-      largest = std::max(largest, ErrorOfFootPose(dataset_->FootTarget(foothold), pose).violation);
+      largest = std::max(largest, ComputeFootPoseError(dataset_->FootTarget(foothold), pose).violation);
     }
   });
   return largest;
@@ -74,9 +74,9 @@ double PathSolver::Drift(const Eigen::VectorXd& points) {
 
 /// Returns the largest distance of the centre of mass outside the support polygon of the planted feet between the
 /// points; 0 if balance is not required.
-double PathSolver::Lean(const Eigen::VectorXd& points) {
+double PathSolver::ComDeviation(const Eigen::VectorXd& points) {
   double largest = 0.0;
-  if (DescriptionOf(task_).between != Between::kBalanced) return largest;
+  if (DescriptionOf(task_).between != TransitionRule::kBalanced) return largest;
   ForEachMiddle(points, [&](std::size_t way) {
     if (polygons_[way].empty()) return;
     largest = std::max(largest, SignedDistanceToPolygon(polygons_[way], kinematics_.com().head<2>()));
@@ -86,12 +86,12 @@ double PathSolver::Lean(const Eigen::VectorXd& points) {
 
 /// Checks the path between the points: drift, balance and collisions. Returns whether it is acceptable; if not, sets
 /// the message.
-bool PathSolver::WillDo(const Eigen::VectorXd& points, StretchSolution* solution) {
-  if (Drift(points) > kDrift) {
+bool PathSolver::IsAcceptable(const Eigen::VectorXd& points, PathSolution* solution) {
+  if (Drift(points) > kMaxDrift) {
     solution->message = "planted feet drift between the points";
     return false;
   }
-  if (Lean(points) > kLean_m) {
+  if (ComDeviation(points) > kMaxComDeviation_m) {
     solution->message = "the centre of mass leaves the planted feet between the points";
     return false;
   }
@@ -112,19 +112,19 @@ bool PathSolver::IsFree(const Eigen::VectorXd& points) {
 }
 
 /// Returns the number of pieces per segment for the first try; 1 if the straight segment may be acceptable as it is.
-int PathSolver::FirstPieces(const Stretch& start, const Eigen::VectorXd& ends) {
-  if (start.num_ways() > 1) {
-    int most = kLeastPiecesOfSeveral;
+int PathSolver::InitialPieces(const WaypointPath& start, const Eigen::VectorXd& ends) {
+  if (start.num_segments() > 1) {
+    int most = kMinPiecesOfSeveral;
     for (const auto& way : start.ways) most = std::max(most, static_cast<int>(way.size()) + 1);
-    return std::min(kMostPieces, most);
+    return std::min(kMaxPieces, most);
   }
   const double drift = Drift(ends);
-  if (drift <= kDrift && Lean(ends) <= kLean_m) return 1;
-  return std::clamp(static_cast<int>(std::ceil(std::sqrt(drift / kAimedDrift))), 2, kMostPieces);
+  if (drift <= kMaxDrift && ComDeviation(ends) <= kMaxComDeviation_m) return 1;
+  return std::clamp(static_cast<int>(std::ceil(std::sqrt(drift / kTargetDrift))), 2, kMaxPieces);
 }
 
 /// Returns the same path, divided into `pieces` pieces of equal time.
-Eigen::VectorXd PathSolver::Divided(const Eigen::VectorXd& points, int pieces) const {
+Eigen::VectorXd PathSolver::Subdivided(const Eigen::VectorXd& points, int pieces) const {
   const Eigen::Index size = dataset_->robot().configuration_size();
   const int before = static_cast<int>(points.size() / size) - 1;
   Eigen::VectorXd divided((pieces + 1) * size);
@@ -140,43 +140,43 @@ Eigen::VectorXd PathSolver::Divided(const Eigen::VectorXd& points, int pieces) c
 }
 
 /// Returns all points of a path, with `pieces` pieces per segment.
-Eigen::VectorXd PathSolver::PointsOf(const Stretch& stretch, int pieces) const {
+Eigen::VectorXd PathSolver::PointsOf(const WaypointPath& waypoint_path, int pieces) const {
   const Eigen::Index size = dataset_->robot().configuration_size();
   const Eigen::Index way_size = pieces * size;
-  Eigen::VectorXd points(static_cast<Eigen::Index>(stretch.num_ways()) * way_size + size);
-  for (std::size_t w = 0; w < stretch.num_ways(); ++w) {
-    const std::vector<Eigen::VectorXd>& inner = stretch.ways[w];
+  Eigen::VectorXd points(static_cast<Eigen::Index>(waypoint_path.num_segments()) * way_size + size);
+  for (std::size_t w = 0; w < waypoint_path.num_segments(); ++w) {
+    const std::vector<Eigen::VectorXd>& inner = waypoint_path.ways[w];
     Eigen::VectorXd way((std::ssize(inner) + 2) * size);
-    way.head(size) = stretch.waypoints[w];
+    way.head(size) = waypoint_path.waypoints[w];
     for (Eigen::Index k = 0; k < std::ssize(inner); ++k) {
       way.segment((k + 1) * size, size) = inner[static_cast<std::size_t>(k)];
     }
-    way.tail(size) = stretch.waypoints[w + 1];
-    points.segment(static_cast<Eigen::Index>(w) * way_size, way_size + size) = Divided(way, pieces);
+    way.tail(size) = waypoint_path.waypoints[w + 1];
+    points.segment(static_cast<Eigen::Index>(w) * way_size, way_size + size) = Subdivided(way, pieces);
   }
   return points;
 }
 
 /// Returns the path with these points, the inverse of PointsOf.
-Stretch PathSolver::StretchOf(const Stretch& start, const Eigen::VectorXd& points) const {
+WaypointPath PathSolver::PathThroughPoints(const WaypointPath& start, const Eigen::VectorXd& points) const {
   const Eigen::Index size = dataset_->robot().configuration_size();
-  const auto ways = static_cast<Eigen::Index>(start.num_ways());
+  const auto ways = static_cast<Eigen::Index>(start.num_segments());
   const Eigen::Index pieces = (points.size() / size - 1) / ways;
-  Stretch stretch = start;
+  WaypointPath waypoint_path = start;
   for (Eigen::Index w = 0; w < ways; ++w) {
-    std::vector<Eigen::VectorXd>& inner = stretch.ways[static_cast<std::size_t>(w)];
+    std::vector<Eigen::VectorXd>& inner = waypoint_path.ways[static_cast<std::size_t>(w)];
     inner.clear();
     for (Eigen::Index k = 1; k < pieces; ++k) inner.emplace_back(points.segment((w * pieces + k) * size, size));
-    stretch.waypoints[static_cast<std::size_t>(w)] = points.segment(w * pieces * size, size);
+    waypoint_path.waypoints[static_cast<std::size_t>(w)] = points.segment(w * pieces * size, size);
   }
-  stretch.waypoints.back() = points.tail(size);
-  return stretch;
+  waypoint_path.waypoints.back() = points.tail(size);
+  return waypoint_path;
 }
 
-void PathSolver::LookAt(const Stretch& start) {
+void PathSolver::BindPath(const WaypointPath& start) {
   planted_.clear();
   polygons_.clear();
-  for (std::size_t w = 0; w < start.num_ways(); ++w) {
+  for (std::size_t w = 0; w < start.num_segments(); ++w) {
     planted_.push_back(PlantedFeet(*start.stances[w], *start.stances[w + 1]));
     polygons_.emplace_back();
     if (!planted_.back().footholds.empty()) polygons_.back() = TargetSupportPolygon(*dataset_, planted_.back());
@@ -184,7 +184,7 @@ void PathSolver::LookAt(const Stretch& start) {
 }
 
 bool PathSolver::SolvePieces(const MultiStartSettings& attempts, Program& program, Eigen::VectorXd& points,
-                             StretchSolution* solution) {
+                             PathSolution* solution) {
   program_ = &program;
   const MultiStartResult result = SolveWithRestarts(*solver_, program, points, attempts);
   evaluations_ = Evaluations();
@@ -198,34 +198,34 @@ bool PathSolver::SolvePieces(const MultiStartSettings& attempts, Program& progra
   return result.best.feasible;
 }
 
-StretchSolution PathSolver::Solve(const Stretch& start, const std::function<MultiStartSettings()>& attempts) {
-  const bool balanced = DescriptionOf(task_).between == Between::kBalanced;
-  LookAt(start);
-  StretchSolution solution;
-  solution.stretch = start;
+PathSolution PathSolver::Solve(const WaypointPath& start, const std::function<MultiStartSettings()>& attempts) {
+  const bool balanced = DescriptionOf(task_).between == TransitionRule::kBalanced;
+  BindPath(start);
+  PathSolution solution;
+  solution.waypoint_path = start;
   for (const Stance& planted : planted_) {
     if (!balanced || !planted.footholds.empty()) continue;
     solution.message = "no foot stays planted to be balanced on";
     return solution;
   }
   Eigen::VectorXd points = PointsOf(start, 1);
-  int pieces = FirstPieces(start, points);
+  int pieces = InitialPieces(start, points);
   solution.feasible = pieces == 1 && IsFree(points);
   pieces = std::max(pieces, 2);
   Sweep sweep = Sweep::kWithScene;
   double step_m = kSweepStep_m;
   ContactOptions contacts = contacts_;
-  for (int k = 0; k < kMostTries && !solution.feasible && !IsStopped(solution.status); ++k) {
-    points = k == 0 ? PointsOf(start, pieces) : Divided(points, pieces * static_cast<int>(start.num_ways()));
+  for (int k = 0; k < kMaxTries && !solution.feasible && !IsStopped(solution.status); ++k) {
+    points = k == 0 ? PointsOf(start, pieces) : Subdivided(points, pieces * static_cast<int>(start.num_segments()));
     const auto program =
         MakePathProgram(*dataset_, *query_, start.stances, start.ends, pieces, balanced, contacts, step_m, sweep);
-    solution.feasible = SolvePieces(attempts(), *program, points, &solution) && WillDo(points, &solution);
-    pieces = std::min(kMostPieces, 2 * pieces);
+    solution.feasible = SolvePieces(attempts(), *program, points, &solution) && IsAcceptable(points, &solution);
+    pieces = std::min(kMaxPieces, 2 * pieces);
     step_m *= kFinerStep;
     contacts.margin_m = std::min(contacts_.margin_m + kWiderMargin_m, 0.5 * (contacts_.margin_m + contacts_.range_m));
     sweep = Sweep::kWithAll;
   }
-  solution.stretch = StretchOf(start, points);
+  solution.waypoint_path = PathThroughPoints(start, points);
   return solution;
 }
 

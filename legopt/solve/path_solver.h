@@ -17,18 +17,18 @@
 namespace legopt {
 
 /// A part of a continuous motion, from one waypoint to another.
-struct Stretch {
+struct WaypointPath {
   std::vector<const Stance*> stances;              ///< stances of its waypoints, at least two
   std::vector<Eigen::VectorXd> waypoints;          ///< parallel to stances; n + 7 numbers each
   std::vector<std::vector<Eigen::VectorXd>> ways;  ///< inner points of each segment, equally spaced in time
   PathEnds ends = {};                              ///< whether its first and its last waypoint can move
 
-  size_t num_ways() const { return waypoints.size() - 1; }  ///< number of segments between waypoints
+  size_t num_segments() const { return waypoints.size() - 1; }  ///< number of segments between waypoints
 };
 
 /// Result of PathSolver::Solve.
-struct StretchSolution {
-  Stretch stretch;                                       ///< best path found
+struct PathSolution {
+  WaypointPath waypoint_path;                            ///< best path found
   bool feasible = false;                                 ///< feasible according to the solver
   SolveStatus status = SolveStatus::kConvergedFeasible;  ///< status of the last solve, or of a stop
   double max_violation = 0.0;                            ///< violation in the last program
@@ -44,7 +44,7 @@ struct StretchSolution {
 /// pieces. Between points, planted feet leave their targets by the square of a piece's length, which determines the
 /// number of pieces. The method's own solver solves the program of the inner points (MakePathProgram) from the straight
 /// segment. If the result is infeasible, planted feet or the centre of mass still drift too far, or something collides
-/// between the points, the solve is repeated from there with twice as many pieces, up to kMostPieces. Several
+/// between the points, the solve is repeated from there with twice as many pieces, up to kMaxPieces. Several
 /// segments: the same, from their current points; the waypoints between them move, and so do the ends that may.
 ///
 /// A workspace; one thread.
@@ -55,7 +55,7 @@ class PathSolver {
 
   /// Solves for the path from the points of `start`. `attempts` returns the settings used for windows, with generator
   /// and perturb for this program's points.
-  StretchSolution Solve(const Stretch& start, const std::function<MultiStartSettings()>& attempts);
+  PathSolution Solve(const WaypointPath& start, const std::function<MultiStartSettings()>& attempts);
 
   /// Returns the number of term evaluations so far, including those of a running solve.
   std::int64_t Evaluations() const;
@@ -63,17 +63,17 @@ class PathSolver {
  private:
   bool IsFree(const Eigen::VectorXd& points);
   double Drift(const Eigen::VectorXd& points);
-  double Lean(const Eigen::VectorXd& points);
+  double ComDeviation(const Eigen::VectorXd& points);
   template <class Visit>
   void ForEachMiddle(const Eigen::VectorXd& points, Visit visit);
   bool SolvePieces(const MultiStartSettings& attempts, Program& program, Eigen::VectorXd& points,
-                   StretchSolution* solution);
-  bool WillDo(const Eigen::VectorXd& points, StretchSolution* solution);
-  int FirstPieces(const Stretch& start, const Eigen::VectorXd& ends);
-  Eigen::VectorXd Divided(const Eigen::VectorXd& points, int pieces) const;
-  Eigen::VectorXd PointsOf(const Stretch& stretch, int pieces) const;
-  Stretch StretchOf(const Stretch& start, const Eigen::VectorXd& points) const;
-  void LookAt(const Stretch& start);
+                   PathSolution* solution);
+  bool IsAcceptable(const Eigen::VectorXd& points, PathSolution* solution);
+  int InitialPieces(const WaypointPath& start, const Eigen::VectorXd& ends);
+  Eigen::VectorXd Subdivided(const Eigen::VectorXd& points, int pieces) const;
+  Eigen::VectorXd PointsOf(const WaypointPath& waypoint_path, int pieces) const;
+  WaypointPath PathThroughPoints(const WaypointPath& start, const Eigen::VectorXd& points) const;
+  void BindPath(const WaypointPath& start);
 
   const Dataset* dataset_;
   CollisionQuery* query_;

@@ -80,16 +80,16 @@ class ProblemSolver::Run {
   MultiStartSettings Attempts(std::string identity, int window, Ends ends);
   Eigen::VectorXd WindowStart(std::span<const Stance> stances, bool fixed_first) const;
   bool SolveWindow(const ProblemDefinition& problem, const StanceWindow& window, int index);
-  void SolveWays(const ProblemDefinition& problem);
+  void SolveSegments(const ProblemDefinition& problem);
   void KeepWindow(const StanceWindow& window, const Eigen::VectorXd& x);
   void KeepUnsolved(const StanceWindow& window, const Eigen::VectorXd& x);
   std::string WindowName(const StanceWindow& window, int index) const;
   void Account(const MultiStartResult& result);
-  Stretch StretchFrom(const ProblemDefinition& problem, int first, int last) const;
-  void Keep(const Stretch& stretch, int first);
-  bool SolveStretch(const ProblemDefinition& problem, int way, int first, int last, StretchSolution* solution);
-  int SolveWay(const ProblemDefinition& problem, int way);
-  void Account(const StretchSolution& solution, int way);
+  WaypointPath CurrentPath(const ProblemDefinition& problem, int first, int last) const;
+  void Keep(const WaypointPath& waypoint_path, int first);
+  bool SolvePath(const ProblemDefinition& problem, int way, int first, int last, PathSolution* solution);
+  int SolveSegment(const ProblemDefinition& problem, int way);
+  void Account(const PathSolution& solution, int way);
   const Stance* StanceAt(const ProblemDefinition& problem, int waypoint) const {
     return &problem.stances[static_cast<size_t>(StanceOfWaypoint(task_.task, waypoint))];
   }
@@ -105,10 +105,10 @@ class ProblemSolver::Run {
   std::unique_ptr<Solver> solver_;
   SolveTimer timer_;
   SolveOutcome outcome_;
-  const Program* program_ = nullptr;                ///< program of the current window
-  double window_costs_ = 0.0;                       ///< sum of the programs' own costs
-  std::optional<PathSolver> paths_;                 ///< used by continuous tasks once the waypoints are known
-  std::vector<std::vector<Eigen::VectorXd>> ways_;  ///< points between the waypoints of a continuous task
+  const Program* program_ = nullptr;                    ///< program of the current window
+  double window_costs_ = 0.0;                           ///< sum of the programs' own costs
+  std::optional<PathSolver> paths_;                     ///< used by continuous tasks once the waypoints are known
+  std::vector<std::vector<Eigen::VectorXd>> segments_;  ///< points between the waypoints of a continuous task
 };
 
 // The effort limit is checked first: a solve that reaches it ends there, unless the clock stopped it earlier.
@@ -150,28 +150,28 @@ MultiStartSettings ProblemSolver::Run::Attempts(std::string identity, int window
 }
 
 /// Returns the current path from one waypoint to another.
-Stretch ProblemSolver::Run::StretchFrom(const ProblemDefinition& problem, int first, int last) const {
-  Stretch stretch;
+WaypointPath ProblemSolver::Run::CurrentPath(const ProblemDefinition& problem, int first, int last) const {
+  WaypointPath waypoint_path;
   for (int w = first; w <= last; ++w) {
-    stretch.stances.push_back(StanceAt(problem, w));
-    stretch.waypoints.push_back(outcome_.waypoints[static_cast<size_t>(w)]);
-    if (w < last) stretch.ways.push_back(ways_[static_cast<size_t>(w)]);
+    waypoint_path.stances.push_back(StanceAt(problem, w));
+    waypoint_path.waypoints.push_back(outcome_.waypoints[static_cast<size_t>(w)]);
+    if (w < last) waypoint_path.ways.push_back(segments_[static_cast<size_t>(w)]);
   }
-  if (last - first > 1) stretch.ends = {first == 0, last + 1 == std::ssize(outcome_.waypoints)};
-  return stretch;
+  if (last - first > 1) waypoint_path.ends = {first == 0, last + 1 == std::ssize(outcome_.waypoints)};
+  return waypoint_path;
 }
 
-void ProblemSolver::Run::Keep(const Stretch& stretch, int first) {
-  std::copy(stretch.waypoints.begin(), stretch.waypoints.end(), outcome_.waypoints.begin() + first);
-  std::copy(stretch.ways.begin(), stretch.ways.end(), ways_.begin() + first);
+void ProblemSolver::Run::Keep(const WaypointPath& waypoint_path, int first) {
+  std::copy(waypoint_path.waypoints.begin(), waypoint_path.waypoints.end(), outcome_.waypoints.begin() + first);
+  std::copy(waypoint_path.ways.begin(), waypoint_path.ways.end(), segments_.begin() + first);
 }
 
 /// Solves for the path between two waypoints that contains segment `way`. Returns false if there is no solution.
-bool ProblemSolver::Run::SolveStretch(const ProblemDefinition& problem, int way, int first, int last,
-                                      StretchSolution* solution) {
+bool ProblemSolver::Run::SolvePath(const ProblemDefinition& problem, int way, int first, int last,
+                                   PathSolution* solution) {
   const std::string identity =
       Identity(problem, outcome_.windows + way) + (last - first > 1 ? std::to_string(last - first) + "/" : "");
-  *solution = paths_->Solve(StretchFrom(problem, first, last),
+  *solution = paths_->Solve(CurrentPath(problem, first, last),
                             [&] { return Attempts(identity, outcome_.windows, Ends::kBothFixed); });
   outcome_.restarts += solution->restarts;
   outcome_ += solution->effort;
@@ -181,21 +181,21 @@ bool ProblemSolver::Run::SolveStretch(const ProblemDefinition& problem, int way,
 /// Solves for the segment from one waypoint to the next. If there is no solution, neighbouring waypoints move as well:
 /// first its own, then more and more on either side. Returns the next segment to solve. A failed segment is also kept,
 /// so that the judge reports it.
-int ProblemSolver::Run::SolveWay(const ProblemDefinition& problem, int way) {
-  constexpr int kMostBeside = 4;
+int ProblemSolver::Run::SolveSegment(const ProblemDefinition& problem, int way) {
+  constexpr int kMaxBeside = 4;
   const int last = static_cast<int>(outcome_.waypoints.size()) - 1;
-  StretchSolution solution, wider;
-  bool solved = SolveStretch(problem, way, way, way + 1, &solution);
+  PathSolution solution, wider;
+  bool solved = SolvePath(problem, way, way, way + 1, &solution);
   int end = way + 1;
-  Stretch found = solution.stretch;
+  WaypointPath found = solution.waypoint_path;
   int first = way;
-  for (int beside = 1; beside <= kMostBeside && !solved && !IsStopped(solution.status); ++beside) {
+  for (int beside = 1; beside <= kMaxBeside && !solved && !IsStopped(solution.status); ++beside) {
     const int from = std::max(0, way - beside), to = std::min(last, way + 1 + beside);
     if (to - from <= end - first) break;  // the whole motion
-    solved = SolveStretch(problem, way, from, to, &wider);
+    solved = SolvePath(problem, way, from, to, &wider);
     if (IsStopped(wider.status)) solution.status = wider.status;
     if (!solved) continue;
-    found = wider.stretch;
+    found = wider.waypoint_path;
     first = from;
     end = to;
     solution = wider;
@@ -206,24 +206,24 @@ int ProblemSolver::Run::SolveWay(const ProblemDefinition& problem, int way) {
 }
 
 /// Solves for all segments between the waypoints of a continuous task, one after the other.
-void ProblemSolver::Run::SolveWays(const ProblemDefinition& problem) {
+void ProblemSolver::Run::SolveSegments(const ProblemDefinition& problem) {
   paths_.emplace(dataset_, query_, *solver_, task_.task, Contacts());
-  const int num_ways = static_cast<int>(outcome_.waypoints.size()) - 1;
-  ways_.assign(static_cast<size_t>(std::max(num_ways, 0)), {});
+  const int num_segments = static_cast<int>(outcome_.waypoints.size()) - 1;
+  segments_.assign(static_cast<size_t>(std::max(num_segments, 0)), {});
   const bool complete = outcome_.windows_solved == outcome_.windows;
-  for (int way = 0; complete && way < num_ways;) {
+  for (int way = 0; complete && way < num_segments;) {
     if (const auto stop = Stopped()) {
       outcome_.status = *stop;
       break;
     }
-    way = SolveWay(problem, way);
+    way = SolveSegment(problem, way);
   }
   outcome_.term_evaluations = Evaluations();
   paths_.reset();
-  outcome_.waypoints = PutTogether(PathThrough(outcome_.waypoints, ways_));
+  outcome_.waypoints = FormatPath(MakePath(outcome_.waypoints, segments_));
 }
 
-void ProblemSolver::Run::Account(const StretchSolution& solution, int way) {
+void ProblemSolver::Run::Account(const PathSolution& solution, int way) {
   if (!solution.feasible && outcome_.message.empty()) {
     outcome_.message = "from waypoint " + std::to_string(way) + " to the next, " + solution.message;
     outcome_.status =
@@ -328,7 +328,7 @@ SolveOutcome ProblemSolver::Run::Solve(const ProblemDefinition& problem) {
     KeepUnsolved(windows[static_cast<size_t>(outcome_.windows_solved)], {});
   }
   outcome_.cost = SolutionCost(task_.task, dataset_.robot(), outcome_.waypoints, window_costs_);
-  if (IsTimed(task_.task)) SolveWays(problem);
+  if (IsTimed(task_.task)) SolveSegments(problem);
   return Finish();
 }
 

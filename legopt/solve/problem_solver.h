@@ -58,7 +58,8 @@ class ProblemSolver {
 
   std::shared_ptr<const Dataset> dataset_;
   SolverRegistry registry_;
-  Per<SceneRepresentation, Per<PairSelection, std::unique_ptr<CollisionQuery>>> queries_;  ///< built at first use
+  EnumArray<SceneRepresentation, EnumArray<PairSelection, std::unique_ptr<CollisionQuery>>>
+      queries_;  ///< built at first use
 };
 
 }  // namespace legopt

@@ -23,7 +23,7 @@ using Bytes = std::vector<std::uint8_t>;
 
 constexpr double kLargestTolerance = 1e-3;  // largest tolerance of a solver: docs/readings.md#solver-tolerance
 constexpr int kCompressionLevel = 3;
-constexpr std::size_t kMostDecoded = std::size_t{16} << 20;  // bytes; EncodeTrace never writes more
+constexpr std::size_t kMaxDecoded = std::size_t{16} << 20;  // bytes; EncodeTrace never writes more
 
 bool SameDescent(const IterationRecord& a, const IterationRecord& b) {
   return a.window == b.window && a.restart == b.restart && a.start == b.start && a.penalty == b.penalty;
@@ -123,14 +123,14 @@ Bytes Compressed(const Compressor& compressor, const Bytes& plain) {
   Bytes packed(ZSTD_compressBound(plain.size()));
   const std::size_t size =
       ZSTD_compressCCtx(compressor.get(), packed.data(), packed.size(), plain.data(), plain.size(), kCompressionLevel);
-  Demand(ZSTD_isError(size) == 0, "compressed data fit the bound of the compressor");
+  CheckInvariant(ZSTD_isError(size) == 0, "compressed data fit the bound of the compressor");
   packed.resize(size);
   return packed;
 }
 
 std::optional<Bytes> Decompressed(std::span<const std::uint8_t> packed) {
   const unsigned long long size = ZSTD_getFrameContentSize(packed.data(), packed.size());
-  if (size > kMostDecoded) return std::nullopt;  // errors and "unknown" are larger than any size
+  if (size > kMaxDecoded) return std::nullopt;  // errors and "unknown" are larger than any size
   Bytes plain(size);
   const std::size_t got = ZSTD_decompress(plain.data(), plain.size(), packed.data(), packed.size());
   return ZSTD_isError(got) == 0 && got == size ? std::optional(std::move(plain)) : std::nullopt;
@@ -141,7 +141,7 @@ using Length = std::uint32_t;  // length of the first compressed part, stored in
 }  // namespace
 
 std::vector<IterationRecord> CondenseTrace(std::span<const IterationRecord> history, std::size_t most) {
-  Demand(most >= 2, "a trace has a first and a last record");
+  CheckInvariant(most >= 2, "a trace has a first and a last record");
   std::vector<IterationRecord> kept;
   BestSoFar best;
   for (std::size_t first = 0, end = 0; first < history.size(); first = end) {

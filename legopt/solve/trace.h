@@ -16,7 +16,7 @@ namespace legopt {
 
 /// Maximum number of records in a stored trace: at most a quarter of a megabyte before compression, some tens of
 /// kilobytes after it.
-inline constexpr std::size_t kMostTraceRecords = 4000;
+inline constexpr std::size_t kMaxTraceRecords = 4000;
 
 /// Returns the relevant records of a solve, in their order. A record is kept if it is better than all before it in its
 /// window: a smaller violation or, among points that are feasible within a tolerance that solvers may have, a lower
@@ -24,7 +24,7 @@ inline constexpr std::size_t kMostTraceRecords = 4000;
 /// window, restart, start and penalty is also kept. If there are more than `most` (>= 2), as many evenly spaced ones
 /// are returned, including the first and the last accepted one.
 std::vector<IterationRecord> CondenseTrace(std::span<const IterationRecord> history,
-                                           std::size_t most = kMostTraceRecords);
+                                           std::size_t most = kMaxTraceRecords);
 
 /// Returns the records as bytes, with the times apart from all that is identical in every repetition. No records give
 /// no bytes.

@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "legopt/random_draws.h"
+#include "legopt/random_numbers.h"
 #include "legopt/statistics/charged_times.h"
 #include "legopt/statistics/checks.h"
 #include "legopt/statistics/distributions.h"
@@ -29,7 +29,7 @@ std::vector<double> Resampled(int problems, const ProblemStatistic& statistic, c
   std::vector<int> drawn(static_cast<std::size_t>(problems));
   std::vector<double> values(static_cast<std::size_t>(options.resamples));
   for (double& value : values) {
-    for (int& index : drawn) index = static_cast<int>(UniformDraw(generator) * problems);
+    for (int& index : drawn) index = static_cast<int>(UniformRandom(generator) * problems);
     // Sorted: another order of the same problems would change the rounding, and so the comparison with the value.
     std::sort(drawn.begin(), drawn.end());
     value = ValueOf(statistic, drawn);
@@ -73,7 +73,7 @@ double DeviationOf(const std::vector<double>& values) {
 }
 
 // Quantiles of values that may include -infinity.
-Interval EndsOf(std::vector<double> values, const Interval& levels) {
+Interval IntervalEnds(std::vector<double> values, const Interval& levels) {
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
   if (*least == *most) return {.lower = *least, .upper = *least};
   if (*least > -kInfinity) {
@@ -91,9 +91,9 @@ Interval EndsOf(std::vector<double> values, const Interval& levels) {
 }
 
 void RequireOptions(const BootstrapOptions& options) {
-  constexpr int kMostResamples = 1'000'000;
+  constexpr int kMaxResamples = 1'000'000;
   RequireCount(kName, "resamples", options.resamples, 1);
-  if (options.resamples > kMostResamples) {
+  if (options.resamples > kMaxResamples) {
     Refuse(kName, "resamples", "must not be above 1000000", options.resamples);
   }
   RequireLevel(kName, options.level);
@@ -122,7 +122,7 @@ BootstrapEstimate Bootstrap(int problems, const ProblemStatistic& statistic, con
     estimate.levels = BcaLevels(estimate.bias, estimate.acceleration, options.level);
   }
   estimate.standard_error = DeviationOf(resampled);
-  estimate.interval = EndsOf(resampled, estimate.levels);
+  estimate.interval = IntervalEnds(resampled, estimate.levels);
   return estimate;
 }
 

@@ -41,12 +41,12 @@ double LogGamma(double x) {
 double BetaFraction(double a, double b, double x) {
   constexpr double kTiny = 1e-300;
   constexpr double kEnough = 1e-16;
-  constexpr int kMostTerms = 10'000;
+  constexpr int kMaxTerms = 10'000;
   const auto nonzero = [](double value) { return std::abs(value) < kTiny ? kTiny : value; };
   double numerator = 1.0;
   double denominator = 0.0;
   double value = 1.0;
-  for (int term = 1; term <= kMostTerms; ++term) {
+  for (int term = 1; term <= kMaxTerms; ++term) {
     const int half = term / 2;
     const double m = half;
     const double d = term % 2 == 0 ? m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m))
@@ -82,7 +82,7 @@ double NormalQuantile(double p) {
   return p < 0.5 ? -UpperTailQuantile(p) : UpperTailQuantile(1.0 - p);
 }
 
-double FairCoinPoint(int k, int n) {
+double FairCoinPmf(int k, int n) {
   RequireCount("FairCoinPoint", "n", n);
   if (k < 0 || k > n) Refuse("FairCoinPoint", "k", "must lie in [0, n]", k);
   k = std::min(k, n - k);
@@ -97,7 +97,7 @@ double FairCoinPoint(int k, int n) {
 }
 
 double FairCoinCdf(int k, int n) {
-  const double point = FairCoinPoint(k, n);
+  const double point = FairCoinPmf(k, n);
   if (k == n) return 1.0;
   if (2 * static_cast<long long>(k) >= n) return 1.0 - FairCoinCdf(n - k - 1, n);
   double sum = 0.0;

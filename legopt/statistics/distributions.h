@@ -16,7 +16,7 @@ double NormalQuantile(double p);
 
 /// Returns P(X = k) for X ~ Bin(n, 1/2), 0 <= k <= n. Uses products only, so that the bits are the same everywhere.
 /// Throws InputError for other k and n.
-double FairCoinPoint(int k, int n);
+double FairCoinPmf(int k, int n);
 
 /// Returns P(X <= k) for X ~ Bin(n, 1/2), 0 <= k <= n. Throws InputError for other k and n.
 double FairCoinCdf(int k, int n);

@@ -88,11 +88,11 @@ WalshOrder NormalWalshOrder(int n, double tail) {
 }  // namespace
 
 SignedRankTest SignedRank(std::span<const double> differences, const SignedRankOptions& options) {
-  constexpr int kMostExactPairs = 1000;
+  constexpr int kMaxExactPairs = 1000;
   RequireNumbers("SignedRank", "differences", differences);
-  RequireCount("SignedRank", "most_exact_pairs", options.most_exact_pairs);
-  if (options.most_exact_pairs > kMostExactPairs) {
-    Refuse("SignedRank", "most_exact_pairs", "must not be above 1000", options.most_exact_pairs);
+  RequireCount("SignedRank", "most_exact_pairs", options.max_exact_pairs);
+  if (options.max_exact_pairs > kMaxExactPairs) {
+    Refuse("SignedRank", "most_exact_pairs", "must not be above 1000", options.max_exact_pairs);
   }
   SignedRankTest test;
   std::vector<double> magnitudes;
@@ -112,17 +112,17 @@ SignedRankTest SignedRank(std::span<const double> differences, const SignedRankO
     ranks.push_back(all_ranks[i]);
     (signs[i] > 0.0 ? test.positive_sum : test.negative_sum) += all_ranks[i];
   }
-  test.exact = test.pairs <= options.most_exact_pairs;
+  test.exact = test.pairs <= options.max_exact_pairs;
   test.exact ? FillExact(ranks, test) : FillNormal(ranks, test);
   test.two_sided_p = std::min(1.0, 2.0 * std::min(test.greater_p, test.less_p));
   return test;
 }
 
 Location HodgesLehmann(std::span<const double> differences, double level) {
-  constexpr int kMostExact = 200;
+  constexpr int kMaxExact = 200;
   RequireNumbers("HodgesLehmann", "differences", differences);
   RequireLevel("HodgesLehmann", level);
-  if (differences.size() > kMostLocated) {
+  if (differences.size() > kMaxHodgesLehmann) {
     Refuse("HodgesLehmann", "differences", "must not be more than 10000", static_cast<double>(differences.size()));
   }
   Location location{.interval = {.lower = -kInfinity, .upper = kInfinity}};
@@ -146,7 +146,7 @@ Location HodgesLehmann(std::span<const double> differences, double level) {
   const std::size_t count = averages.size();
   location.estimate = 0.5 * select((count - 1) / 2) + 0.5 * select(count / 2);
   const double tail = 0.5 * (1.0 - level);
-  const WalshOrder walsh = n <= kMostExact ? ExactWalshOrder(n, tail) : NormalWalshOrder(n, tail);
+  const WalshOrder walsh = n <= kMaxExact ? ExactWalshOrder(n, tail) : NormalWalshOrder(n, tail);
   if (walsh.order == 0) return location;
   const auto order = static_cast<std::size_t>(walsh.order);
   location.interval = {.lower = select(order - 1), .upper = select(count - order)};

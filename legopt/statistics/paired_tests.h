@@ -16,7 +16,7 @@ enum class ZeroRule : std::uint8_t {
 /// Options of a signed rank test.
 struct SignedRankOptions {
   ZeroRule zeros = ZeroRule::kDrop;
-  int most_exact_pairs = 200;  ///< p is exact up to this number of non-zero differences, 0..1000
+  int max_exact_pairs = 200;  ///< p is exact up to this number of non-zero differences, 0..1000
 };
 
 /// Result of a signed rank test: are the differences centred at zero?
@@ -34,7 +34,7 @@ struct SignedRankTest {
 /// Computes the signed rank test of Wilcoxon (1945, Biometrics Bull. 1:80) for paired differences, one per problem that
 /// both methods solved: of costs, or of logarithms of times. |d| are ranked, ties share their mean rank. The exact p
 /// counts all 2^pairs signs by dynamic programming over doubled ranks, which are integers even with ties. Beyond
-/// `most_exact_pairs` the sum is taken as normal with mean sum(r)/2 and variance sum(r^2)/4, which includes ties and
+/// `max_exact_pairs` the sum is taken as normal with mean sum(r)/2 and variance sum(r^2)/4, which includes ties and
 /// Pratt's zeros, without continuity correction.
 ///
 /// Any unit. Differences are tied if their magnitudes are equal as doubles, so round them to their significant digits.
@@ -49,13 +49,13 @@ struct Location {
 };
 
 /// Maximum number of differences n for HodgesLehmann, which stores n (n + 1)/2 numbers.
-inline constexpr int kMostLocated = 10'000;
+inline constexpr int kMaxHodgesLehmann = 10'000;
 
 /// Computes the estimate of Hodges and Lehmann (1963, Ann. Math. Stat. 34:598) with Tukey's interval: the values that
 /// the signed rank test does not reject, from the C-th smallest to the C-th largest Walsh average. C is the largest
 /// number for which P(V < C) <= (1 - level)/2, exact up to 200 differences, normal beyond. For logarithms of time
 /// ratios, exp(estimate) is the typical ratio. Zeros and ties are not treated specially. Unit: that of the differences.
-/// Throws InputError for NaN, infinities, more than kMostLocated differences, and a `level` outside (0, 1).
+/// Throws InputError for NaN, infinities, more than kMaxHodgesLehmann differences, and a `level` outside (0, 1).
 Location HodgesLehmann(std::span<const double> differences, double level = 0.95);
 
 }  // namespace legopt::statistics

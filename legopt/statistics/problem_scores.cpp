@@ -8,7 +8,7 @@ namespace legopt::statistics {
 
 double ProblemScore::Share() const { return finished() == 0 ? kNaN : static_cast<double>(solved) / finished(); }
 
-double ProblemScore::MeanOfSolved() const {
+double ProblemScore::MeanSolvedValue() const {
   if (finished() == 0) return kNaN;
   return solved == 0 ? std::numeric_limits<double>::infinity() : solved_sum / solved;
 }
@@ -35,12 +35,12 @@ double MeanCharged(std::span<const ProblemScore> problems, double charge) {
 ProblemScore ScoreOf(std::span<const Repetition> repetitions) {
   ProblemScore score;
   for (const Repetition& run : repetitions) {
-    if (run.end == RunEnd::kMissing) {
+    if (run.end == RunOutcome::kMissing) {
       ++score.missing;
       continue;
     }
     RequireNumbers("ScoreOf", "value", {&run.value, 1}, {.lowest = 0.0});
-    const bool solved = run.end == RunEnd::kSolved;
+    const bool solved = run.end == RunOutcome::kSolved;
     ++(solved ? score.solved : score.failed);
     (solved ? score.solved_sum : score.failed_sum) += run.value;
   }

@@ -9,7 +9,7 @@
 namespace legopt::statistics {
 
 /// Outcome of one repetition.
-enum class RunEnd : std::uint8_t {
+enum class RunOutcome : std::uint8_t {
   kSolved,   ///< the judge accepts its solution
   kFailed,   ///< finished without an accepted solution: failed, dead, or stopped at its time limit
   kMissing,  ///< queued, running or cancelled
@@ -17,7 +17,7 @@ enum class RunEnd : std::uint8_t {
 
 /// One repetition of one problem by one method.
 struct Repetition {
-  RunEnd end = RunEnd::kMissing;
+  RunOutcome end = RunOutcome::kMissing;
   /// Cost of the solution, or time in ms (also of failed runs); >= 0 and finite. Ignored for a missing run.
   double value = 0.0;
 };
@@ -35,7 +35,7 @@ struct ProblemScore {
   double Share() const;
   /// Mean value of the solved repetitions, for costs and "solved only"; +infinity if there is none, NaN for a missing
   /// problem. It rewards failures, so report Share with it.
-  double MeanOfSolved() const;
+  double MeanSolvedValue() const;
   /// Returns the mean over the finished repetitions, where a failed one counts `charge` (>= 0; +infinity: one failure
   /// makes the problem unsolved); NaN for a missing problem. Throws InputError for a negative charge and NaN.
   double Charged(double charge) const;

@@ -62,7 +62,7 @@ StepCurve RuntimeDistribution(std::span<const std::vector<Repetition>> problems)
     if (finished == 0) continue;
     count += 1.0;
     for (const Repetition& run : runs) {
-      if (run.end == RunEnd::kSolved) weighted.emplace_back(run.value, 1.0 / finished);
+      if (run.end == RunOutcome::kSolved) weighted.emplace_back(run.value, 1.0 / finished);
     }
   }
   return WeightedCurve(std::move(weighted), count);

@@ -75,7 +75,7 @@ McNemarTest McNemar(int only_first, int only_second) {
   test.discordant = only_first + only_second;
   if (test.discordant == 0) return test;
   const int fewer = std::min(only_first, only_second);
-  const double point = FairCoinPoint(fewer, test.discordant);
+  const double point = FairCoinPmf(fewer, test.discordant);
   test.exact_p = std::min(1.0, 2.0 * FairCoinCdf(fewer, test.discordant));
   test.mid_p = only_first == only_second ? 1.0 - 0.5 * point : test.exact_p - point;
   return test;

@@ -27,14 +27,14 @@ void BlockChain<Real>::Reset(int num_blocks, int stride, bool chained) {
   matrix_.resize(size * static_cast<size_t>(stride));
   if (chained) coupled_.resize(size * static_cast<size_t>(stride));
   min_pivot_.resize(static_cast<size_t>(stride));
-  squares_left_.resize(size_t{2} * kernels::kMostRowsBeside * static_cast<size_t>(stride));
+  squares_left_.resize(size_t{2} * kernels::kMaxExtraRows * static_cast<size_t>(stride));
   squares_right_.resize(squares_left_.size());
 }
 
 template <typename Real>
 void BlockChain<Real>::SetCoupling(int t, bool tiled, int rows) {
-  Demand(linked(t), "a block is coupled with the next one", t, num_blocks_);
-  Demand(!tiled || rows <= kernels::kMostRowsBeside, "a tiled coupling has few rows", rows);
+  CheckInvariant(linked(t), "a block is coupled with the next one", t, num_blocks_);
+  CheckInvariant(!tiled || rows <= kernels::kMaxExtraRows, "a tiled coupling has few rows", rows);
   links_[static_cast<size_t>(t)] = {tiled, rows, num_rows_};
   num_rows_ += static_cast<size_t>(rows);
   const size_t entries = num_rows_ * static_cast<size_t>(stride_);
@@ -67,16 +67,16 @@ template <typename Real>
 bool BlockChain<Real>::Eliminate(int t, const Real* c, Real pivot_floor) {
   const Link& link = links_[static_cast<size_t>(t)];
   Real* const m = block(t);
-  KeepPivots(t, pivot_floor);
+  SetMinPivots(t, pivot_floor);
   if (!link.tiled) NegateLeft(t);
-  if (!kernels::ChosenKernels<Real>().factor(TakenFrom(t), m, min_pivot_.data(), CouplingOf(t, c), stride_))
+  if (!kernels::ChosenKernels<Real>().factor(ReductionOf(t), m, min_pivot_.data(), CouplingOf(t, c), stride_))
     return false;
   for (int r = 0; link.tiled && r < link.rows; ++r) kernels::SolveTransposed(m, stride_, left(t, r));
   return true;
 }
 
 template <typename Real>
-void BlockChain<Real>::KeepPivots(int t, Real pivot_floor) {
+void BlockChain<Real>::SetMinPivots(int t, Real pivot_floor) {
   const Real* const m = block(t);
   const std::ptrdiff_t diagonal = stride_ + 1;
   for (int i = 0; i < stride_; ++i) {
@@ -93,7 +93,7 @@ void BlockChain<Real>::NegateLeft(int t) {
 
 /// Returns the part that the elimination of block t - 1 subtracts from block t.
 template <typename Real>
-kernels::Reduction<Real> BlockChain<Real>::TakenFrom(int t) {
+kernels::Reduction<Real> BlockChain<Real>::ReductionOf(int t) {
   kernels::Reduction<Real> taken;
   if (t == 0 || !linked(t - 1)) return taken;
   taken.t = At(coupled_, t - 1);

@@ -27,7 +27,7 @@ class BlockChain {
   /// called for each coupling.
   void Reset(int num_blocks, int stride, bool chained);
   /// Sets the coupling of block t < num_blocks - 1 with the next one, until Reset: C_t tiled or dense, and the
-  /// number of rows l and r beside it (if tiled, at most kernels::kMostRowsBeside). Invalidates pointers returned by
+  /// number of rows l and r beside it (if tiled, at most kernels::kMaxExtraRows). Invalidates pointers returned by
   /// left() and right().
   void SetCoupling(int t, bool tiled, int rows);
 
@@ -58,10 +58,10 @@ class BlockChain {
            (links_[static_cast<size_t>(t)].first + static_cast<size_t>(row)) * static_cast<size_t>(stride_);
   }
   bool linked(int t) const { return chained_ && t + 1 < num_blocks_; }
-  void KeepPivots(int t, Real pivot_floor);
+  void SetMinPivots(int t, Real pivot_floor);
   void NegateLeft(int t);
   int SquaresOfRows(int t);
-  kernels::Reduction<Real> TakenFrom(int t);
+  kernels::Reduction<Real> ReductionOf(int t);
   kernels::Coupling<Real> CouplingOf(int t, const Real* c);
   kernels::FactoredBlock<Real> Factored(int t);
 

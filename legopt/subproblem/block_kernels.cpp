@@ -279,7 +279,7 @@ template <typename Real>
 void SolveBack(const FactoredBlock<Real>& block, Real* b) {
   const int stride = block.stride;
   const Real* const next = b + stride;
-  Real from_rows[kMostRowsBeside];
+  Real from_rows[kMaxExtraRows];
   for (std::ptrdiff_t r = 0; r < block.count; ++r) from_rows[r] = Dot(next, block.right + r * stride, stride);
   for (int k = stride - kLanes; k >= 0; k -= kLanes) {
     const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(k) * stride;

@@ -26,9 +26,9 @@ struct WeightedRows {
 /// Rows that are zero outside some columns and stored without the zero columns.
 template <typename Real>
 struct PackedSquares {
-  static constexpr int kMostRuns = 4;        ///< maximum number of runs
+  static constexpr int kMaxRuns = 4;         ///< maximum number of runs
   static constexpr int kScratch = 8;         ///< scratch entries per row
-  std::span<const WeightedRows<Real>> runs;  ///< up to kMostRuns; rows have 4 columns.size() entries
+  std::span<const WeightedRows<Real>> runs;  ///< up to kMaxRuns; rows have 4 columns.size() entries
   std::span<const int> columns;  ///< first column of each stored group of four; increasing multiples of four
   Real* scratch;                 ///< kScratch entries per row, used by this call only
 };
@@ -97,7 +97,7 @@ template <typename Real>
 void SolveTransposed(const Real* u, int stride, Real* b);
 
 /// Maximum number of rows beside a lower T; the products of more rows cost as much as a dense block.
-inline constexpr int kMostRowsBeside = 6;
+inline constexpr int kMaxExtraRows = 6;
 
 /// A factored block and its coupling T + sum over `count` rows of z_r r_r^T, where z = U^-T l (before the elimination:
 /// C + sum of l_r r_r^T). A dense T contains the rows, so that there are none beside it.
@@ -108,7 +108,7 @@ struct FactoredBlock {
   bool lower = false;           ///< T is zero right of its diagonal's tiles
   const Real* left = nullptr;   ///< rows z of `stride` entries
   const Real* right = nullptr;  ///< rows r of `stride` entries
-  int count = 0;                ///< number of rows z and r, at most kMostRowsBeside
+  int count = 0;                ///< number of rows z and r, at most kMaxExtraRows
   int stride = 0;               ///< stride of all matrices and rows
 };
 

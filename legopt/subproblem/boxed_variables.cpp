@@ -46,9 +46,9 @@ void BoxedVariables::SetFixed(size_t i, double at) {
 }
 
 void BoxedVariables::Start() {
-  constexpr double kLeastShare = 1e-15;  // relative to the box
+  constexpr double kMinShare = 1e-15;  // relative to the box
   for (size_t i = 0; i < size(); ++i) {
-    const double least = kLeastShare * (upper[i] - lower[i]);
+    const double least = kMinShare * (upper[i] - lower[i]);
     below_[i] = std::max(value[i] - lower[i], least);
     above_[i] = std::max(upper[i] - value[i], least);
   }

@@ -7,7 +7,7 @@
 
 namespace legopt {
 
-void CostBlocks::Copy(const ConvexSubproblem& problem, const PackedRows::Freedom& freedom, const PackedRows& rows,
+void CostBlocks::Copy(const ConvexSubproblem& problem, const PackedRows::FreeVariables& freedom, const PackedRows& rows,
                       double scale) {
   num_blocks_ = freedom.end_block - freedom.first_block;
   stride_ = problem.stride();
@@ -26,7 +26,7 @@ void CostBlocks::Copy(const ConvexSubproblem& problem, const PackedRows::Freedom
   chained_ = coupled_ || rows.any_between();
   for (int t = 0; chained_ && t + 1 < num_blocks_; ++t) {
     // Many rows between blocks make the coupling dense.
-    const bool few = rows.num_between(t) <= kernels::kMostRowsBeside;
+    const bool few = rows.num_between(t) <= kernels::kMaxExtraRows;
     CopyCoupling(problem, freedom, few && problem.coupling_is_tiled(t + freedom.first_block), t);
   }
   if (freedom.shifted) ShiftByFixed(problem, freedom);
@@ -41,7 +41,7 @@ CostBlocks::Square CostBlocks::NewSquare(bool tiled) {
 }
 
 /// Copies block t of H. Rows and columns of fixed variables become those of the identity.
-void CostBlocks::CopyHessian(const ConvexSubproblem& problem, const PackedRows::Freedom& freedom, int t) {
+void CostBlocks::CopyHessian(const ConvexSubproblem& problem, const PackedRows::FreeVariables& freedom, int t) {
   const int block = t + freedom.first_block;
   hessian_.push_back(NewSquare(problem.hessian_is_tiled(block)));
   double* const to = Entries(hessian_.back());
@@ -61,7 +61,8 @@ void CostBlocks::CopyHessian(const ConvexSubproblem& problem, const PackedRows::
   }
 }
 
-void CostBlocks::CopyCoupling(const ConvexSubproblem& problem, const PackedRows::Freedom& freedom, bool tiled, int t) {
+void CostBlocks::CopyCoupling(const ConvexSubproblem& problem, const PackedRows::FreeVariables& freedom, bool tiled,
+                              int t) {
   const int block = t + freedom.first_block;
   coupling_.push_back(NewSquare(tiled));
   double* const to = Entries(coupling_.back());
@@ -80,7 +81,7 @@ void CostBlocks::CopyCoupling(const ConvexSubproblem& problem, const PackedRows:
 }
 
 /// Adds H x of the fixed variables to the gradient.
-void CostBlocks::ShiftByFixed(const ConvexSubproblem& problem, const PackedRows::Freedom& freedom) {
+void CostBlocks::ShiftByFixed(const ConvexSubproblem& problem, const PackedRows::FreeVariables& freedom) {
   const int n = problem.block_size();
   const auto place = [&](int k) { return static_cast<size_t>(k / n * stride_ + k % n); };
   const size_t begin = static_cast<size_t>(freedom.first_block) * static_cast<size_t>(stride_);

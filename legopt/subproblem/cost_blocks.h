@@ -25,7 +25,8 @@ class CostBlocks {
 
   /// Copies the costs; block 0 is `freedom.first_block`. `rows` are rows of the same blocks, stored beside tiled
   /// couplings.
-  void Copy(const ConvexSubproblem& problem, const PackedRows::Freedom& freedom, const PackedRows& rows, double scale);
+  void Copy(const ConvexSubproblem& problem, const PackedRows::FreeVariables& freedom, const PackedRows& rows,
+            double scale);
 
   int num_blocks() const { return num_blocks_; }  ///< number of diagonal blocks
   int stride() const { return stride_; }          ///< number of rows of a block, with padding
@@ -44,9 +45,9 @@ class CostBlocks {
   Square NewSquare(bool tiled);
   double* Entries(const Square& square) { return entries_.data() + square.begin; }
   const double* Entries(const Square& square) const { return entries_.data() + square.begin; }
-  void CopyHessian(const ConvexSubproblem& problem, const PackedRows::Freedom& freedom, int t);
-  void CopyCoupling(const ConvexSubproblem& problem, const PackedRows::Freedom& freedom, bool tiled, int t);
-  void ShiftByFixed(const ConvexSubproblem& problem, const PackedRows::Freedom& freedom);
+  void CopyHessian(const ConvexSubproblem& problem, const PackedRows::FreeVariables& freedom, int t);
+  void CopyCoupling(const ConvexSubproblem& problem, const PackedRows::FreeVariables& freedom, bool tiled, int t);
+  void ShiftByFixed(const ConvexSubproblem& problem, const PackedRows::FreeVariables& freedom);
 
   int num_blocks_ = 0, stride_ = 0;
   double scale_ = 1.0;

@@ -35,7 +35,7 @@ SubproblemSolver::Result InteriorPointSolver::Solve(const ConvexSubproblem& prob
   for (; result.iterations < kMaxIterations; ++result.iterations) {
     bool solved = IsSolved(accuracy, Gap());
     if (single_precision_ && (solved || Gap() <= kSingleShare * first_gap)) {
-      GoOnInDoublePrecision();
+      SwitchToDoublePrecision();
       solved = IsSolved(accuracy, Gap());
     }
     const double gap = Gap();
@@ -49,14 +49,14 @@ SubproblemSolver::Result InteriorPointSolver::Solve(const ConvexSubproblem& prob
     }
     const double step = Iterate(gap);
     if (single_precision_) {
-      if (step < kShortSingleStep) GoOnInDoublePrecision();
+      if (step < kShortSingleStep) SwitchToDoublePrecision();
     } else if (step < kStalledStep) {
       break;
     }
   }
-  if (single_precision_) GoOnInDoublePrecision();
+  if (single_precision_) SwitchToDoublePrecision();
   result.gap = Gap() * scale_;
-  TakeStep(problem, dx);
+  CopySolution(problem, dx);
   return result;
 }
 
@@ -71,7 +71,7 @@ double InteriorPointSolver::Iterate(double gap) {
   return step;
 }
 
-void InteriorPointSolver::TakeStep(const ConvexSubproblem& problem, Eigen::Ref<Eigen::VectorXd> dx) const {
+void InteriorPointSolver::CopySolution(const ConvexSubproblem& problem, Eigen::Ref<Eigen::VectorXd> dx) const {
   const int n = problem.block_size();
   for (Eigen::Index i = 0; i < dx.size(); ++i) {
     const auto k = static_cast<size_t>(i / n * stride_ + i % n);
@@ -85,8 +85,8 @@ void InteriorPointSolver::TakeStep(const ConvexSubproblem& problem, Eigen::Ref<E
 void InteriorPointSolver::Prepare(const ConvexSubproblem& problem) {
   stride_ = problem.stride();
   scale_ = problem.max_weight() > 0.0 ? problem.max_weight() : 1.0;
-  FindFreedom(problem);
-  const PackedRows::Freedom freedom = {free_, fixed_, shifted_, first_block_, first_block_ + num_blocks_};
+  FindFreeVariables(problem);
+  const PackedRows::FreeVariables freedom = {free_, fixed_, shifted_, first_block_, first_block_ + num_blocks_};
   rows_.Pack(problem, freedom);
   costs_.Copy(problem, freedom, rows_, scale_);
   num_x_ = static_cast<size_t>(stride_) * static_cast<size_t>(num_blocks_);
@@ -102,7 +102,7 @@ void InteriorPointSolver::Prepare(const ConvexSubproblem& problem) {
 
 /// Continues in double precision. Adds the rounding errors of both equations to the multipliers: the gap is exact from
 /// here on.
-void InteriorPointSolver::GoOnInDoublePrecision() {
+void InteriorPointSolver::SwitchToDoublePrecision() {
   single_precision_ = false;
   double_matrix_begun_ = false;
   UpdateRows();
@@ -122,7 +122,7 @@ void InteriorPointSolver::GoOnInDoublePrecision() {
 }
 
 /// Finds the free variables, and the range from the first block with free variables to the last.
-void InteriorPointSolver::FindFreedom(const ConvexSubproblem& problem) {
+void InteriorPointSolver::FindFreeVariables(const ConvexSubproblem& problem) {
   const size_t all = problem.lower().size(), stride = static_cast<size_t>(stride_);
   free_.assign(all, 0.0);
   fixed_.assign(all, 0.0);

@@ -36,9 +36,9 @@ class InteriorPointSolver : public SubproblemSolver {
 
  private:
   void Prepare(const ConvexSubproblem& problem);
-  void FindFreedom(const ConvexSubproblem& problem);
+  void FindFreeVariables(const ConvexSubproblem& problem);
   void SetBoxes(const ConvexSubproblem& problem);
-  void TakeStep(const ConvexSubproblem& problem, Eigen::Ref<Eigen::VectorXd> dx) const;
+  void CopySolution(const ConvexSubproblem& problem, Eigen::Ref<Eigen::VectorXd> dx) const;
   void StartingPoint();
   /// Sets row_values_ at x.
   void UpdateRows();
@@ -57,7 +57,7 @@ class InteriorPointSolver : public SubproblemSolver {
   /// finite.
   template <typename Real>
   bool Factor(NewtonMatrix<Real>& matrix, double pivot_floor);
-  void GoOnInDoublePrecision();
+  void SwitchToDoublePrecision();
   /// Computes Mehrotra's corrector for the target `sigma` of the products.
   bool CorrectedDirection(double sigma);
   /// Computes the steps of x and y from the right-hand side that has been eliminated forward. Returns false if they are

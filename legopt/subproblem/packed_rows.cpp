@@ -14,7 +14,7 @@ namespace {
 constexpr int kFour = kernels::kLanes;
 
 constexpr std::uint32_t kLeftOut = UINT32_MAX;
-constexpr int kMostBits = 64;  // longer rows are stored whole
+constexpr int kMaxBits = 64;  // longer rows are stored whole
 /// Above this share of all columns, packing saves less than one long row gains.
 constexpr double kWholeShare = 0.7;
 
@@ -28,7 +28,7 @@ constexpr int kGroupCost = 200;  // cycles for the squares of a group, in additi
 
 }  // namespace
 
-void PackedRows::Pack(const ConvexSubproblem& problem, const Freedom& freedom) {
+void PackedRows::Pack(const ConvexSubproblem& problem, const FreeVariables& freedom) {
   stride_ = problem.stride();
   num_blocks_ = freedom.end_block - freedom.first_block;
   FindGroups(problem, freedom);
@@ -38,19 +38,19 @@ void PackedRows::Pack(const ConvexSubproblem& problem, const Freedom& freedom) {
 
 std::uint64_t PackedRows::Support(const double* coefficients, const double* free) const {
   const int vectors = stride_ / kFour;
-  const std::uint64_t whole = vectors >= kMostBits ? ~std::uint64_t{0} : (std::uint64_t{1} << vectors) - 1;
+  const std::uint64_t whole = vectors >= kMaxBits ? ~std::uint64_t{0} : (std::uint64_t{1} << vectors) - 1;
   std::uint64_t support = 0;
-  for (int v = 0; v < std::min(vectors, kMostBits); ++v) {
+  for (int v = 0; v < std::min(vectors, kMaxBits); ++v) {
     const std::ptrdiff_t column = std::ptrdiff_t{v} * kFour;
     const unsigned here = kernels::NonZeros(kernels::Load(coefficients + column));
     const bool any = here != 0 && (here & kernels::NonZeros(kernels::Load(free + column))) != 0;
     support |= std::uint64_t{any} << v;
   }
-  if (vectors > kMostBits) return whole;
+  if (vectors > kMaxBits) return whole;
   return std::popcount(support) > kWholeShare * vectors ? whole : support;
 }
 
-void PackedRows::FindGroups(const ConvexSubproblem& problem, const Freedom& freedom) {
+void PackedRows::FindGroups(const ConvexSubproblem& problem, const FreeVariables& freedom) {
   groups_.clear();
   by_block_.resize(std::max(by_block_.size(), static_cast<size_t>(num_blocks_)));
   for (auto& groups : by_block_) groups.clear();
@@ -125,7 +125,7 @@ void PackedRows::PlaceGroups() {
       Part& part = group.parts[k];
       part.first_column = columns_.size();
       for (int column = 0; column < stride_; column += kFour) {
-        const bool whole = stride_ / kFour > kMostBits;
+        const bool whole = stride_ / kFour > kMaxBits;
         if (whole || (part.support >> (column / kFour) & 1) != 0) columns_.push_back(column);
       }
       part.width = static_cast<int>(columns_.size() - part.first_column) * kFour;
@@ -140,7 +140,7 @@ void PackedRows::PlaceGroups() {
   coefficients_.resize(coefficients);
 }
 
-void PackedRows::CopyRows(const ConvexSubproblem& problem, const Freedom& freedom) {
+void PackedRows::CopyRows(const ConvexSubproblem& problem, const FreeVariables& freedom) {
   for (size_t i = 0; i < group_of_row_.size(); ++i) {
     if (group_of_row_[i] == kLeftOut) continue;
     const ConvexSubproblem::Row& row = problem.rows()[i];
@@ -220,7 +220,7 @@ template <typename Real>
 void PackedRows::AddSquares(int t, const Real* coefficients, const Real* d, const Real* h,
                             AlignedNumbers<Real>& scratch, BlockChain<Real>& chain) const {
   using Squares = kernels::PackedSquares<Real>;
-  kernels::WeightedRows<Real> runs[Squares::kMostRuns];
+  kernels::WeightedRows<Real> runs[Squares::kMaxRuns];
   const std::vector<std::uint32_t>& groups = by_block_[static_cast<size_t>(t)];
   Real* const block = chain.block(t);
   if (h != block && (groups.empty() || PartIn(groups_[groups[0]], t).width < stride_)) {
@@ -230,7 +230,7 @@ void PackedRows::AddSquares(int t, const Real* coefficients, const Real* d, cons
   for (size_t g = 0; g < groups.size();) {
     const Part& part = PartIn(groups_[groups[g]], t);
     size_t num_runs = 0, num_rows = 0;
-    for (; g < groups.size() && num_runs < Squares::kMostRuns; ++g) {  // neighbours with the same columns at once
+    for (; g < groups.size() && num_runs < Squares::kMaxRuns; ++g) {  // neighbours with the same columns at once
       const Group& group = groups_[groups[g]];
       const Part& next = PartIn(group, t);
       if (next.support != part.support) break;

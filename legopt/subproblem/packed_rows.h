@@ -22,7 +22,7 @@ namespace legopt {
 class PackedRows {
  public:
   /// Free variables of a problem's blocks, and values of the fixed ones. Padded vectors over all blocks.
-  struct Freedom {
+  struct FreeVariables {
     const AlignedDoubles& free;   ///< 1 for free variables, else 0; 0 in the padding
     const AlignedDoubles& fixed;  ///< values of fixed variables; 0 of free ones
     bool shifted = false;         ///< some of these values are not 0
@@ -31,7 +31,7 @@ class PackedRows {
   };
 
   /// Packs the rows; block 0 is `freedom.first_block`.
-  void Pack(const ConvexSubproblem& problem, const Freedom& freedom);
+  void Pack(const ConvexSubproblem& problem, const FreeVariables& freedom);
 
   size_t size() const { return offset_.size(); }               ///< number of rows that are kept
   double offset(size_t i) const { return offset_[i]; }         ///< b of row i, including fixed variables
@@ -77,11 +77,11 @@ class PackedRows {
     int count = 0;
   };
 
-  void FindGroups(const ConvexSubproblem& problem, const Freedom& freedom);
+  void FindGroups(const ConvexSubproblem& problem, const FreeVariables& freedom);
   size_t GroupOf(int block, const std::uint64_t supports[2], int num_parts);
   static int CostOfJoining(const Group& group, const std::uint64_t supports[2]);
   void PlaceGroups();
-  void CopyRows(const ConvexSubproblem& problem, const Freedom& freedom);
+  void CopyRows(const ConvexSubproblem& problem, const FreeVariables& freedom);
   std::uint64_t Support(const double* coefficients, const double* free) const;
   const Part& PartIn(const Group& group, int t) const { return group.parts[group.parts[0].block == t ? 0 : 1]; }
   template <typename Real>

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "legopt/dataset/dataset.h"
-#include "legopt/random_draws.h"
+#include "legopt/random_numbers.h"
 
 namespace legopt {
 
@@ -43,7 +43,7 @@ Eigen::VectorXd InitialGuess(const Dataset& dataset, const Stance& stance, Initi
 void PerturbJoints(const RobotModel& robot, std::mt19937_64& generator, double half_width_rad,
                    Eigen::Ref<Eigen::VectorXd> x) {
   for (int dof = 0; dof < robot.num_dofs(); ++dof) {
-    const double noise = half_width_rad * (2 * UniformDraw(generator) - 1);
+    const double noise = half_width_rad * (2 * UniformRandom(generator) - 1);
     x[dof] = std::clamp(x[dof] + noise, robot.lower_limits()[dof], robot.upper_limits()[dof]);
   }
 }

@@ -38,30 +38,30 @@ SweptCollisionTerm::SweptCollisionTerm(int waypoint, WaypointState& from, Waypoi
       kinematics_(robot),
       x_(robot.configuration_size()),
       gradient_(robot.tangent_size()),
-      ways_(robot.links().size(), 0.0),
+      displacements_(robot.links().size(), 0.0),
       steps_(robot.links().size(), 1) {
   links_.reserve(robot.links().size());
 }
 
 void SweptCollisionTerm::ComputeResiduals(std::vector<double>& residuals) {
-  if (aside_) return;
+  if (disabled_) return;
   Refresh();
   for (const Row& row : rows_) residuals.push_back(margin_m_ - row.contact.distance_m);
 }
 
 void SweptCollisionTerm::ComputeModel(LinearModel& model) {
-  if (aside_) return model.Reset(0, robot_->tangent_size(), 2);
+  if (disabled_) return model.Reset(0, robot_->tangent_size(), 2);
   Refresh();
   const int straight = robot_->num_dofs() + 3;
   model.Reset(static_cast<int>(rows_.size()), robot_->tangent_size(), 2);
   double placed_at = 0.0;
-  BaseTurnDerivatives turn;
+  BaseRotationDerivatives turn;
   for (int i = 0; i < model.rows(); ++i) {
     const auto& [contact, s] = rows_[static_cast<size_t>(i)];
     if (s != placed_at) {
       InterpolateConfiguration(*robot_, from_->configuration(), to_->configuration(), s, x_);
       kinematics_.UpdatePoses(x_);
-      turn = DifferentiateBaseTurn(*robot_, from_->configuration(), to_->configuration(), s);
+      turn = DifferentiateBaseRotation(*robot_, from_->configuration(), to_->configuration(), s);
       placed_at = s;
     }
     model.value(i) = margin_m_ - contact.distance_m;
@@ -82,7 +82,7 @@ void SweptCollisionTerm::ComputeModel(LinearModel& model) {
 }
 
 void SweptCollisionTerm::RowKeys(int /*rows*/, std::vector<int>& keys) {
-  if (aside_) return;
+  if (disabled_) return;
   Refresh();
   for (const Row& row : rows_) keys.push_back(row.contact.pair_id);
 }
@@ -110,37 +110,38 @@ void SweptCollisionTerm::Refresh() {
 }
 
 int SweptCollisionTerm::ChooseSteps() {
-  MeasureWays();
+  MeasureDisplacements();
   int most = 1;
   for (size_t link = 0; link < steps_.size(); ++link) {
     int& steps = steps_[link];
     steps = 1;
-    while (steps < kMostSteps && kQuarters * ways_[link] > step_m_ * steps) steps *= 2;
+    while (steps < kMaxSteps && kQuarters * displacements_[link] > step_m_ * steps) steps *= 2;
     most = std::max(most, steps);
   }
   return most;
 }
 
-void SweptCollisionTerm::MeasureWays() {
-  std::fill(ways_.begin(), ways_.end(), 0.0);
+void SweptCollisionTerm::MeasureDisplacements() {
+  std::fill(displacements_.begin(), displacements_.end(), 0.0);
   const Kinematics* before = &from_->kinematics();
   for (int quarter = 1; quarter < kQuarters; ++quarter) {
     Kinematics& here = quarters_[static_cast<size_t>(quarter - 1)];
     InterpolateConfiguration(*robot_, from_->configuration(), to_->configuration(),
                              static_cast<double>(quarter) / kQuarters, x_);
     here.UpdatePoses(x_);
-    LengthenWays(*before, here);
+    UpdateDisplacements(*before, here);
     before = &here;
   }
-  LengthenWays(*before, to_->kinematics());
+  UpdateDisplacements(*before, to_->kinematics());
 }
 
-void SweptCollisionTerm::LengthenWays(const Kinematics& before, const Kinematics& after) {
-  for (size_t i = 0; i < ways_.size(); ++i) {
+void SweptCollisionTerm::UpdateDisplacements(const Kinematics& before, const Kinematics& after) {
+  for (size_t i = 0; i < displacements_.size(); ++i) {
     const int link = static_cast<int>(i);
     const CollisionModel::Ball& ball = query_->model().link_ball(link);
     if (ball.radius < 0.0) continue;
-    ways_[i] = std::max(ways_[i], LargestWay(ball, before.link_pose(link), after.link_pose(link)));
+    displacements_[i] =
+        std::max(displacements_[i], MaxDisplacement(ball, before.link_pose(link), after.link_pose(link)));
   }
 }
 

@@ -24,7 +24,7 @@ enum class Sweep : std::uint8_t {
 ///
 /// Samples. The path (interpolation.h) is checked at s = k / N, 0 < k < N; the ends belong to the collision terms of
 /// their waypoints. Each link has its own number of sub-steps: the smallest power of two with which none of its points
-/// moves more than `step_m` per sub-step, at most kMostSteps (longer paths then have longer sub-steps). A link is
+/// moves more than `step_m` per sub-step, at most kMaxSteps (longer paths then have longer sub-steps). A link is
 /// checked only at the ends of its sub-steps, so a standing foot costs nothing. N is the largest of these numbers. The
 /// length of a point's path is estimated as four times the largest displacement within the quarters of the path, which
 /// is accurate to a few per cent. The numbers jump as the waypoints move. Powers of two jump rarely, and a finer set of
@@ -37,14 +37,14 @@ enum class Sweep : std::uint8_t {
 ///
 /// Derivatives are those of the nearest sample with constant s, exact for the interpolated configuration. To first
 /// order, joints and base position move by (1 - s, s) times the ends' steps, and the base rotates by
-/// DifferentiateBaseTurn. Contact points and normals are treated as in CollisionTerm. Both ends always share a row,
+/// DifferentiateBaseRotation. Contact points and normals are treated as in CollisionTerm. Both ends always share a row,
 /// because 0 < s < 1: if one of them is fixed, the other still has a gradient of at least 1 / N of the whole.
 class SweptCollisionTerm : public Term {
  public:
-  /// Default of `step_m`: longest displacement of a link's point between two samples, unless kMostSteps is reached.
+  /// Default of `step_m`: longest displacement of a link's point between two samples, unless kMaxSteps is reached.
   static constexpr double kStep_m = 0.1;
   /// Maximum number of sub-steps, a power of two.
-  static constexpr int kMostSteps = 32;
+  static constexpr int kMaxSteps = 32;
 
   /// `from` and `to`: states of `waypoint` and `waypoint` + 1. `range_m` > margin_m: pairs nearer than this may become
   /// rows. `preference_weight`, per metre, makes the term a preference; 0: an inequality. `step_m`: see above, > 0.
@@ -59,8 +59,8 @@ class SweptCollisionTerm : public Term {
   void RowKeys(int rows, std::vector<int>& keys) override;
   /// Pairs within range that have no row keep the margin on the path and are nearer at an end.
   double AbsentRow() const override { return margin_m_ - range_m_; }
-  bool SetAside(bool aside) override {
-    aside_ = aside;
+  bool SetDisabled(bool aside) override {
+    disabled_ = aside;
     return true;
   }
 
@@ -77,8 +77,8 @@ class SweptCollisionTerm : public Term {
  private:
   void Refresh();
   int ChooseSteps();
-  void MeasureWays();
-  void LengthenWays(const Kinematics& before, const Kinematics& after);
+  void MeasureDisplacements();
+  void UpdateDisplacements(const Kinematics& before, const Kinematics& after);
   void CollectRows(int most_steps);
   /// Returns the kinematics at sample k of `most_steps`.
   const Kinematics& PlaceSample(int k, int most_steps);
@@ -93,7 +93,7 @@ class SweptCollisionTerm : public Term {
   double range_m_;
   double step_m_;
   Sweep sweep_;
-  bool aside_ = false;
+  bool disabled_ = false;
 
   std::uint64_t from_revision_ = 0;  ///< state revision for which rows_ are valid; 0: none
   std::uint64_t to_revision_ = 0;
@@ -101,9 +101,9 @@ class SweptCollisionTerm : public Term {
   Kinematics kinematics_;               ///< kinematics at any other sample
   Eigen::VectorXd x_;
   Eigen::VectorXd gradient_;
-  std::vector<double> ways_;  ///< largest displacement of each link within a quarter of the path, m
-  std::vector<int> steps_;    ///< number of sub-steps of each link
-  std::vector<int> links_;    ///< links that are checked in one sample
+  std::vector<double> displacements_;  ///< largest displacement of each link within a quarter of the path, m
+  std::vector<int> steps_;             ///< number of sub-steps of each link
+  std::vector<int> links_;             ///< links that are checked in one sample
   std::vector<Row> rows_;
 };
 

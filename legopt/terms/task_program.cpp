@@ -24,20 +24,20 @@ double SumOfTransitions(const RobotModel& robot, std::span<const Eigen::VectorXd
 }
 
 /// Inputs for adding the terms of a task to a program.
-struct Ingredients {
+struct TermInputs {
   const Dataset& dataset;
   CollisionQuery& query;
   const ContactOptions& contacts;
-  std::span<const WaypointDemand> demands;  ///< one entry per waypoint of the program
+  std::span<const WaypointConstraints> demands;  ///< one entry per waypoint of the program
 };
 
-void AddTorqueCost(const Ingredients&, WaypointProgram& program) {
+void AddTorqueCost(const TermInputs&, WaypointProgram& program) {
   for (int t = program.num_waypoints() - 1; t >= 0; --t) {
     program.Prepend(std::make_unique<TorqueCostTerm>(t, program.state(t)));
   }
 }
 
-void AddTransitions(const Ingredients& of, WaypointProgram& program) {
+void AddTransitions(const TermInputs& of, WaypointProgram& program) {
   constexpr int kVelocityUnit = 0;
   for (int t = 0; t + 1 < program.num_waypoints(); ++t) {
     WaypointState& from = program.state(t);
@@ -53,22 +53,22 @@ void AddTransitions(const Ingredients& of, WaypointProgram& program) {
 
 /// Adds balance over the planted feet to a waypoint, if they are fewer than its own: they carry the robot on the
 /// adjacent segment.
-void AddBalanceOnWay(const Dataset& dataset, WaypointProgram& program, int waypoint, const Stance& own,
-                     const Stance& planted) {
+void AddBalanceOnSegment(const Dataset& dataset, WaypointProgram& program, int waypoint, const Stance& own,
+                         const Stance& planted) {
   if (planted.footholds.empty()) return;
   if (planted.footholds.size() == own.footholds.size()) return;  // same as the waypoint's own constraint
   program.Append(
       std::make_unique<ComTerm>(waypoint, program.state(waypoint), Edges(TargetSupportPolygon(dataset, planted))));
 }
 
-void AddBalancedTransitions(const Ingredients& of, WaypointProgram& program) {
+void AddBalancedTransitions(const TermInputs& of, WaypointProgram& program) {
   AddTransitions(of, program);
   for (int t = 0; t + 1 < program.num_waypoints(); ++t) {
     const Stance& from = *of.demands[static_cast<std::size_t>(t)].stance;
     const Stance& to = *of.demands[static_cast<std::size_t>(t) + 1].stance;
     const Stance planted = PlantedFeet(from, to);
-    AddBalanceOnWay(of.dataset, program, t, from, planted);
-    AddBalanceOnWay(of.dataset, program, t + 1, to, planted);
+    AddBalanceOnSegment(of.dataset, program, t, from, planted);
+    AddBalanceOnSegment(of.dataset, program, t + 1, to, planted);
   }
 }
 
@@ -127,7 +127,7 @@ std::vector<StanceWindow> StanceWindows(Task task, int num_stances) {
 std::unique_ptr<WaypointProgram> MakeTaskProgram(Task task, const Dataset& dataset, CollisionQuery& query,
                                                  std::span<const Stance> stances, const ContactOptions& contacts,
                                                  bool fixed_first) {
-  std::vector<WaypointDemand> demands;
+  std::vector<WaypointConstraints> demands;
   for (const Stance& stance : stances) {
     demands.insert(demands.end(), static_cast<std::size_t>(DescriptionOf(task).waypoints_per_stance),
                    {.stance = &stance});
@@ -146,13 +146,13 @@ std::unique_ptr<WaypointProgram> MakePathProgram(const Dataset& dataset, Collisi
   const auto ways = stances.size() - 1;
   std::vector<Stance> planted;
   for (std::size_t w = 0; w < ways; ++w) planted.push_back(PlantedFeet(*stances[w], *stances[w + 1]));
-  const WaypointDemand fixed = {.stance = nullptr, .fixed = true};
-  std::vector<WaypointDemand> demands = {{.stance = stances.front(), .on_a_way = true}};
+  const WaypointConstraints fixed = {.stance = nullptr, .fixed = true};
+  std::vector<WaypointConstraints> demands = {{.stance = stances.front(), .on_segment = true}};
   for (std::size_t w = 0; w < ways; ++w) {
     const bool has_polygon = !planted[w].footholds.empty();
     demands.insert(demands.end(), static_cast<std::size_t>(pieces) - 1,
-                   {.stance = &planted[w], .balanced = balanced && has_polygon, .on_a_way = true});
-    demands.push_back({.stance = stances[w + 1], .on_a_way = true});
+                   {.stance = &planted[w], .balanced = balanced && has_polygon, .on_segment = true});
+    demands.push_back({.stance = stances[w + 1], .on_segment = true});
   }
   if (!ends.first_moves) demands.front() = fixed;
   if (!ends.last_moves) demands.back() = fixed;
@@ -160,7 +160,7 @@ std::unique_ptr<WaypointProgram> MakePathProgram(const Dataset& dataset, Collisi
   const auto moves = [&](std::size_t w) { return w == 0 ? ends.first_moves : w < ways || ends.last_moves; };
   for (std::size_t w = 0; balanced && w < ways; ++w) {
     for (const std::size_t end : {w, w + 1}) {
-      if (moves(end)) AddBalanceOnWay(dataset, *program, static_cast<int>(end) * pieces, *stances[end], planted[w]);
+      if (moves(end)) AddBalanceOnSegment(dataset, *program, static_cast<int>(end) * pieces, *stances[end], planted[w]);
     }
   }
   for (int t = 0; t + 1 < program->num_waypoints(); ++t) {

@@ -9,10 +9,10 @@
 
 namespace legopt {
 
-WaypointProgram::WaypointProgram(const Dataset& dataset, CollisionQuery& query, std::span<const WaypointDemand> demands,
-                                 const ContactOptions& contacts)
+WaypointProgram::WaypointProgram(const Dataset& dataset, CollisionQuery& query,
+                                 std::span<const WaypointConstraints> demands, const ContactOptions& contacts)
     : dataset_(&dataset), robot_(&dataset.robot()) {
-  for (const WaypointDemand& demand : demands) {
+  for (const WaypointConstraints& demand : demands) {
     stances_.push_back(demand.stance != nullptr ? *demand.stance : Stance{});
     states_.emplace_back(*robot_, query, contacts.range_m);
     fixed_.push_back(demand.fixed);
@@ -20,7 +20,7 @@ WaypointProgram::WaypointProgram(const Dataset& dataset, CollisionQuery& query, 
   }
 }
 
-void WaypointProgram::AddConstraints(const Dataset& dataset, const WaypointDemand& demand, int waypoint,
+void WaypointProgram::AddConstraints(const Dataset& dataset, const WaypointConstraints& demand, int waypoint,
                                      const ContactOptions& contacts) {
   WaypointState& state = states_.back();
   const Stance& stance = *demand.stance;
@@ -28,8 +28,8 @@ void WaypointProgram::AddConstraints(const Dataset& dataset, const WaypointDeman
   double margin_m = contacts.margin_m;
   if (demand.fixed) {  // a fixed waypoint only has to be valid
     weights.kept = weights.spent;
-    margin_m = contacts.spent_margin_m;
-  } else if (demand.on_a_way) {
+    margin_m = contacts.relaxed_margin_m;
+  } else if (demand.on_segment) {
     weights.spent = weights.kept;
   }
   for (const Foothold& foothold : stance.footholds) {
@@ -39,7 +39,7 @@ void WaypointProgram::AddConstraints(const Dataset& dataset, const WaypointDeman
   if (demand.balanced) {
     terms_.push_back(std::make_unique<ComTerm>(waypoint, state, Edges(TargetSupportPolygon(dataset, stance))));
   }
-  terms_.push_back(std::make_unique<CollisionTerm>(waypoint, state, margin_m, contacts.spent_margin_m));
+  terms_.push_back(std::make_unique<CollisionTerm>(waypoint, state, margin_m, contacts.relaxed_margin_m));
 }
 
 void WaypointProgram::SetPoint(Eigen::Ref<const Eigen::VectorXd> x) {

@@ -15,19 +15,20 @@ namespace legopt {
 
 /// Treatment of collisions in a program. Metres.
 struct ContactOptions {
-  double margin_m = 5e-4;         ///< distance to keep
-  double spent_margin_m = -5e-4;  ///< relaxed margin, if nothing else helps: half of the depth that the judge tolerates
-  double range_m = 0.03;          ///< pairs nearer than this become rows; > margin_m
+  double margin_m = 5e-4;  ///< distance to keep
+  double relaxed_margin_m =
+      -5e-4;              ///< relaxed margin, if nothing else helps: half of the depth that the judge tolerates
+  double range_m = 0.03;  ///< pairs nearer than this become rows; > margin_m
   ContinuousCollision continuous = ContinuousCollision::kPreferred;  ///< used by programs with transitions
   double continuous_weight = 1e2;                                    ///< weight of the preference, per metre, > 0
 };
 
 /// Constraints of one waypoint of a chain besides its joint limits.
-struct WaypointDemand {
+struct WaypointConstraints {
   const Stance* stance = nullptr;  ///< its feet are planted, nothing collides; null: no terms
   bool fixed = false;              ///< the waypoint does not move
   bool balanced = true;            ///< the centre of mass is over the support polygon of its feet
-  bool on_a_way = false;           ///< its feet drift on the next segment, so their margin is not relaxed
+  bool on_segment = false;         ///< its feet drift on the next segment, so their margin is not relaxed
 };
 
 /// A chain of waypoints of one robot, each constrained by a stance: one pose term per foot, the centre of mass over the
@@ -38,7 +39,7 @@ struct WaypointDemand {
 class WaypointProgram : public Program {
  public:
   /// Adds the constraints of all waypoints; `demands` and their stances need not outlive the call.
-  WaypointProgram(const Dataset& dataset, CollisionQuery& query, std::span<const WaypointDemand> demands,
+  WaypointProgram(const Dataset& dataset, CollisionQuery& query, std::span<const WaypointConstraints> demands,
                   const ContactOptions& contacts);
 
   /// Adds a term before the existing ones. It may refer to the states.
@@ -52,8 +53,8 @@ class WaypointProgram : public Program {
   /// Returns the constraints, by waypoint, with the terms of Prepend and Append; the program owns them.
   const std::vector<std::unique_ptr<Term>>& terms() const override { return terms_; }
   /// Clears the memory of nearby shapes.
-  void Forget() override {
-    for (WaypointState& state : states_) state.Forget();
+  void ClearCache() override {
+    for (WaypointState& state : states_) state.ClearCache();
   }
   void SetPoint(Eigen::Ref<const Eigen::VectorXd> x) override;
   void Retract(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<const Eigen::VectorXd> dx,
@@ -73,7 +74,7 @@ class WaypointProgram : public Program {
   WaypointState& state(int waypoint) { return states_[static_cast<size_t>(waypoint)]; }
 
  private:
-  void AddConstraints(const Dataset& dataset, const WaypointDemand& demand, int waypoint,
+  void AddConstraints(const Dataset& dataset, const WaypointConstraints& demand, int waypoint,
                       const ContactOptions& contacts);
   bool IsFixed(Eigen::Index waypoint) const { return fixed_[static_cast<size_t>(waypoint)]; }
 

@@ -31,7 +31,7 @@ class WaypointState {
   }
 
   /// Clears caches by which earlier configurations make queries faster, so that later results do not depend on them.
-  void Forget() {
+  void ClearCache() {
     memory_.Clear();
     contacts_valid_ = false;
     ++revision_;
@@ -45,7 +45,7 @@ class WaypointState {
   const Kinematics& kinematics() const { return kinematics_; }
   double contact_range_m() const { return contact_range_m_; }
   /// Memory for further queries near the waypoint.
-  ContactMemory& memory() { return memory_; }
+  WarmStartCache& memory() { return memory_; }
 
   /// Pairs closer than the contact range, in the query's order. They depend on the configuration only, except for
   /// rounding and the choice among equally near points.
@@ -64,7 +64,7 @@ class WaypointState {
   Kinematics kinematics_;
   CollisionQuery* query_;
   double contact_range_m_;
-  ContactMemory memory_;  ///< speeds up queries at successive nearby configurations
+  WarmStartCache memory_;  ///< speeds up queries at successive nearby configurations
   bool contacts_valid_ = false;
   std::vector<Contact> contacts_;
 };

@@ -109,26 +109,26 @@ void ComTerm::ComputeModel(LinearModel& model) {
   }
 }
 
-CollisionTerm::CollisionTerm(int waypoint, WaypointState& state, double margin_m, double spent_margin_m)
+CollisionTerm::CollisionTerm(int waypoint, WaypointState& state, double margin_m, double relaxed_margin_m)
     : Term({"collision", TermKind::kInequality, waypoint, 1}),
       state_(&state),
-      kept_margin_m_(margin_m),
-      spent_margin_m_(spent_margin_m),
+      full_margin_m_(margin_m),
+      relaxed_margin_m_(relaxed_margin_m),
       margin_m_(margin_m) {}
 
 void CollisionTerm::ComputeResiduals(std::vector<double>& residuals) {
-  if (aside_) return;
+  if (disabled_) return;
   for (const Contact& contact : state_->contacts()) residuals.push_back(margin_m_ - contact.distance_m);
 }
 
 void CollisionTerm::RowKeys(int /*rows*/, std::vector<int>& keys) {
-  if (aside_) return;
+  if (disabled_) return;
   for (const Contact& contact : state_->contacts()) keys.push_back(contact.pair_id);
 }
 
 void CollisionTerm::ComputeModel(LinearModel& model) {
   const Kinematics& kinematics = state_->kinematics();
-  if (aside_) return model.Reset(0, kinematics.model().tangent_size(), 1);
+  if (disabled_) return model.Reset(0, kinematics.model().tangent_size(), 1);
   const std::vector<Contact>& contacts = state_->contacts();
   model.Reset(static_cast<int>(contacts.size()), kinematics.model().tangent_size(), 1);
   for (int i = 0; i < model.rows(); ++i) {

@@ -33,12 +33,12 @@ class TorqueCostTerm : public Term {
 class FootPoseTerm : public Term {
  public:
   /// Weight with a relaxed margin: a solver tolerance of 4e-4 then allows 9.5e-4 of the judge's 1e-3.
-  static constexpr double kSpentWeight = 0.42;
+  static constexpr double kRelaxedWeight = 0.42;
 
   /// Weights of the six numbers, in (0, 1].
   struct Weights {
-    double kept = 1.0;            ///< weight with the whole margin
-    double spent = kSpentWeight;  ///< weight with any part of the margin relaxed
+    double kept = 1.0;              ///< weight with the whole margin
+    double spent = kRelaxedWeight;  ///< weight with any part of the margin relaxed
   };
 
   /// `target`: pose of the foot's link frame in the world. `name`: name of the foot, for messages.
@@ -47,7 +47,7 @@ class FootPoseTerm : public Term {
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
   /// Relaxes the whole margin if `share` > 0: the judge checks the same numbers, so keeping a part of it has no use.
-  bool SpendReserve(double share) override {
+  bool RelaxMargin(double share) override {
     weight_ = share > 0.0 ? weights_.spent : weights_.kept;
     return weights_.spent != weights_.kept;
   }
@@ -82,28 +82,28 @@ class ComTerm : public Term {
 /// points fixed in their links and a constant normal (contact.h; docs/readings.md#contacts).
 class CollisionTerm : public Term {
  public:
-  /// `margin_m`: distance to keep, at most the state's contact range. `spent_margin_m`: distance with the margin fully
-  /// relaxed.
-  CollisionTerm(int waypoint, WaypointState& state, double margin_m, double spent_margin_m);
+  /// `margin_m`: distance to keep, at most the state's contact range. `relaxed_margin_m`: distance with the margin
+  /// fully relaxed.
+  CollisionTerm(int waypoint, WaypointState& state, double margin_m, double relaxed_margin_m);
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
   /// Appends the ids of the pairs of shapes.
   void RowKeys(int rows, std::vector<int>& keys) override;
   double AbsentRow() const override { return margin_m_ - state_->contact_range_m(); }
-  bool SpendReserve(double share) override {
-    margin_m_ = kept_margin_m_ + share * (spent_margin_m_ - kept_margin_m_);
+  bool RelaxMargin(double share) override {
+    margin_m_ = full_margin_m_ + share * (relaxed_margin_m_ - full_margin_m_);
     return true;
   }
-  bool SetAside(bool aside) override {
-    aside_ = aside;
+  bool SetDisabled(bool aside) override {
+    disabled_ = aside;
     return true;
   }
 
  private:
   WaypointState* state_;
-  double kept_margin_m_, spent_margin_m_;
+  double full_margin_m_, relaxed_margin_m_;
   double margin_m_;  ///< current margin
-  bool aside_ = false;
+  bool disabled_ = false;
 };
 
 }  // namespace legopt

@@ -33,7 +33,7 @@ std::string ContentOf(const fs::path& file, const std::string& source, const std
 }
 
 // Returns the texts of a list; adds a fault for every other value.
-std::vector<std::string> ReadTexts(OptionReader& reader, const char* key, OptionFaults& faults) {
+std::vector<std::string> ReadTexts(OptionReader& reader, const char* key, OptionDiagnostics& faults) {
   std::vector<std::string> texts;
   const json* list = reader.Find(key);
   if (list == nullptr) return texts;
@@ -45,7 +45,7 @@ std::vector<std::string> ReadTexts(OptionReader& reader, const char* key, Option
   return list->get<std::vector<std::string>>();
 }
 
-void ReadName(OptionReader& reader, Declaration& declaration, OptionFaults& faults) {
+void ReadName(OptionReader& reader, Declaration& declaration, OptionDiagnostics& faults) {
   static const SolverRegistry kOwn;
   if (!reader.Text("name", declaration.name)) {
     if (!faults.Has("name")) faults.Add("name", "", "is missing", "add the word that suites use as 'solver'");
@@ -61,7 +61,7 @@ void ReadName(OptionReader& reader, Declaration& declaration, OptionFaults& faul
   }
 }
 
-void FindExecutable(Declaration& declaration, OptionFaults& faults) {
+void FindExecutable(Declaration& declaration, OptionDiagnostics& faults) {
   const std::string& word = declaration.command.front();
   const bool is_path = word.find('/') != std::string::npos;
   const fs::path found = is_path ? (declaration.folder / word).lexically_normal() : programs::FindProgram(word);
@@ -74,7 +74,7 @@ void FindExecutable(Declaration& declaration, OptionFaults& faults) {
   declaration.executable = found;
 }
 
-void ReadCommand(OptionReader& reader, Declaration& declaration, OptionFaults& faults) {
+void ReadCommand(OptionReader& reader, Declaration& declaration, OptionDiagnostics& faults) {
   declaration.command = ReadTexts(reader, "command", faults);
   if (faults.Has("command")) return;
   if (declaration.command.empty()) {
@@ -90,7 +90,7 @@ void ReadCommand(OptionReader& reader, Declaration& declaration, OptionFaults& f
   }
 }
 
-void ReadFiles(OptionReader& reader, Declaration& declaration, OptionFaults& faults) {
+void ReadFiles(OptionReader& reader, Declaration& declaration, OptionDiagnostics& faults) {
   for (const std::string& word : ReadTexts(reader, "files", faults)) {
     const fs::path file = (declaration.folder / word).lexically_normal();
     std::error_code ignored;
@@ -101,21 +101,21 @@ void ReadFiles(OptionReader& reader, Declaration& declaration, OptionFaults& fau
   }
 }
 
-void ReadLevel(OptionReader& reader, Declaration& declaration, OptionFaults& faults) {
+void ReadLevel(OptionReader& reader, Declaration& declaration, OptionDiagnostics& faults) {
   std::string word = "lines";
   reader.Text("level", word);
   if (word != "lines" && word != "files")
     faults.Add("level", word, "must be 'lines' or 'files'", "see docs/solvers.md");
-  declaration.level = word == "files" ? Level::kFiles : Level::kLines;
+  declaration.level = word == "files" ? ChannelType::kFiles : ChannelType::kLines;
 }
 
-void ReadSettings(OptionReader& reader, Declaration& declaration, OptionFaults& faults) {
+void ReadSettings(OptionReader& reader, Declaration& declaration, OptionDiagnostics& faults) {
   declaration.settings = json::object();
   const json* settings = reader.Find("settings");
   if (settings != nullptr && OptionReader::IsMap(*settings, "settings", faults)) declaration.settings = *settings;
 }
 
-void ReadSurroundings(OptionReader& reader, Declaration& declaration, OptionFaults& faults) {
+void ReadSurroundings(OptionReader& reader, Declaration& declaration, OptionDiagnostics& faults) {
   declaration.environment = ReadTexts(reader, "environment", faults);
   reader.Boolean("network", declaration.network);
   for (const std::string& name : declaration.environment) {
@@ -128,7 +128,7 @@ void ReadSurroundings(OptionReader& reader, Declaration& declaration, OptionFaul
 
 Declaration ReadDeclaration(const fs::path& file) {
   const json object = ReadJsonFile(file);
-  OptionFaults faults(file.string());
+  OptionDiagnostics faults(file.string());
   Declaration declaration;
   declaration.file = file.string();
   // A pipe has no folder, so the current one is used.
@@ -142,7 +142,7 @@ Declaration ReadDeclaration(const fs::path& file) {
   ReadSettings(reader, declaration, faults);
   ReadSurroundings(reader, declaration, faults);
   reader.Number("timeout_s", declaration.timeout_s, kShortestSilence_s, kLongestSilence_s);
-  reader.RefuseOthers();
+  reader.RejectUnknownKeys();
   faults.ThrowIfAny();
   declaration.hash = CurrentHash(declaration);
   return declaration;
@@ -164,7 +164,7 @@ std::vector<Declaration> ReadDeclarations(std::span<const fs::path> files) {
 
 std::string CurrentHash(const Declaration& declaration) {
   json parts = {{"command", declaration.command}, {"settings", declaration.settings}};
-  if (declaration.level == Level::kFiles) parts["level"] = "files";
+  if (declaration.level == ChannelType::kFiles) parts["level"] = "files";
   parts["executable"] = Blake2bHex(ContentOf(declaration.executable, declaration.file, "command"));
   for (const fs::path& file : declaration.files) {
     parts["files"].push_back(Blake2bHex(ContentOf(file, declaration.file, "files")));

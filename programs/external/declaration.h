@@ -9,7 +9,7 @@
 namespace legopt::external {
 
 /// Type of communication with an external solver.
-enum class Level {
+enum class ChannelType {
   kLines,  ///< JSON lines over its standard streams, during its whole lifetime
   kFiles   ///< a problem file and the name of a solution file as last arguments; one process per solve
 };
@@ -24,7 +24,7 @@ enum class Level {
 struct Declaration {
   std::string file;  ///< path of the declaration
   std::string name;  ///< name used as `solver` in suites
-  Level level = Level::kLines;
+  ChannelType level = ChannelType::kLines;
   std::vector<std::string> command;          ///< argv, as written
   std::filesystem::path folder;              ///< folder of the declaration, absolute
   std::filesystem::path executable;          ///< file of the command's first word, absolute

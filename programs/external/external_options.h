@@ -19,7 +19,7 @@ struct ExternalOptions {
     fields.Digest("declaration", options.declaration);
     fields.Number("constraint_tolerance", options.constraint_tolerance, 1e-12, 1e-3);
     fields.Integer("max_rounds", options.max_rounds, 1, 1000);
-    fields.LaterNumber("budget_s", options.budget_s, 0.0, kLongestBudget_s, 0.0);
+    fields.NumberWithDefault("budget_s", options.budget_s, 0.0, kLongestBudget_s, 0.0);
   }
 };
 

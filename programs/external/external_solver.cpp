@@ -14,9 +14,9 @@ namespace {
 using Clock = LineChannel::Clock;
 
 constexpr auto kStopCheckInterval = std::chrono::milliseconds(50);
-constexpr std::int64_t kMostProgressLines = 100'000;  // maximum per solve; each line is stored
-constexpr int kMostRepeats = 1000;                    // consecutive requests for one point; they cost no effort
-constexpr int kSeedBits = 53;                         // integers that JSON parsers of all languages read exactly
+constexpr std::int64_t kMaxProgressLines = 100'000;  // maximum per solve; each line is stored
+constexpr int kMaxRepeats = 1000;                    // consecutive requests for one point; they cost no effort
+constexpr int kSeedBits = 53;                        // integers that JSON parsers of all languages read exactly
 
 Clock::time_point After(double duration_s) {
   return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(duration_s));
@@ -35,8 +35,8 @@ const char* TypeOf(const SolverMessage& message) {
 
 }  // namespace
 
-ExternalSolver::ExternalSolver(ExternalOptions options, ExternalManner manner, ChannelMaker make_channel)
-    : options_(std::move(options)), manner_(std::move(manner)), make_channel_(std::move(make_channel)) {}
+ExternalSolver::ExternalSolver(ExternalOptions options, ExternalProtocol manner, ChannelMaker make_channel)
+    : options_(std::move(options)), protocol_(std::move(manner)), make_channel_(std::move(make_channel)) {}
 
 SolverResult ExternalSolver::Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) {
   SolverResult result;
@@ -50,7 +50,7 @@ SolverResult ExternalSolver::Solve(Program& program, Eigen::VectorXd& x, const S
   const size_t first_record = NumRecords(context);
   evaluations_ = 0;
   progress_lines_ = 0;
-  asked_.resize(0);
+  last_requested_.resize(0);
   seed_ = SeedOf(context);
   if (!budget_end_ && options_.budget_s > 0) budget_end_ = After(options_.budget_s);
   budget_spent_ = false;
@@ -58,7 +58,7 @@ SolverResult ExternalSolver::Solve(Program& program, Eigen::VectorXd& x, const S
   kept_end_ = false;
   program_ = &program;
   slotted_.Reset(program);
-  if (!stop_status_) NamingTheSolver([&] { RunRounds(program.num_waypoints(), context); });
+  if (!stop_status_) WithSolverName([&] { RunRounds(program.num_waypoints(), context); });
   x = best_.x;
   result.value = EvaluateObjective(program, x, scratch_);
   result.feasible = Satisfied(result.value);
@@ -70,22 +70,22 @@ SolverResult ExternalSolver::Solve(Program& program, Eigen::VectorXd& x, const S
 }
 
 void ExternalSolver::Start() {
-  if (channel_ == nullptr) NamingTheSolver([this] { StartAnew(); });
+  if (channel_ == nullptr) WithSolverName([this] { RestartSolver(); });
 }
 
-void ExternalSolver::NamingTheSolver(const std::function<void()>& talk) {
+void ExternalSolver::WithSolverName(const std::function<void()>& talk) {
   try {
     talk();
   } catch (const SolverFault& fault) {
     channel_.reset();  // discards unread output
-    throw SolverFault("solver '" + manner_.name + "' (external) " + fault.what());
+    throw SolverFault("solver '" + protocol_.name + "' (external) " + fault.what());
   }
 }
 
-void ExternalSolver::StartAnew() {
+void ExternalSolver::RestartSolver() {
   channel_ = make_channel_();
-  const auto line = channel_->Receive(After(manner_.silence_s));
-  if (!line) throw SolverFault("did not say hello within " + Seconds(manner_.silence_s));
+  const auto line = channel_->Receive(After(protocol_.silence_s));
+  if (!line) throw SolverFault("did not say hello within " + Seconds(protocol_.silence_s));
   const SolverMessage message = ReadMessage(*line, 0);
   if (!std::holds_alternative<Hello>(message)) {
     throw SolverFault(std::string("began with '") + TypeOf(message) + "' and not with 'hello'");
@@ -101,24 +101,24 @@ std::optional<SolveStatus> ExternalSolver::Stopped(const SolverContext& context)
 }
 
 void ExternalSolver::RunRounds(int num_waypoints, const SolverContext& context) {
-  if (channel_ == nullptr) StartAnew();
+  if (channel_ == nullptr) RestartSolver();
   Eigen::VectorXd base = best_.x;
   bool got_on = false;
   for (int round = 0; round < options_.max_rounds; ++round) {
     const bool grown = slotted_.Rebase(base);
-    if (round > 0 && !grown && !(manner_.asks_nothing && got_on)) return;
+    if (round > 0 && !grown && !(protocol_.has_no_requests && got_on)) return;
     Send(SolveLineAbout(base, round, num_waypoints));
     const ObjectiveValue start = best_.value;
     const Eigen::VectorXd best_before = best_.x;
     SolutionReport solution = SolveRound(context);
     if ((!stop_status_ || budget_spent_) && !solution.waypoints.empty())
-      solution.x = WayTo(*program_, base, solution.waypoints);
+      solution.x = TangentTo(*program_, base, solution.waypoints);
     claim_ = solution.status;
-    const bool new_rows = TakeEnd(solution, start);
-    if (manner_.asks_nothing && !stop_status_) RecordEnd(context);
+    const bool new_rows = EvaluateSolution(solution, start);
+    if (protocol_.has_no_requests && !stop_status_) RecordEnd(context);
     got_on = best_.x != best_before;
-    if (manner_.asks_nothing) stop_status_ = stop_status_ ? stop_status_ : Stopped(context);
-    if (stop_status_ || claim_ == Claim::kLimit || (Satisfied(best_.value) && !new_rows)) return;
+    if (protocol_.has_no_requests) stop_status_ = stop_status_ ? stop_status_ : Stopped(context);
+    if (stop_status_ || claim_ == ReportedStatus::kLimit || (Satisfied(best_.value) && !new_rows)) return;
     // Starts where the new rows have slots. The best point may be from before they appeared and not include them.
     base = new_rows ? slotted_.x() : best_.x;
   }
@@ -126,8 +126,8 @@ void ExternalSolver::RunRounds(int num_waypoints, const SolverContext& context) 
 
 std::string ExternalSolver::SolveLineAbout(const Eigen::VectorXd& base, int round, int num_waypoints) {
   return SolveLine(slotted_, num_waypoints,
-                   {round, seed_, options_.constraint_tolerance, manner_.settings, RobotJson(*program_, base),
-                    manner_.asks_nothing ? AtStart() : nlohmann::json()});
+                   {round, seed_, options_.constraint_tolerance, protocol_.settings, RobotJson(*program_, base),
+                    protocol_.has_no_requests ? AtStart() : nlohmann::json()});
 }
 
 nlohmann::json ExternalSolver::AtStart() {
@@ -149,7 +149,7 @@ SolutionReport ExternalSolver::SolveRound(const SolverContext& context) {
       if (stop_status_) return Cancel();
       Answer(std::move(*request), context);
     } else if (const auto* progress = std::get_if<ProgressReport>(&message)) {
-      TakeIn(*progress, context);
+      RecordProgress(*progress, context);
     } else {
       throw SolverFault("said 'hello' a second time");
     }
@@ -157,7 +157,7 @@ SolutionReport ExternalSolver::SolveRound(const SolverContext& context) {
 }
 
 SolverMessage ExternalSolver::Await(const SolverContext& context) {
-  const Clock::time_point deadline = After(manner_.silence_s);
+  const Clock::time_point deadline = After(protocol_.silence_s);
   for (;;) {
     const Clock::time_point now = Clock::now();
     // Also checked between lines, for a solver that never pauses.
@@ -165,30 +165,30 @@ SolverMessage ExternalSolver::Await(const SolverContext& context) {
       stop_status_ = stop;
       return ProgressReport{};
     }
-    if (now >= deadline) throw SolverFault("sent nothing for " + Seconds(manner_.silence_s));
+    if (now >= deadline) throw SolverFault("sent nothing for " + Seconds(protocol_.silence_s));
     if (const auto line = channel_->Receive(std::min(deadline, now + kStopCheckInterval))) {
       return ReadMessage(*line, slotted_.num_variables());
     }
   }
 }
 
-void ExternalSolver::Send(const std::string& line) { channel_->Send(line, After(manner_.silence_s)); }
+void ExternalSolver::Send(const std::string& line) { channel_->Send(line, After(protocol_.silence_s)); }
 
 void ExternalSolver::Answer(EvaluateRequest request, const SolverContext& context) {
   ++evaluations_;
   request.x = request.x.cwiseMax(slotted_.lower()).cwiseMin(slotted_.upper());
-  repeats_ = asked_.size() == request.x.size() && asked_ == request.x ? repeats_ + 1 : 0;
-  if (repeats_ >= kMostRepeats) {
-    throw SolverFault("asked for the same point " + std::to_string(kMostRepeats) + " times in a row");
+  repeats_ = last_requested_.size() == request.x.size() && last_requested_ == request.x ? repeats_ + 1 : 0;
+  if (repeats_ >= kMaxRepeats) {
+    throw SolverFault("asked for the same point " + std::to_string(kMaxRepeats) + " times in a row");
   }
-  asked_ = request.x;
+  last_requested_ = request.x;
   const bool finite = slotted_.Evaluate(request.x.data());
   if (finite) {
     const ObjectiveValue& value = slotted_.value();
     if (evaluations_ == 1 || Better(value, best_.value)) {
       context.Record({.cost = value.cost, .violation = value.max_violation});
     }
-    NoteBest();
+    UpdateBest();
   }
   Send(Dump(EvaluationJson(slotted_, request, finite, request.contacts && finite ? Contacts() : nlohmann::json())));
 }
@@ -199,21 +199,21 @@ nlohmann::json ExternalSolver::Contacts() {
   return ContactsJson(*program_);
 }
 
-void ExternalSolver::TakeIn(const ProgressReport& progress, const SolverContext& context) {
-  if (++progress_lines_ > kMostProgressLines) {
-    throw SolverFault("sent more than " + std::to_string(kMostProgressLines) + " lines of progress in one solve");
+void ExternalSolver::RecordProgress(const ProgressReport& progress, const SolverContext& context) {
+  if (++progress_lines_ > kMaxProgressLines) {
+    throw SolverFault("sent more than " + std::to_string(kMaxProgressLines) + " lines of progress in one solve");
   }
   context.Record({.cost = progress.cost, .violation = progress.violation, .accepted = true});
 }
 
 SolutionReport ExternalSolver::Cancel() {
-  const Clock::time_point deadline = After(manner_.cancel_grace_s);
+  const Clock::time_point deadline = After(protocol_.cancel_grace_s);
   try {
     channel_->Send(CancelLine(), deadline);
     if (auto solution = AwaitAfterCancel(deadline)) return std::move(*solution);
-    std::fprintf(stderr, "solver '%s' (external) did not obey 'cancel' and is ended\n", manner_.name.c_str());
+    std::fprintf(stderr, "solver '%s' (external) did not obey 'cancel' and is ended\n", protocol_.name.c_str());
   } catch (const SolverFault& fault) {
-    std::fprintf(stderr, "solver '%s' (external) %s after 'cancel'\n", manner_.name.c_str(), fault.what());
+    std::fprintf(stderr, "solver '%s' (external) %s after 'cancel'\n", protocol_.name.c_str(), fault.what());
   }
   channel_.reset();
   return {};
@@ -234,13 +234,13 @@ std::optional<SolutionReport> ExternalSolver::AwaitAfterCancel(Clock::time_point
 // An optimum may be deeper within the tolerance than previous points and need only be no worse than the start. Returns
 // whether rows without their own slot are active there. After a stop, except at the end of the time budget, nothing is
 // evaluated.
-bool ExternalSolver::TakeEnd(const SolutionReport& solution, const ObjectiveValue& start) {
+bool ExternalSolver::EvaluateSolution(const SolutionReport& solution, const ObjectiveValue& start) {
   kept_end_ = false;
   if ((stop_status_ && !budget_spent_) || solution.x.size() == 0) return false;
   const Eigen::VectorXd dx = solution.x.cwiseMax(slotted_.lower()).cwiseMin(slotted_.upper());
   if (!slotted_.Evaluate(dx.data())) return false;
   const ObjectiveValue& end = slotted_.value();
-  const bool optimum = claim_ == Claim::kConverged && Satisfied(end);
+  const bool optimum = claim_ == ReportedStatus::kConverged && Satisfied(end);
   kept_end_ = optimum ? !Better(start, end) : !Better(best_.value, end);
   if (kept_end_) best_ = {slotted_.x(), slotted_.value()};
   return slotted_.SharedSlotActive(options_.constraint_tolerance);
@@ -253,7 +253,7 @@ void ExternalSolver::RecordEnd(const SolverContext& context) {
   context.Record({.cost = value.cost, .violation = value.max_violation, .accepted = kept_end_});
 }
 
-void ExternalSolver::NoteBest() {
+void ExternalSolver::UpdateBest() {
   if (Better(slotted_.value(), best_.value)) best_ = {slotted_.x(), slotted_.value()};
 }
 
@@ -265,10 +265,11 @@ bool ExternalSolver::Better(const ObjectiveValue& a, const ObjectiveValue& b) co
 SolveStatus ExternalSolver::Verdict(bool kept_end) const {
   // A feasible best point is an optimum only if it is where a converged solver ended.
   if (Satisfied(best_.value)) {
-    return kept_end && claim_ == Claim::kConverged ? SolveStatus::kConvergedFeasible : SolveStatus::kIterationLimit;
+    return kept_end && claim_ == ReportedStatus::kConverged ? SolveStatus::kConvergedFeasible
+                                                            : SolveStatus::kIterationLimit;
   }
-  if (claim_ == Claim::kLimit) return SolveStatus::kIterationLimit;
-  return claim_ == Claim::kFailed ? SolveStatus::kNumericalFailure : SolveStatus::kConvergedInfeasible;
+  if (claim_ == ReportedStatus::kLimit) return SolveStatus::kIterationLimit;
+  return claim_ == ReportedStatus::kFailed ? SolveStatus::kNumericalFailure : SolveStatus::kConvergedInfeasible;
 }
 
 }  // namespace legopt::external

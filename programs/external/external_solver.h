@@ -18,14 +18,14 @@
 namespace legopt::external {
 
 /// Settings for the communication with one external solver.
-struct ExternalManner {
+struct ExternalProtocol {
   std::string name;                                    ///< name from its declaration, for messages
   nlohmann::json settings = nlohmann::json::object();  ///< passed on unchanged
   double silence_s = 60.0;      ///< maximum time without a line from it while legopt waits for one
   double cancel_grace_s = 2.0;  ///< time from `cancel` to its solution
   /// The solver cannot send requests: every `solve` contains the evaluation at its start, and another `solve` about the
   /// reached point follows while that point is infeasible and progress is made.
-  bool asks_nothing = false;
+  bool has_no_requests = false;
 };
 
 /// Starts the solver and returns a channel on which it says hello.
@@ -51,7 +51,7 @@ using ChannelMaker = std::function<std::unique_ptr<LineChannel>()>;
 class ExternalSolver final : public Solver {
  public:
   /// `options` must have been checked by Method::Validate.
-  ExternalSolver(ExternalOptions options, ExternalManner manner, ChannelMaker make_channel);
+  ExternalSolver(ExternalOptions options, ExternalProtocol manner, ChannelMaker make_channel);
 
   /// Starts the solver unless it is running, and receives its hello, so that no solve is charged for this. Throws like
   /// Solve, which otherwise does it.
@@ -65,8 +65,8 @@ class ExternalSolver final : public Solver {
     ObjectiveValue value;
   };
 
-  void NamingTheSolver(const std::function<void()>& talk);
-  void StartAnew();
+  void WithSolverName(const std::function<void()>& talk);
+  void RestartSolver();
   void Send(const std::string& line);
   std::optional<SolveStatus> Stopped(const SolverContext& context);
   SolverMessage Await(const SolverContext& context);
@@ -76,29 +76,29 @@ class ExternalSolver final : public Solver {
   nlohmann::json Contacts();
   nlohmann::json AtStart();
   std::string SolveLineAbout(const Eigen::VectorXd& base, int round, int num_waypoints);
-  void TakeIn(const ProgressReport& progress, const SolverContext& context);
+  void RecordProgress(const ProgressReport& progress, const SolverContext& context);
   SolutionReport Cancel();
   std::optional<SolutionReport> AwaitAfterCancel(LineChannel::Clock::time_point deadline);
-  bool TakeEnd(const SolutionReport& solution, const ObjectiveValue& start);
+  bool EvaluateSolution(const SolutionReport& solution, const ObjectiveValue& start);
   void RecordEnd(const SolverContext& context);
-  void NoteBest();
+  void UpdateBest();
   bool Satisfied(const ObjectiveValue& value) const { return value.max_violation < options_.constraint_tolerance; }
   bool Better(const ObjectiveValue& a, const ObjectiveValue& b) const;
   SolveStatus Verdict(bool kept_end) const;
 
   ExternalOptions options_;
-  ExternalManner manner_;
+  ExternalProtocol protocol_;
   ChannelMaker make_channel_;
   std::unique_ptr<LineChannel> channel_;
   Program* program_ = nullptr;  ///< program of the current solve
   SlottedProgram slotted_;
   Best best_;  ///< best point of the current solve
-  Claim claim_ = Claim::kFailed;
+  ReportedStatus claim_ = ReportedStatus::kFailed;
   bool kept_end_ = false;  ///< best_ is the point at which the solver ended
   int evaluations_ = 0;
   std::int64_t progress_lines_ = 0;
-  Eigen::VectorXd asked_;  ///< point of the last request
-  int repeats_ = 0;        ///< consecutive requests for that point
+  Eigen::VectorXd last_requested_;  ///< point of the last request
+  int repeats_ = 0;                 ///< consecutive requests for that point
   std::optional<SolveStatus> stop_status_;
   std::optional<LineChannel::Clock::time_point>
       budget_end_;             ///< end of the budget of all solves; empty: no solve has started, or no budget

@@ -48,8 +48,8 @@ std::unique_ptr<Solver> MakeExternal(const ExternalOptions& options, std::size_t
                       "solve with legopt-worker --solver " + declaration.file});
   }
   RequireDeclared(options, declaration);
-  ExternalManner manner{declaration.name, declaration.settings, declaration.timeout_s};
-  manner.asks_nothing = declaration.level == Level::kFiles;
+  ExternalProtocol manner{declaration.name, declaration.settings, declaration.timeout_s};
+  manner.has_no_requests = declaration.level == ChannelType::kFiles;
   auto solver = std::make_unique<ExternalSolver>(options, std::move(manner),
                                                  [number, declaration, start] { return start(number, declaration); });
   solver->Start();
@@ -65,7 +65,7 @@ SolverRegistry RegistryWith(std::span<const Declaration> declarations, const Sol
     registry.Register<ExternalOptions>(
         {.word = declaration.name,
          .paper_name = declaration.name + kExternalMark,
-         .draws = true,
+         .is_stochastic = true,
          .mark = kExternalMark,
          .contact_range_m = kAhead_m},
         [number, declaration, start](const ExternalOptions& options, const Sampling&) {
@@ -81,14 +81,14 @@ ExternalSolvers::ExternalSolvers(std::span<const std::filesystem::path> files)
 
 ExternalSolvers::ExternalSolvers(std::vector<Declaration> declarations) : declarations_(std::move(declarations)) {
   if (declarations_.empty()) return;
-  if (std::ranges::find(declarations_, Level::kFiles, &Declaration::level) != declarations_.end()) {
+  if (std::ranges::find(declarations_, ChannelType::kFiles, &Declaration::level) != declarations_.end()) {
     scratch_ = MakeScratchFolder();
   }
   std::vector<LaunchCommand> commands;
   for (const Declaration& declaration : declarations_) {
     commands.push_back({declaration.executable, declaration.command, declaration.folder, declaration.environment,
                         declaration.network});
-    if (declaration.level == Level::kLines) continue;
+    if (declaration.level == ChannelType::kLines) continue;
     for (const auto& file : {ProblemFile(scratch_), SolutionFile(scratch_)}) {
       commands.back().arguments.push_back(file.string());
     }
@@ -100,7 +100,8 @@ ExternalSolvers::~ExternalSolvers() = default;
 
 std::unique_ptr<LineChannel> ExternalSolvers::Start(std::size_t number) {
   const Declaration& declaration = declarations_[number];
-  if (declaration.level == Level::kLines) return std::make_unique<SolverProcess>(*launcher_, number, memory_bytes_);
+  if (declaration.level == ChannelType::kLines)
+    return std::make_unique<SolverProcess>(*launcher_, number, memory_bytes_);
   return std::make_unique<FileChannel>(*launcher_, number, memory_bytes_, declaration.name, scratch_);
 }
 

@@ -72,7 +72,7 @@ void FileChannel::Begin(std::string_view solve) {
   } catch (const files::FileError& error) {
     throw SolverFault(std::string("cannot be handed its problem: ") + error.what());
   }
-  process_ = std::make_unique<SolverProcess>(launcher_, command_, memory_bytes_, Speech::kLog);
+  process_ = std::make_unique<SolverProcess>(launcher_, command_, memory_bytes_, OutputKind::kLog);
 }
 
 std::optional<std::string> FileChannel::Receive(Clock::time_point deadline) {

@@ -19,8 +19,8 @@ using nlohmann::json;
 constexpr int kDeepest = 3;              // {"waypoints": [[..]]}
 constexpr std::size_t kShownBytes = 80;  // part of a line shown in a fault
 constexpr std::size_t kMaxNameBytes = 200;
-constexpr std::pair<std::string_view, Claim> kClaims[] = {
-    {"converged", Claim::kConverged}, {"limit", Claim::kLimit}, {"failed", Claim::kFailed}};
+constexpr std::pair<std::string_view, ReportedStatus> kClaims[] = {
+    {"converged", ReportedStatus::kConverged}, {"limit", ReportedStatus::kLimit}, {"failed", ReportedStatus::kFailed}};
 
 std::string Excerpt(std::string_view line) {
   const bool cut = line.size() > kShownBytes;
@@ -113,7 +113,7 @@ class MessageFields {
     return vectors;
   }
 
-  Claim Status(const char* key) const {
+  ReportedStatus Status(const char* key) const {
     const std::string word = Name(key);
     for (const auto& [known, claim] : kClaims) {
       if (word == known) return claim;

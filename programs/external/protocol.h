@@ -18,7 +18,7 @@ namespace legopt::external {
 inline constexpr int kProtocol = 1;
 
 /// End of a solve according to the solver.
-enum class Claim : std::uint8_t {
+enum class ReportedStatus : std::uint8_t {
   kConverged,  ///< it considers its point an optimum
   kLimit,      ///< one of its limits, or `cancel`, ended it
   kFailed      ///< it could not continue
@@ -46,9 +46,9 @@ struct ProgressReport {
 
 /// Last line of a solve.
 struct SolutionReport {
-  Eigen::VectorXd x;                       ///< dx about the start
-  Claim status = Claim::kFailed;           ///< according to the solver
-  std::vector<Eigen::VectorXd> waypoints;  ///< configurations instead of x, which is empty then
+  Eigen::VectorXd x;                                ///< dx about the start
+  ReportedStatus status = ReportedStatus::kFailed;  ///< according to the solver
+  std::vector<Eigen::VectorXd> waypoints;           ///< configurations instead of x, which is empty then
 };
 
 /// Any message of a solver.

@@ -53,8 +53,8 @@ Eigen::Quaterniond BaseRotation(const RobotModel& robot, Eigen::Ref<const Eigen:
 }
 
 // Writes the tangent from one configuration to the other, by the shorter rotation: the inverse of Retract.
-void PutWay(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> from, Eigen::Ref<const Eigen::VectorXd> to,
-            Eigen::Ref<Eigen::VectorXd> dx) {
+void WriteTangent(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> from, Eigen::Ref<const Eigen::VectorXd> to,
+                  Eigen::Ref<Eigen::VectorXd> dx) {
   const Eigen::Index plain = robot.num_dofs() + 3;
   dx.head(plain) = to.head(plain) - from.head(plain);
   const Eigen::Quaterniond end = BaseRotation(robot, to);
@@ -98,7 +98,8 @@ json RobotJson(const Program& program, const Eigen::VectorXd& x) {
           {"footholds", std::move(footholds)}};
 }
 
-Eigen::VectorXd WayTo(const Program& program, const Eigen::VectorXd& x, const std::vector<Eigen::VectorXd>& waypoints) {
+Eigen::VectorXd TangentTo(const Program& program, const Eigen::VectorXd& x,
+                          const std::vector<Eigen::VectorXd>& waypoints) {
   const auto* chain = dynamic_cast<const WaypointProgram*>(&program);
   if (chain == nullptr) throw SolverFault("sent 'waypoints' where there is no robot: 'x' is asked for");
   const Eigen::Index size = chain->point_size(), tangent = chain->tangent_size();
@@ -109,8 +110,8 @@ Eigen::VectorXd WayTo(const Program& program, const Eigen::VectorXd& x, const st
   }
   Eigen::VectorXd dx(tangent * chain->num_waypoints());
   for (Eigen::Index t = 0; t < chain->num_waypoints(); ++t) {
-    PutWay(chain->robot(), x.segment(t * size, size), waypoints[static_cast<std::size_t>(t)],
-           dx.segment(t * tangent, tangent));
+    WriteTangent(chain->robot(), x.segment(t * size, size), waypoints[static_cast<std::size_t>(t)],
+                 dx.segment(t * tangent, tangent));
   }
   return dx;
 }

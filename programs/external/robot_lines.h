@@ -22,6 +22,7 @@ nlohmann::json RobotJson(const Program& program, const Eigen::VectorXd& x);
 
 /// Returns dx with Retract(x, dx) = `waypoints`. Throws SolverFault if their number or size differs from the program's,
 /// a quaternion is zero, or the program is not a robot's.
-Eigen::VectorXd WayTo(const Program& program, const Eigen::VectorXd& x, const std::vector<Eigen::VectorXd>& waypoints);
+Eigen::VectorXd TangentTo(const Program& program, const Eigen::VectorXd& x,
+                          const std::vector<Eigen::VectorXd>& waypoints);
 
 }  // namespace legopt::external

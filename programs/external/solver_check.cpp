@@ -22,16 +22,17 @@ namespace {
 using Clock = LineChannel::Clock;
 
 /// Counts of messages between legopt and the solver.
-struct Talk {
+struct MessageCounts {
   int evaluations = 0;
   int cancels = 0;
   bool answered_cancel = false;
 };
 
 /// Channel that counts messages.
-class WatchedChannel final : public LineChannel {
+class CountingChannel final : public LineChannel {
  public:
-  WatchedChannel(std::unique_ptr<LineChannel> channel, Talk* talk) : channel_(std::move(channel)), talk_(talk) {}
+  CountingChannel(std::unique_ptr<LineChannel> channel, MessageCounts* talk)
+      : channel_(std::move(channel)), talk_(talk) {}
 
   void Send(std::string_view line, Clock::time_point deadline) override {
     if (line == CancelLine()) ++talk_->cancels;
@@ -51,7 +52,7 @@ class WatchedChannel final : public LineChannel {
   }
 
   std::unique_ptr<LineChannel> channel_;
-  Talk* talk_;
+  MessageCounts* talk_;
 };
 
 const ProblemDefinition& Shortest(const Dataset& dataset, Task task) {
@@ -88,7 +89,7 @@ std::string DescribeTime(const JobResult& window, const Dataset& dataset) {
          " a motion";
 }
 
-std::string Describe(const JobResult& result, const Talk& talk) {
+std::string Describe(const JobResult& result, const MessageCounts& talk) {
   std::string text = std::string(ToString(result.solve.status)) + " after " + std::to_string(talk.evaluations) +
                      (talk.evaluations == 1 ? " evaluation; " : " evaluations; ");
   return text + (result.evaluation.literal == Verdict::kSuccess
@@ -102,11 +103,11 @@ class Checker {
       : solvers_(solvers),
         registry_(RegistryWith(solvers.declarations(),
                                [this](std::size_t number, const Declaration&) {
-                                 return std::make_unique<WatchedChannel>(solvers_.Start(number), &talk_);
+                                 return std::make_unique<CountingChannel>(solvers_.Start(number), &talk_);
                                })),
         runner_(dataset, registry_) {}
 
-  std::vector<SolverFinding> Run() {
+  std::vector<SolverDiagnostic> Run() {
     Try("hello", [this] { return SayHello(); });
     if (findings_.back().passed) Try("posture", [this] { return SolvePosture(); });
     if (findings_.back().passed) Try("repeats", [this] { return Repeats(); });
@@ -181,16 +182,16 @@ class Checker {
   }
 
   ExternalSolvers& solvers_;
-  Talk talk_;
+  MessageCounts talk_;
   SolverRegistry registry_;
   JobRunner runner_;
   JobResult posture_, motion_;
-  std::vector<SolverFinding> findings_;
+  std::vector<SolverDiagnostic> findings_;
 };
 
 }  // namespace
 
-std::vector<SolverFinding> CheckSolver(ExternalSolvers& solvers, const std::shared_ptr<const Dataset>& dataset) {
+std::vector<SolverDiagnostic> CheckSolver(ExternalSolvers& solvers, const std::shared_ptr<const Dataset>& dataset) {
   return Checker(solvers, dataset).Run();
 }
 

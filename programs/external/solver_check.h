@@ -10,7 +10,7 @@
 namespace legopt::external {
 
 /// Result of one check of an external solver.
-struct SolverFinding {
+struct SolverDiagnostic {
   std::string check;  ///< name, e.g. "repeats"
   bool passed = true;
   std::string detail;  ///< details for humans
@@ -20,6 +20,6 @@ struct SolverFinding {
 /// motion: it must say hello, follow the protocol, return the same bits again, and obey `cancel`. Estimates the time of
 /// a whole motion from that window. Reports whether the problems were solved, but does not require it. Omits checks
 /// that are impossible after a failure. Throws InputError if the dataset has no problem of a task.
-std::vector<SolverFinding> CheckSolver(ExternalSolvers& solvers, const std::shared_ptr<const Dataset>& dataset);
+std::vector<SolverDiagnostic> CheckSolver(ExternalSolvers& solvers, const std::shared_ptr<const Dataset>& dataset);
 
 }  // namespace legopt::external

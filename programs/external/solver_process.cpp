@@ -69,7 +69,8 @@ std::string LastLine(std::string text) {
 
 }  // namespace
 
-SolverProcess::SolverProcess(SolverLauncher& launcher, std::size_t command, std::int64_t memory_bytes, Speech speech)
+SolverProcess::SolverProcess(SolverLauncher& launcher, std::size_t command, std::int64_t memory_bytes,
+                             OutputKind speech)
     : launcher_(launcher),
       streams_(launcher.Start(command, memory_bytes)),
       memory_bytes_(memory_bytes),
@@ -127,11 +128,11 @@ void SolverProcess::Send(std::string_view line, Clock::time_point deadline) {
 std::optional<std::string> SolverProcess::Receive(Clock::time_point deadline) {
   for (;;) {
     if (auto line = TakeLine()) {
-      if (!std::exchange(heard_, true) && speech_ == Speech::kLines) launcher_.CountFromNow();
+      if (!std::exchange(line_received_, true) && speech_ == OutputKind::kLines) launcher_.CountFromNow();
       return line;
     }
     RequireShort();
-    if (ended_ || (speech_ == Speech::kLines && !streams_.out.open())) ThrowItsEnd();
+    if (ended_ || (speech_ == OutputKind::kLines && !streams_.out.open())) ThrowSolverEnded();
     if (!Wait(deadline, false) && Clock::now() >= deadline) return std::nullopt;
   }
 }
@@ -165,14 +166,14 @@ void SolverProcess::ReadError() {
   if (count == 0) streams_.error.Close();
   if (count <= 0) return;
   std::fwrite(piece.data(), 1, static_cast<std::size_t>(count), stderr);
-  last_words_.append(piece.data(), static_cast<std::size_t>(count));
-  if (last_words_.size() > kLastWordsBytes) last_words_.erase(0, last_words_.size() - kLastWordsBytes);
+  stderr_tail_.append(piece.data(), static_cast<std::size_t>(count));
+  if (stderr_tail_.size() > kLastWordsBytes) stderr_tail_.erase(0, stderr_tail_.size() - kLastWordsBytes);
 }
 
-void SolverProcess::ThrowItsEnd() {
+void SolverProcess::ThrowSolverEnded() {
   const ProcessEnd end = launcher_.End(true);
   ReadError();
-  const std::string line = LastLine(last_words_);
+  const std::string line = LastLine(stderr_tail_);
   throw SolverEnded(HowItEnded(end, memory_bytes_) + (line.empty() ? "" : "; its last words: " + line), end);
 }
 

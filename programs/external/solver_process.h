@@ -11,7 +11,7 @@
 namespace legopt::external {
 
 /// Use of a solver's standard output.
-enum class Speech {
+enum class OutputKind {
   kLines,  ///< lines of the protocol: its end is the solver's end, and CPU time counts from the first line, its hello
   kLog     ///< log for humans: CPU time counts from the start
 };
@@ -35,7 +35,7 @@ class SolverProcess final : public LineChannel {
   /// Starts command number `command` of the launcher. The launcher must outlive this object and must not be used by
   /// another one meanwhile. Throws SolverFault if the system refuses; `memory_bytes`: see SolverLauncher::Start.
   SolverProcess(SolverLauncher& launcher, std::size_t command, std::int64_t memory_bytes,
-                Speech speech = Speech::kLines);
+                OutputKind speech = OutputKind::kLines);
   ~SolverProcess() override;
   SolverProcess(const SolverProcess&) = delete;
   SolverProcess& operator=(const SolverProcess&) = delete;
@@ -51,17 +51,17 @@ class SolverProcess final : public LineChannel {
   void ReadError();
   std::optional<std::string> TakeLine();
   void RequireShort() const;
-  [[noreturn]] void ThrowItsEnd();
+  [[noreturn]] void ThrowSolverEnded();
 
   SolverLauncher& launcher_;
   SolverLauncher::Streams streams_;
   std::int64_t memory_bytes_;
-  Speech speech_;
-  std::string output_;       ///< output not yet returned as lines
-  std::size_t scanned_ = 0;  ///< length of the part of output_ without an end of line
-  bool heard_ = false;       ///< a line was received
+  OutputKind speech_;
+  std::string output_;          ///< output not yet returned as lines
+  std::size_t scanned_ = 0;     ///< length of the part of output_ without an end of line
+  bool line_received_ = false;  ///< a line was received
   bool ended_ = false;       ///< all its output has been read, even if another process still holds its standard output
-  std::string last_words_;   ///< end of its standard error
+  std::string stderr_tail_;  ///< end of its standard error
 };
 
 }  // namespace legopt::external

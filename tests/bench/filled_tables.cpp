@@ -17,7 +17,7 @@ constexpr char kShared[] = R"sql(
 )sql";
 
 // Statements for one experiment; ?1 is its number, counted from 1.
-constexpr const char* kOfExperiment[] = {
+constexpr const char* kExperimentStatements[] = {
     "INSERT INTO experiments (experiment_id, submission_id, name, dataset_id, seed, repetitions, max_attempts, "
     "wall_limit_us, memory_limit_bytes, first_job_id, num_jobs, spec_json, spec_hash, submitted_at_us, build_id) "
     "VALUES (?1, 's' || ?1, 'e' || ?1, 1, 1, 1, 3, 1, 1, 1000000 * (?1 - 1) + 1, 1000000, '{}', printf('%064x', 1), 0, "
@@ -50,7 +50,7 @@ void FillTables(const std::filesystem::path& file, int experiments) {
   connection.Execute(kShared);
   for (std::int64_t experiment = 1; experiment <= experiments; ++experiment) {
     Transaction transaction(connection);
-    for (const char* statement : kOfExperiment) Statement(connection, statement, false).Run(experiment);
+    for (const char* statement : kExperimentStatements) Statement(connection, statement, false).Run(experiment);
     transaction.Commit();
   }
 }

@@ -111,7 +111,7 @@ class Spokes final : private Carrier {
     Carrier& carrier = *this;
     for (std::size_t i = 0; i < count; ++i) {
       spokes_.push_back(
-          std::make_unique<Spoke>(Membership{4711, nullptr}, std::vector{hub}, bus::RandomSeed(), carrier));
+          std::make_unique<Spoke>(DeploymentIdentity{4711, nullptr}, std::vector{hub}, bus::RandomSeed(), carrier));
     }
   }
 

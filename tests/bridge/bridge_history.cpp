@@ -25,7 +25,7 @@ constexpr seconds kCallLimit{60};
 class History {
  public:
   explicit History(std::uint64_t seed) : random_(seed), hosts_(kCallers, seed, BridgeTestKey()) {
-    hosts_.wire().set_misfortune(bus::Misfortune::StandardChaos());
+    hosts_.wire().set_fault_model(bus::FaultModel::StandardChaos());
   }
 
   // Returns the fault that was found, or an empty string.
@@ -33,10 +33,10 @@ class History {
     for (int call = 0; call < kCalls; ++call) {
       Begin("call " + std::to_string(call) + std::string(Below(4) == 0 ? 5000 : 5, '.'));
       Pass(milliseconds(Below(400)));
-      Happen();
+      DisturbRandomly();
     }
     hosts_.RunUntil([this] { return open_ == 0; }, kCallLimit);
-    if (!hosts_.offence().empty()) return hosts_.offence();
+    if (!hosts_.first_violation().empty()) return hosts_.first_violation();
     if (!fault_.empty()) return fault_;
     if (hosts_.handled() != kCalls) return std::to_string(hosts_.handled()) + " requests handled";
     return "";
@@ -63,7 +63,7 @@ class History {
         });
   }
 
-  void Happen() {
+  void DisturbRandomly() {
     switch (Below(8)) {
       case 0:
         hosts_.server().EndBridge();
@@ -77,7 +77,7 @@ class History {
         hosts_.caller(AnyCaller()).MoveTo(JoinedHosts::kStranger + 1 + Below(1000));
         return;
       case 3:
-        ForgeOnABus();
+        ForgeFrameOnBus();
         return;
       default:
         InjectSome();
@@ -87,14 +87,14 @@ class History {
   void InjectSome() {
     for (int i = 0; i < 30; ++i) {
       const auto& recorded = hosts_.wire().recorded();
-      LinkWire::Letter letter = recorded[Below(recorded.size())];
+      FaultyWire::Letter letter = recorded[Below(recorded.size())];
       if (Below(3) == 0) letter.bytes[Below(letter.bytes.size())] ^= static_cast<std::uint8_t>(1 + Below(255));
       hosts_.Inject(Below(4) == 0 ? letter.from : letter.to, letter.bytes);
     }
   }
 
   // Forges a frame without the key, as another process on a caller's host or on the server's host.
-  void ForgeOnABus() {
+  void ForgeFrameOnBus() {
     const int caller = AnyCaller();
     bus::FrameHeader header;
     header.kind = bus::FrameKind::kRequest;
@@ -117,7 +117,7 @@ class History {
   std::string fault_;
 };
 
-int PlayHistories(int argc, char** argv) {
+int RunHistories(int argc, char** argv) {
   std::uint64_t first = 1, seeds = 100;
   bool expect_failure = false;
   CLI::App app("Simulates bridged hosts under seeded misfortune in virtual time.");
@@ -140,4 +140,4 @@ int PlayHistories(int argc, char** argv) {
 }  // namespace
 }  // namespace legopt::bridge
 
-int main(int argc, char** argv) { return legopt::GuardedMain(argc, argv, legopt::bridge::PlayHistories); }
+int main(int argc, char** argv) { return legopt::GuardedMain(argc, argv, legopt::bridge::RunHistories); }

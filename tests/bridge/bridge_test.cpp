@@ -17,8 +17,8 @@ using std::chrono::seconds;
 
 class BridgeTest : public testing::Test {
  protected:
-  ~BridgeTest() override { EXPECT_EQ(hosts_.offence(), ""); }
-  const PassageCounters& hub() { return hosts_.server().hub().counters(); }
+  ~BridgeTest() override { EXPECT_EQ(hosts_.first_violation(), ""); }
+  const LinkCounters& hub() { return hosts_.server().hub().counters(); }
   void Settle(microseconds time = seconds(1)) {
     hosts_.RunUntil([] { return false; }, time);
   }
@@ -96,7 +96,7 @@ TEST_F(BridgeTest, AHundredThousandForgedFramesAreNotCarried) {
   EXPECT_EQ(hosts_.CallAndWait(0, "b"), "<b>") << "the route is where it was";
 }
 
-TEST_F(BridgeTest, WhatALocalProcessForgesStaysOnItsHost) {
+TEST_F(BridgeTest, LocallyForgedFramesAreNotForwarded) {
   ASSERT_EQ(hosts_.CallAndWait(0, "a"), "<a>");
   const auto before = hosts_.caller(0).spoke().counters();
   bus::FrameHeader header;
@@ -201,7 +201,7 @@ TEST_F(BridgeTest, BeyondTheBoundTheLongestSilentIsForgotten) {
   EXPECT_EQ(hosts_.CallAndWait(0, "c"), "<c>");
 }
 
-TEST_F(BridgeTest, AFrameOfAnotherProtocolVersionReachesTheServerWhichHasToTellItsSender) {
+TEST_F(BridgeTest, FrameOfAnotherVersionReachesTheServer) {
   ASSERT_EQ(hosts_.CallAndWait(0, "a"), "<a>");
   bus::FrameHeader header;
   header.version = bus::kProtocolVersion + 1;
@@ -212,11 +212,11 @@ TEST_F(BridgeTest, AFrameOfAnotherProtocolVersionReachesTheServerWhichHasToTellI
   header.destination = bus::kServer;
   header.session = header.call_id = header.nonce = 1;
   bus::DatagramBuffer buffer;
-  PassageCounters counters;
+  LinkCounters counters;
   const auto key = BridgeTestKey();
-  EXPECT_TRUE(MayPass(bus::SealFrame(header, 0, buffer, key.get()), {4711, key.get()}, counters));
-  EXPECT_FALSE(MayPass(bus::SealFrame(header, 0, buffer, nullptr), {4711, key.get()}, counters));
-  EXPECT_FALSE(MayPass(bus::SealFrame(header, 0, buffer, key.get()), {4712, key.get()}, counters));
+  EXPECT_TRUE(CheckFrameTag(bus::SealFrame(header, 0, buffer, key.get()), {4711, key.get()}, counters));
+  EXPECT_FALSE(CheckFrameTag(bus::SealFrame(header, 0, buffer, nullptr), {4711, key.get()}, counters));
+  EXPECT_FALSE(CheckFrameTag(bus::SealFrame(header, 0, buffer, key.get()), {4712, key.get()}, counters));
   EXPECT_EQ(counters.rejected_tag, 1U);
   EXPECT_EQ(counters.rejected_deployment, 1U);
 }

@@ -19,20 +19,20 @@ std::shared_ptr<const bus::MessageKey> BridgeTestKey(std::uint8_t first_byte) {
 
 // --- The link --------------------------------------------------------------------------------------------------------
 
-void LinkWire::Send(LinkAddress from, LinkAddress to, std::span<const std::uint8_t> bytes, microseconds now) {
+void FaultyWire::Send(LinkAddress from, LinkAddress to, std::span<const std::uint8_t> bytes, microseconds now) {
   const Letter letter{from, to, Bytes(bytes.begin(), bytes.end())};
   recorded_.push_back(letter);
-  if (Chance(misfortune_.drop)) return;
-  const int copies = Chance(misfortune_.duplicate) ? 2 : 1;
+  if (Chance(fault_model_.drop)) return;
+  const int copies = Chance(fault_model_.duplicate) ? 2 : 1;
   for (int i = 0; i < copies; ++i) {
-    const auto spread = static_cast<std::uint64_t>(misfortune_.max_delay.count()) + 1;
+    const auto spread = static_cast<std::uint64_t>(fault_model_.max_delay.count()) + 1;
     microseconds delay(static_cast<std::int64_t>(random_() % spread));
-    if (Chance(misfortune_.reorder)) delay += misfortune_.reorder_delay;
+    if (Chance(fault_model_.reorder)) delay += fault_model_.reorder_delay;
     under_way_.emplace(now + delay, letter);
   }
 }
 
-std::vector<LinkWire::Letter> LinkWire::TakeDue(microseconds now) {
+std::vector<FaultyWire::Letter> FaultyWire::TakeDue(microseconds now) {
   std::vector<Letter> due;
   while (!under_way_.empty() && under_way_.begin()->first <= now) {
     due.push_back(std::move(under_way_.begin()->second));
@@ -41,14 +41,14 @@ std::vector<LinkWire::Letter> LinkWire::TakeDue(microseconds now) {
   return due;
 }
 
-std::optional<microseconds> LinkWire::next() const {
+std::optional<microseconds> FaultyWire::next() const {
   if (under_way_.empty()) return std::nullopt;
   return under_way_.begin()->first;
 }
 
 // --- A host ----------------------------------------------------------------------------------------------------------
 
-Host::Host(LinkWire& wire, LinkAddress address, std::uint64_t seed, std::shared_ptr<const bus::MessageKey> key)
+Host::Host(FaultyWire& wire, LinkAddress address, std::uint64_t seed, std::shared_ptr<const bus::MessageKey> key)
     : network_(seed), wire_(wire), address_(address), key_(std::move(key)), bus_(network_, kJoinedDeployment, key_) {
   bus_.SetReceiver(this, 0);
 }
@@ -76,7 +76,7 @@ void Host::Work(microseconds now) {
   if (end_) end_->Tick(now);
 }
 
-void Host::Take(const LinkWire::Letter& letter, microseconds now) {
+void Host::Take(const FaultyWire::Letter& letter, microseconds now) {
   network_.AdvanceTo(now);
   if (end_) end_->OnLink(letter.from, letter.bytes, now);
 }
@@ -134,24 +134,24 @@ void JoinedHosts::StartSpoke(int i) {
 // Records actions of a bridge that PROTOCOL.md, section 14, forbids.
 void JoinedHosts::Watch(const Host& host, bus::Port /*port*/, std::span<const std::uint8_t> frame) {
   bus::FrameView view;
-  const Membership members = host.membership();
-  if (bus::OpenFrame(frame, members.deployment, bus::kAnybody, view, members.key) != bus::FrameFault::kNone) {
-    offence_ = "a frame that is damaged or forged was put on a bus";
+  const DeploymentIdentity members = host.membership();
+  if (bus::OpenFrame(frame, members.deployment, bus::kAnyDestination, view, members.key) != bus::FrameFault::kNone) {
+    first_violation_ = "a frame that is damaged or forged was put on a bus";
     return;
   }
   const auto& header = view.header;
   if (&host == hosts_.front().get()) {
     if (header.destination != bus::kServer || header.sender < kFirstCaller) {
-      offence_ = "a frame that is not for the server was put on its bus";
+      first_violation_ = "a frame that is not for the server was put on its bus";
     }
-    if (!carried_up_.emplace(header.sender, header.nonce).second) offence_ = "a frame was carried twice";
+    if (!carried_up_.emplace(header.sender, header.nonce).second) first_violation_ = "a frame was carried twice";
   } else if (header.sender != bus::kServer || header.destination != host.party_id()) {
-    offence_ = "a frame was put on the bus of a host that has no party for it";
+    first_violation_ = "a frame was put on the bus of a host that has no party for it";
   }
 }
 
 void JoinedHosts::Step() {
-  for (const LinkWire::Letter& letter : wire_.TakeDue(now_)) {
+  for (const FaultyWire::Letter& letter : wire_.TakeDue(now_)) {
     for (const auto& host : hosts_) {
       if (host->address() == letter.to) host->Take(letter, now_);
     }
@@ -159,7 +159,7 @@ void JoinedHosts::Step() {
   for (const auto& host : hosts_) host->Work(now_);
   for (const auto& host : hosts_) {
     const auto chosen = host != hosts_.front() && host->bridged() ? host->spoke().connected() : std::nullopt;
-    if (chosen && *chosen != kHubAddress) offence_ = "a spoke speaks to somebody who is not the hub";
+    if (chosen && *chosen != kHubAddress) first_violation_ = "a spoke speaks to somebody who is not the hub";
   }
 }
 

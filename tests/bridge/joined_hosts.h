@@ -24,15 +24,15 @@ namespace legopt::bridge {
 using Bytes = std::vector<std::uint8_t>;
 
 // Carries envelopes between addresses, injects faults, and records everything sent.
-class LinkWire {
+class FaultyWire {
  public:
   struct Letter {
     LinkAddress from = 0, to = 0;
     Bytes bytes;
   };
 
-  explicit LinkWire(std::uint64_t seed) : random_(seed) {}
-  void set_misfortune(const bus::Misfortune& misfortune) { misfortune_ = misfortune; }
+  explicit FaultyWire(std::uint64_t seed) : random_(seed) {}
+  void set_fault_model(const bus::FaultModel& fault_model) { fault_model_ = fault_model; }
   void Send(LinkAddress from, LinkAddress to, std::span<const std::uint8_t> bytes, microseconds now);
   // Returns everything due at `now`, in order.
   std::vector<Letter> TakeDue(microseconds now);
@@ -43,7 +43,7 @@ class LinkWire {
   bool Chance(double probability) { return static_cast<double>(random_() >> 11U) * 0x1.0p-53 < probability; }
 
   std::mt19937_64 random_;
-  bus::Misfortune misfortune_;
+  bus::FaultModel fault_model_;
   std::multimap<microseconds, Letter> under_way_;
   std::vector<Letter> recorded_;
 };
@@ -53,7 +53,7 @@ class Host final : private Carrier, private bus::DatagramReceiver {
  public:
   using Watch = std::function<void(const Host&, bus::Port, std::span<const std::uint8_t>)>;
 
-  Host(LinkWire& wire, LinkAddress address, std::uint64_t seed, std::shared_ptr<const bus::MessageKey> key);
+  Host(FaultyWire& wire, LinkAddress address, std::uint64_t seed, std::shared_ptr<const bus::MessageKey> key);
 
   void BecomeHub(std::uint64_t seed, const HubOptions& options = {});
   void BecomeSpoke(std::vector<LinkAddress> hub, std::uint64_t seed);
@@ -63,7 +63,7 @@ class Host final : private Carrier, private bus::DatagramReceiver {
 
   // Does everything due now.
   void Work(microseconds now);
-  void Take(const LinkWire::Letter& letter, microseconds now);
+  void Take(const FaultyWire::Letter& letter, microseconds now);
   std::optional<microseconds> next() const;
 
   // Sets a function that receives each frame the bridge puts on this host's bus.
@@ -75,7 +75,7 @@ class Host final : private Carrier, private bus::DatagramReceiver {
   Hub& hub() { return dynamic_cast<Hub&>(*end_); }
   Spoke& spoke() { return dynamic_cast<Spoke&>(*end_); }
   bool bridged() const { return end_ != nullptr; }
-  Membership membership() const { return {bus_.deployment(), bus_.key()}; }
+  DeploymentIdentity membership() const { return {bus_.deployment(), bus_.key()}; }
 
  private:
   void OnDatagram(bus::Port port, std::span<const std::uint8_t> datagram) noexcept override;
@@ -83,7 +83,7 @@ class Host final : private Carrier, private bus::DatagramReceiver {
   void ToLink(LinkAddress to, std::span<const std::uint8_t> envelope) override;
 
   bus::SimulatedNetwork network_;
-  LinkWire& wire_;
+  FaultyWire& wire_;
   LinkAddress address_;
   std::shared_ptr<const bus::MessageKey> key_;
   bus::SimulatedTransport bus_;
@@ -104,7 +104,7 @@ class JoinedHosts {
 
   Host& server() { return *hosts_.front(); }
   Host& caller(int i) { return *hosts_.at(static_cast<std::size_t>(i) + 1); }
-  LinkWire& wire() { return wire_; }
+  FaultyWire& wire() { return wire_; }
   microseconds now() const { return now_; }
   int handled() const { return handled_; }
 
@@ -119,7 +119,7 @@ class JoinedHosts {
   void Inject(LinkAddress to, std::span<const std::uint8_t> bytes) { wire_.Send(kStranger, to, bytes, now_); }
 
   // Returns the forbidden action of a bridge that was recorded; empty if none.
-  const std::string& offence() const { return offence_; }
+  const std::string& first_violation() const { return first_violation_; }
 
   static constexpr LinkAddress kStranger = 9999;
 
@@ -127,14 +127,14 @@ class JoinedHosts {
   void Watch(const Host& host, bus::Port port, std::span<const std::uint8_t> frame);
   void Step();
 
-  LinkWire wire_;
+  FaultyWire wire_;
   std::mt19937_64 random_;
   microseconds now_{0};
   std::vector<std::unique_ptr<Host>> hosts_;
   LinkAddress next_address_ = 2000;
   std::set<std::pair<bus::EndpointId, std::int64_t>> carried_up_;  // sender, nonce
   int handled_ = 0;
-  std::string offence_;
+  std::string first_violation_;
 };
 
 // Returns a key for tests, which is not secret.

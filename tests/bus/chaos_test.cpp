@@ -47,9 +47,9 @@ struct Outcome {
 };
 
 // Two clients call one server with small, medium and large bodies, large replies, and immediate and delayed replies.
-Outcome Play(std::uint64_t seed, const Misfortune& misfortune, std::size_t largest,
+Outcome Play(std::uint64_t seed, const FaultModel& fault_model, std::size_t largest,
              const std::shared_ptr<const MessageKey>& key = nullptr) {
-  SimulatedNetwork network(seed, misfortune);
+  SimulatedNetwork network(seed, fault_model);
   Outcome outcome;
   network.SetTap([&](Port, std::span<const std::uint8_t> bytes) {
     constexpr std::uint64_t kPrime = 0x100000001B3ULL;
@@ -103,15 +103,15 @@ Outcome Play(std::uint64_t seed, const Misfortune& misfortune, std::size_t large
 
 constexpr int kCalls = 8;
 
-void Expect(const Misfortune& misfortune, int seeds, std::size_t largest,
+void Expect(const FaultModel& fault_model, int seeds, std::size_t largest,
             const std::shared_ptr<const MessageKey>& key = nullptr) {
   if (const char* only = std::getenv("LEGOPT_CHAOS_SEED"); only != nullptr) {
-    const Outcome outcome = Play(std::strtoull(only, nullptr, 10), misfortune, largest, key);
+    const Outcome outcome = Play(std::strtoull(only, nullptr, 10), fault_model, largest, key);
     EXPECT_EQ(outcome.answered, kCalls);
     return;
   }
   for (int seed = 1; seed <= seeds; ++seed) {
-    const Outcome outcome = Play(static_cast<std::uint64_t>(seed), misfortune, largest, key);
+    const Outcome outcome = Play(static_cast<std::uint64_t>(seed), fault_model, largest, key);
     ASSERT_EQ(outcome.unfinished, 0) << "LEGOPT_CHAOS_SEED=" << seed;
     ASSERT_EQ(outcome.answered, kCalls) << "LEGOPT_CHAOS_SEED=" << seed;
     ASSERT_EQ(outcome.wrong, 0) << "LEGOPT_CHAOS_SEED=" << seed;
@@ -119,49 +119,49 @@ void Expect(const Misfortune& misfortune, int seeds, std::size_t largest,
   }
 }
 
-TEST(Chaos, StandardChaos) { Expect(Misfortune::StandardChaos(), 300, 30'000); }
+TEST(Chaos, StandardChaos) { Expect(FaultModel::StandardChaos(), 300, 30'000); }
 
-TEST(Chaos, StandardChaosWithLargeBodies) { Expect(Misfortune::StandardChaos(), 20, 300'000); }
+TEST(Chaos, StandardChaosWithLargeBodies) { Expect(FaultModel::StandardChaos(), 20, 300'000); }
 
 TEST(Chaos, DamagedDatagramsNeverBecomeWrongContent) {
-  Misfortune misfortune = Misfortune::StandardChaos();
-  misfortune.corrupt = 0.2;
-  misfortune.truncate = 0.05;
-  Expect(misfortune, 200, 30'000);
+  FaultModel fault_model = FaultModel::StandardChaos();
+  fault_model.corrupt = 0.2;
+  fault_model.truncate = 0.05;
+  Expect(fault_model, 200, 30'000);
 }
 
-TEST(Chaos, StandardChaosWithAKey) { Expect(Misfortune::StandardChaos(), 200, 30'000, TestKey()); }
+TEST(Chaos, StandardChaosWithAKey) { Expect(FaultModel::StandardChaos(), 200, 30'000, TestKey()); }
 
 TEST(Chaos, DamageAndDuplicationWithAKey) {
-  Misfortune misfortune = Misfortune::StandardChaos();
-  misfortune.duplicate = 0.4;
-  misfortune.corrupt = 0.2;
-  misfortune.truncate = 0.05;
-  Expect(misfortune, 100, 30'000, TestKey());
+  FaultModel fault_model = FaultModel::StandardChaos();
+  fault_model.duplicate = 0.4;
+  fault_model.corrupt = 0.2;
+  fault_model.truncate = 0.05;
+  Expect(fault_model, 100, 30'000, TestKey());
 }
 
 TEST(Chaos, HeavyDuplicationAndReordering) {
-  Misfortune misfortune;
-  misfortune.duplicate = 0.6;
-  misfortune.reorder = 0.6;
-  misfortune.max_delay = milliseconds(20);
-  Expect(misfortune, 100, 60'000);
+  FaultModel fault_model;
+  fault_model.duplicate = 0.6;
+  fault_model.reorder = 0.6;
+  fault_model.max_delay = milliseconds(20);
+  Expect(fault_model, 100, 60'000);
 }
 
 TEST(Chaos, HalfOfEverythingLost) {
-  Misfortune misfortune;
-  misfortune.drop = 0.5;
-  misfortune.max_delay = milliseconds(5);
-  Expect(misfortune, 50, 20'000);
+  FaultModel fault_model;
+  fault_model.drop = 0.5;
+  fault_model.max_delay = milliseconds(5);
+  Expect(fault_model, 50, 20'000);
 }
 
 TEST(Chaos, TheSameSeedGivesTheSameBytes) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    const Outcome first = Play(seed, Misfortune::StandardChaos(), 30'000);
-    const Outcome second = Play(seed, Misfortune::StandardChaos(), 30'000);
+    const Outcome first = Play(seed, FaultModel::StandardChaos(), 30'000);
+    const Outcome second = Play(seed, FaultModel::StandardChaos(), 30'000);
     EXPECT_EQ(first.transcript, second.transcript) << seed;
     EXPECT_EQ(first.took, second.took) << seed;
-    EXPECT_NE(first.transcript, Play(seed + 100, Misfortune::StandardChaos(), 30'000).transcript);
+    EXPECT_NE(first.transcript, Play(seed + 100, FaultModel::StandardChaos(), 30'000).transcript);
   }
 }
 
@@ -172,7 +172,7 @@ TEST(Chaos, ALargeBodyArrivesWithinTenSecondsUnderStandardChaos) {
   const auto transfers = asked == nullptr ? 100UL : std::max(1UL, std::strtoul(asked, nullptr, 10));
   std::vector<double> seconds_taken;
   for (std::uint64_t seed = 1; seed <= transfers; ++seed) {
-    SimulatedNetwork network(seed, Misfortune::StandardChaos());
+    SimulatedNetwork network(seed, FaultModel::StandardChaos());
     Party server(network, kServer, seed);
     Party client(network, kFirstClient, seed + 1);
     std::mt19937_64 random(seed);
@@ -208,7 +208,7 @@ TEST(Chaos, ASenderThatDiesMidwayLeavesNothingBehind) {
   constexpr std::uint64_t kTrials = 30;
   constexpr std::uint64_t kHalf = kLargeBody / 1024 / 2;  // chunks
   for (std::uint64_t seed = 1; seed <= kTrials; ++seed) {
-    SimulatedNetwork network(seed, Misfortune::StandardChaos());
+    SimulatedNetwork network(seed, FaultModel::StandardChaos());
     Party server(network, kServer, seed);
     int handled = 0;
     server.endpoint.Serve(MessageType::kResult, [&](Request&&, Responder) { ++handled; });
@@ -279,10 +279,10 @@ TEST(Chaos, ManySmallCallsAtOnceArePaced) {
 // At most 32 chunks of one sender are in flight to one receiver at any time.
 TEST(Chaos, TheWindowIsKept) {
   SimulatedNetwork network(1);
-  Misfortune slow;
+  FaultModel slow;
   slow.min_delay = milliseconds(20);
   slow.max_delay = milliseconds(20);
-  network.set_misfortune(slow);
+  network.set_fault_model(slow);
   Party server(network, kServer, 1);
   Party client(network, kFirstClient, 2);
   server.endpoint.Serve(MessageType::kResult, [](Request&&, Responder responder) { responder.Reply("ok"); });

@@ -178,7 +178,7 @@ TEST(Ranges, AreEnforced) {
   EXPECT_NE(WhyRefused(leases).find("num_jobs"), std::string::npos);
 
   auto beat = Sample<legopt_msg::heartbeat_reply>();
-  beat.verdicts[0] = kNumWords<LeaseVerdict>;
+  beat.verdicts[0] = kNumEnumerators<LeaseVerdict>;
   EXPECT_NE(WhyRefused(beat).find("verdicts"), std::string::npos);
 
   auto hello = Sample<legopt_msg::hello_request>();
@@ -215,7 +215,7 @@ TEST(Ranges, ControlRequestsHoldWhatTheirActionNeeds) {
                                                           {ControlAction::kRename, 200},
                                                           {ControlAction::kTag, 100},
                                                           {ControlAction::kUntag, 100}};
-  for (const auto& [action, word] : kWords<ControlAction>) {
+  for (const auto& [action, word] : kEnumNames<ControlAction>) {
     if (with_text.contains(action)) {
       const std::size_t most = with_text.at(action);
       EXPECT_NE(fault(action, ""), "") << word;
@@ -229,7 +229,8 @@ TEST(Ranges, ControlRequestsHoldWhatTheirActionNeeds) {
   }
   EXPECT_EQ(fault(ControlAction::kPriority, "", 1000), "");
   EXPECT_NE(fault(ControlAction::kRetryTimeLimits, "", 1), "");
-  for (const int action : {-1, int{kNumWords<ControlAction>}}) EXPECT_NE(fault_of_number(action, ""), "") << action;
+  for (const int action : {-1, int{kNumEnumerators<ControlAction>}})
+    EXPECT_NE(fault_of_number(action, ""), "") << action;
 }
 
 // These error messages are part of the interface: users read them, and authors of other workers search for them.
@@ -264,7 +265,7 @@ TEST(Ranges, FaultsNameFieldValueAndWhatIsAllowed) {
 }
 
 // Of several faults the first is reported: fields in their order, then array elements.
-TEST(Ranges, TheFirstFaultIsTold) {
+TEST(Ranges, FirstFaultIsReported) {
   auto result = Sample<legopt_msg::result_request>();
   result.waypoints[0] = std::nan("");
   EXPECT_EQ(Validate(result), "waypoints: nan: must be finite");

@@ -196,7 +196,7 @@ TEST_P(LimitConformance, MemoryForRepliesIsBounded) {
   EXPECT_TRUE(bed_->RunUntil([&] { return first_done; }));
 }
 
-TEST_P(LimitConformance, BeyondTheOpenRequestsThatItTakesAServerIsBusyAndCallsGoOn) {
+TEST_P(LimitConformance, ServerIsBusyBeyondItsOpenRequests) {
   EndpointOptions options;
   options.max_open_requests = 3;
   bed_->Remove(*server_);

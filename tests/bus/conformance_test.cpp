@@ -197,7 +197,7 @@ TEST_P(CallConformance, AnAbandonedCallNeverCallsBack) {
   EXPECT_EQ(client_->num_open_calls(), 0U);
 }
 
-TEST_P(CallConformance, RefusalsTellWhy) {
+TEST_P(CallConformance, RefusalsContainTheReason) {
   const CallResult unserved = CallAndWait("x");
   EXPECT_EQ(unserved.status, CallResult::kRejected);
   EXPECT_EQ(unserved.code, ErrorCode::kUnknownType);

@@ -92,7 +92,8 @@ class KeyRoles : public testing::Test {
   FrameHeader Newest(EndpointId from, FrameKind kind) const {
     for (auto entry = recorded_.rbegin(); entry != recorded_.rend(); ++entry) {
       FrameView frame;
-      if (OpenFrame(entry->second, kRolesDeployment, kAnybody, frame, TestKey().get()) != FrameFault::kNone) continue;
+      if (OpenFrame(entry->second, kRolesDeployment, kAnyDestination, frame, TestKey().get()) != FrameFault::kNone)
+        continue;
       if (frame.header.sender == from && frame.header.kind == kind) return frame.header;
     }
     ADD_FAILURE() << "no such frame";
@@ -212,7 +213,7 @@ TEST_F(KeyRoles, AWorkersKeyDoesNotReachTheSessionOfAClient) {
   // by them, and its nonces stay unused.
   const auto& recorded = *std::find_if(recorded_.begin(), recorded_.end(), [&](const auto& entry) {
     FrameView frame;
-    return OpenFrame(entry.second, kRolesDeployment, kAnybody, frame, TestKey().get()) == FrameFault::kNone &&
+    return OpenFrame(entry.second, kRolesDeployment, kAnyDestination, frame, TestKey().get()) == FrameFault::kNone &&
            frame.header.kind == FrameKind::kProof;
   });
   std::copy(recorded.second.begin() + kFrameHeaderBytes, recorded.second.end(), buffer_.begin() + kFrameHeaderBytes);

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "bus/endpoint.h"
-#include "bus/patience.h"
+#include "bus/retry_policy.h"
 #include "bus/simulated_network.h"
 #include "tests/bus/test_bed.h"
 
@@ -69,30 +69,30 @@ TEST_F(ManyCallers, EachProvesItselfOnceAndIsServedOnceForEachCall) {
       << "a session that is remembered need not prove itself again";
 }
 
-TEST(Patience, RepeatsInVainLengthenTheFirstIntervalAndPromptAnswersShortenIt) {
-  Patience patience;
+TEST(RetryPolicy, RepeatsInVainLengthenTheFirstIntervalAndPromptAnswersShortenIt) {
+  RetryPolicy patience;
   const auto first = [&](int wanted_ms, int longest_ms) {
     return patience.First(milliseconds(wanted_ms), milliseconds(longest_ms));
   };
   EXPECT_EQ(first(50, 1000), milliseconds(50));
   EXPECT_EQ(first(200, 200), milliseconds(200)) << "as the call wants";
   EXPECT_EQ(first(10, 200), milliseconds(10)) << "as the call wants";
-  patience.Ended(milliseconds(200));
+  patience.RecordCallEnd(milliseconds(200));
   EXPECT_EQ(first(50, 1000), milliseconds(50)) << "the repeat may have been what was answered";
-  patience.RepeatedInVain(1);
-  patience.RepeatedInVain(2);
+  patience.RecordNeedlessRetry(1);
+  patience.RecordNeedlessRetry(2);
   EXPECT_EQ(first(50, 1000), milliseconds(50)) << "one late reply of a call may be chance";
-  patience.RepeatedInVain(2);
+  patience.RecordNeedlessRetry(2);
   EXPECT_EQ(first(50, 1000), milliseconds(250));
   EXPECT_EQ(first(50, 100), milliseconds(100)) << "no longer than the call allows";
-  patience.AnsweredAtOnce(milliseconds(200));
+  patience.RecordReply(milliseconds(200));
   EXPECT_EQ(first(50, 1000), milliseconds(250)) << "not at once";
-  for (int i = 0; i < 20; ++i) patience.AnsweredAtOnce(milliseconds(1));
+  for (int i = 0; i < 20; ++i) patience.RecordReply(milliseconds(1));
   EXPECT_EQ(first(50, 1000), milliseconds(50));
-  patience.Ended(std::chrono::seconds(10));
-  patience.RepeatedInVain(3);
-  patience.RepeatedInVain(3);
-  EXPECT_EQ(first(50, 5000), Patience::kMost);
+  patience.RecordCallEnd(std::chrono::seconds(10));
+  patience.RecordNeedlessRetry(3);
+  patience.RecordNeedlessRetry(3);
+  EXPECT_EQ(first(50, 5000), RetryPolicy::kMost);
 }
 
 }  // namespace

@@ -82,7 +82,7 @@ TEST(NoPaths, EveryTextOfEveryMessageIsAccountedFor) {
 
 // Calls that open a file by name or start a program occur only where the name comes from the command line or this
 // machine.
-TEST(NoPaths, WhatServesMessagesNeitherOpensNorRunsAnything) {
+TEST(NoPaths, MessageHandlersOpenAndRunNothing) {
   const std::regex opens(
       R"(\b(fopen|ofstream|ifstream|fstream|NewFile|ReplaceFile|ClaimName|system|popen|execv\w*|execl\w*|posix_spawn\w*|dlopen)\b)");
   for (const char* room : {"bus", "server"}) {

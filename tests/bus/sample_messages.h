@@ -45,7 +45,7 @@ struct Sampler {
   }
 
   template <class Value>
-  Value Of(const fields::Anything& /*rule*/, Value* /*type*/) const {
+  Value Of(const fields::AnyValue& /*rule*/, Value* /*type*/) const {
     return static_cast<Value>(-number);
   }
   template <class Low, class High, class Value>
@@ -63,11 +63,11 @@ struct Sampler {
   }
   template <class Enum, class Value>
   Value Of(const fields::ValueOf<Enum>& /*rule*/, Value* /*type*/) const {
-    return static_cast<Value>(kNumWords<Enum> - 1);
+    return static_cast<Value>(kNumEnumerators<Enum> - 1);
   }
   template <class Enum>
-  std::string Of(const fields::WordOf<Enum>& /*rule*/, std::string* /*type*/) const {
-    return std::string(kWords<Enum>.back().word);
+  std::string Of(const fields::EnumNameOf<Enum>& /*rule*/, std::string* /*type*/) const {
+    return std::string(kEnumNames<Enum>.back().word);
   }
   template <class Least, class Most>
   std::string Of(const fields::Text<Least, Most>& rule, std::string* /*type*/) const {
@@ -111,7 +111,7 @@ void Fill(Message& message, const fields::Field<Message, Value, Rule>& field, in
       Element* const type = nullptr;
       if constexpr (fields::kIsMessage<Element>) {
         value.push_back(Sample<Element>());
-      } else if constexpr (std::is_same_v<Rule, fields::Anything>) {
+      } else if constexpr (std::is_same_v<Rule, fields::AnyValue>) {
         value.push_back(sample(field.rule, type, number + i));
       } else {
         value.push_back(sample(field.rule.element, type, number + i));
@@ -130,7 +130,7 @@ Message Sample() {
   int number = 0;
   std::apply([&](const auto&... field) { (sample_internal::Fill(message, field, ++number), ...); }, kFields<Message>);
   sample_internal::Agree(message);
-  fields::PutRight(message);
+  fields::Sanitize(message);
   return message;
 }
 

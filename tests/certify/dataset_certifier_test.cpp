@@ -83,7 +83,7 @@ TEST_F(DatasetCertificate, PosturesOfAFileAreJudgedAgain) {
 TEST_F(DatasetCertificate, MoreIsKnownEveryTimeItIsTold) {
   std::size_t before = 0;
   CertifyHooks hooks;
-  hooks.learnt = [&](const Certificate& certificate) {
+  hooks.on_update = [&](const Certificate& certificate) {
     const auto known = static_cast<std::size_t>(std::count_if(certificate.stances.begin(), certificate.stances.end(),
                                                               [](const auto& e) { return e.has_value(); }));
     EXPECT_EQ(known, before + 1);

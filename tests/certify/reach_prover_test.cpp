@@ -10,7 +10,7 @@
 #include <cmath>
 #include <random>
 
-#include "legopt/random_draws.h"
+#include "legopt/random_numbers.h"
 #include "legopt/robot/kinematics.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
@@ -21,7 +21,7 @@ namespace {
 using Eigen::Vector3d;
 
 double DrawBetween(double low, double high, std::mt19937_64& generator) {
-  return low + (high - low) * UniformDraw(generator);
+  return low + (high - low) * UniformRandom(generator);
 }
 
 /// Returns a random configuration within the limits; every third one has all joints at a limit.
@@ -30,7 +30,7 @@ Eigen::VectorXd AnyConfiguration(const RobotModel& robot, int number, std::mt199
   for (int i = 0; i < robot.num_dofs(); ++i) {
     const double low = std::max(robot.lower_limits()[i], -3.0);
     const double high = std::min(robot.upper_limits()[i], 3.0);
-    const double draw = UniformDraw(generator);
+    const double draw = UniformRandom(generator);
     x[i] = low + (high - low) * (number % 3 == 0 ? std::round(draw) : draw);
   }
   for (Eigen::Index i = robot.num_dofs(); i < x.size(); ++i) x[i] = DrawBetween(-2.0, 2.0, generator);
@@ -42,7 +42,7 @@ Eigen::VectorXd AnyConfiguration(const RobotModel& robot, int number, std::mt199
 /// tolerance.
 Stance StanceOf(const Dataset& dataset, const Eigen::VectorXd& x, std::size_t feet, std::mt19937_64& generator) {
   constexpr double kNearlyAll = 0.99e-3;
-  const auto off = [&generator] { return UniformDraw(generator) < 0.5 ? -kNearlyAll : kNearlyAll; };
+  const auto off = [&generator] { return UniformRandom(generator) < 0.5 ? -kNearlyAll : kNearlyAll; };
   Kinematics kinematics(dataset.robot());
   kinematics.UpdatePoses(x);
   Stance stance;
@@ -81,7 +81,7 @@ void ExpectSound(const ReachProver& prover, const Dataset& dataset, int count, i
 TEST(ReachProof, IsNeverOfAStanceThatTheHumanoidStandsIn) { ExpectSound(HumanoidProver(), *Humanoid(), 3000, 3000); }
 
 TEST(ReachProof, IsNeverOfOneThatFewRobotsCouldStandIn) {
-  ExpectSound(HumanoidProver(), *Humanoid(), 20, ReachProver::kMostCells);
+  ExpectSound(HumanoidProver(), *Humanoid(), 20, ReachProver::kMaxCells);
 }
 
 TEST(ReachProof, IsNeverOfAStanceThatAStiffRobotStandsIn) {

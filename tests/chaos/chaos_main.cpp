@@ -210,12 +210,12 @@ class Chaos {
         database.Query("SELECT (SELECT count(*) FROM attempts), (SELECT count(*) FROM stale_results)").rows;
     std::cout << "  attempts: " << std::get<std::int64_t>(row.at(0).at(0))
               << ", stale reports: " << std::get<std::int64_t>(row.at(0).at(1)) << "\n";
-    TellWhen(database);
+    PrintPhaseTimes(database);
     return sound;
   }
 
   // Prints how the time was spent.
-  void TellWhen(db::ReadOnlyDatabase& database) const {
+  void PrintPhaseTimes(db::ReadOnlyDatabase& database) const {
     const auto row = database
                          .Query(
                              "SELECT ifnull((SELECT min(submitted_at_us) FROM experiments), 0),"

@@ -153,7 +153,7 @@ TEST(BenchmarkTable, CaptionTellsExperimentRuleAndProgress) {
 }
 
 // Counts by a weaker rule are always accompanied by those of the other rule.
-TEST(BenchmarkTable, CountsByTheOtherRuleStandBelow) {
+TEST(BenchmarkTable, CountsByTheOtherRuleAreShownBelow) {
   BenchmarkTable table = ExampleTable();
   table.other_rule = Rule::kSolid;
   table.rows[0].cells[kPostureGood].solved_by_other_rule = 6;
@@ -228,9 +228,9 @@ TEST(BenchmarkTable, UnknownWordsAreRefusedByName) {
   Listing cells;
   cells.columns = {"task"};
   cells.rows = {{"posture"}, {"climb"}};
-  EXPECT_EQ(cells.WordAt<Task>(0, "task"), Task::kPosture);
+  EXPECT_EQ(cells.EnumAt<Task>(0, "task"), Task::kPosture);
   try {
-    cells.WordAt<Task>(1, "task");
+    cells.EnumAt<Task>(1, "task");
     FAIL() << "no error";
   } catch (const ClientError& error) {
     EXPECT_EQ(error.code(), ExitCode::kInternal);
@@ -255,7 +255,7 @@ TEST(BenchmarkTable, CollisionIsAColumnWhereItDiffers) {
 }
 
 // Internal restarts of a method within an attempt are shown, not hidden behind a 0.
-TEST(BenchmarkTable, StartsInsideOfAnAttemptAreTold) {
+TEST(BenchmarkTable, InternalRestartsAreShown) {
   BenchmarkTable table = ExampleTable();
   table.rows[0].inner_starts = 8;
   const auto text = ParseTextTable(RenderBenchmarkTable(table, TableFormat::kText));
@@ -312,7 +312,7 @@ TEST(BenchmarkTable, JobsWithoutResultsAreVisible) {
 }
 
 // Runs stopped by the wall-time limit say nothing about the method: every format shows their number and a remedy.
-TEST(BenchmarkTable, WhatTheClockEndedIsToldBelow) {
+TEST(BenchmarkTable, RunsStoppedByTheTimeLimitAreListedBelow) {
   BenchmarkTable table = Broken();
   table.rows[0].cells[kPostureGood].clock_stopped = 2;
   for (const TableFormat format : {TableFormat::kText, TableFormat::kMarkdown, TableFormat::kLatex}) {

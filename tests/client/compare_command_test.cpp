@@ -99,7 +99,7 @@ TEST_F(CompareCommand, ARatioThatIsEverywhereTheSameHasNoSpread) {
 }
 
 // The median of the Walsh averages of 0 .. 5 doublings. With six problems the confidence interval is the full range.
-TEST_F(CompareCommand, HodgesAndLehmannStandBesideWilcoxon) {
+TEST_F(CompareCommand, HodgesAndLehmannAreShownWithWilcoxon) {
   TestExperiment experiment;
   experiment.methods = {{"A"}, {"B"}};
   AddTimes(0, {1, 1, 1, 1, 1, 1}, &experiment);

@@ -88,9 +88,9 @@ TEST(ImportCommand, BadInputIsNamedAndNothingIsLeft) {
 }
 
 // A copy of the embedded small dataset to be corrupted.
-class SpoiltDataset : public testing::Test {
+class CorruptedDataset : public testing::Test {
  protected:
-  SpoiltDataset() { fs::copy(SourceFolder() + "/data/garage-small", dataset_); }
+  CorruptedDataset() { fs::copy(SourceFolder() + "/data/garage-small", dataset_); }
   ProgramResult Run(std::vector<std::string> words) const {
     words.push_back(dataset_.string());
     return RunLegopt(words, folder_.path());
@@ -100,7 +100,7 @@ class SpoiltDataset : public testing::Test {
   fs::path dataset_ = folder_.path() / "dataset";
 };
 
-TEST_F(SpoiltDataset, ABrokenLinkEndsCommandsWithWords) {
+TEST_F(CorruptedDataset, ABrokenLinkEndsCommandsWithWords) {
   std::string mass = "<mass value=\"14.2529\"/>";
   for (const char* text : {"14,2", "${m}", "x %n%n%n", "%s%s%s%s%s%s"}) {
     const std::string broken = "<mass value=\"" + std::string(text) + "\"/>";
@@ -115,7 +115,7 @@ TEST_F(SpoiltDataset, ABrokenLinkEndsCommandsWithWords) {
   }
 }
 
-TEST_F(SpoiltDataset, UnitsThatAreMixedUpAreSaidBeforeARun) {
+TEST_F(CorruptedDataset, UnitsThatAreMixedUpAreSaidBeforeARun) {
   test::ReplaceInFile(dataset_ / "scene.yaml", "objects:\n",
                       "objects:\n  - {name: wide, shape: box, size: [6000, 1, 1], position: [0, 0, -9]}\n");
   ASSERT_EQ(Run({"dataset", "hash"}).exit_code, 0);

@@ -255,7 +255,7 @@ TEST(Listing, AnUnknownWordIsDamageOfTheDatabase) {
   const Listing listing{{"state"}, {{std::string("do\0e", 4)}, {nullptr}}};
   for (std::size_t row = 0; row < 2; ++row) {
     try {
-      (void)listing.WordAt<JobState>(row, "state");
+      (void)listing.EnumAt<JobState>(row, "state");
       ADD_FAILURE() << "row " << row;
     } catch (const ClientError& error) {
       EXPECT_EQ(error.code(), ExitCode::kDatabaseUnusable);

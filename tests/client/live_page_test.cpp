@@ -32,7 +32,7 @@ TEST_F(LivePageTest, FiguresAreThoseOfAReport) {
   for (Json* json : {&live, &page}) json->erase("chunks");  // a server computes solutions one by one
   EXPECT_EQ(live, page);
   const std::string block = live["datasets"][0]["geometry"]["block"];
-  const auto geometry = blocks.AtHand({"/blocks/" + block, ""});
+  const auto geometry = blocks.TryAnswer({"/blocks/" + block, ""});
   ASSERT_TRUE(geometry);
   EXPECT_EQ(BytesOf(*geometry), Block(Report().text, block));
   Json named = Json::parse(BytesOf(blocks.Make({"/blocks/page", "1"})));
@@ -42,11 +42,11 @@ TEST_F(LivePageTest, FiguresAreThoseOfAReport) {
 
 TEST_F(LivePageTest, ASolutionIsThatOfAView) {
   LiveBlocks blocks(Request());
-  EXPECT_FALSE(blocks.AtHand({"/blocks/motion-2", ""}));
+  EXPECT_FALSE(blocks.TryAnswer({"/blocks/motion-2", ""}));
   const Json live = Json::parse(BytesOf(blocks.Make({"/blocks/solutions-2", ""})));
   const std::string view = View(2).text;
   EXPECT_EQ(live, Json::parse(Block(view, "solutions-0")));
-  const auto motion = blocks.AtHand({"/blocks/motion-2", ""});
+  const auto motion = blocks.TryAnswer({"/blocks/motion-2", ""});
   ASSERT_TRUE(motion) << "both blocks are made at once";
   EXPECT_EQ(BytesOf(*motion), Block(view, "motion-0"));
   EXPECT_FALSE(motion->etag.empty());
@@ -54,9 +54,9 @@ TEST_F(LivePageTest, ASolutionIsThatOfAView) {
 
 TEST_F(LivePageTest, WhatThereIsNotIsSaid) {
   LiveBlocks blocks(Request());
-  EXPECT_EQ(blocks.AtHand({"/", ""})->status, 200U);
-  EXPECT_EQ(blocks.AtHand({"/page.js", ""})->type, "text/javascript; charset=utf-8");
-  EXPECT_EQ(blocks.AtHand({"/favicon.ico", ""})->status, 404U);
+  EXPECT_EQ(blocks.TryAnswer({"/", ""})->status, 200U);
+  EXPECT_EQ(blocks.TryAnswer({"/page.js", ""})->type, "text/javascript; charset=utf-8");
+  EXPECT_EQ(blocks.TryAnswer({"/favicon.ico", ""})->status, 404U);
   for (const char* path : {"/blocks/", "/blocks/nothing", "/blocks/solutions-", "/blocks/solutions-1x",
                            "/blocks/solutions-0", "/blocks/solutions-77", "/blocks/motion-99999999999999999999"}) {
     EXPECT_EQ(blocks.Make({path, ""}).status, 404U) << path;

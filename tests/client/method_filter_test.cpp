@@ -71,7 +71,7 @@ TEST_F(MethodFilterTest, WhatFitsNothingIsNamedWithWhatThereIs) {
 }
 
 TEST_F(MethodFilterTest, OnlyWhatDiffersWithinANameTellsApart) {
-  EXPECT_EQ(ExperimentMethods(*source_, 1).TellingColumns(), std::vector<std::string>{"multi_starts"});
+  EXPECT_EQ(ExperimentMethods(*source_, 1).DistinguishingColumns(), std::vector<std::string>{"multi_starts"});
 }
 
 }  // namespace

@@ -189,7 +189,7 @@ TEST_F(PlotOfDatabase, APngHasItsSizeInItsHead) {
 
 TEST(PlotImage, MorePanelsThanAPageHoldsAreRefused) {
   Plot plot;
-  plot.panels.resize(kMostPanels + 1);
+  plot.panels.resize(kMaxPanels + 1);
   try {
     RenderPlotImage(plot, ImageFormat::kPng);
     FAIL() << "was drawn";

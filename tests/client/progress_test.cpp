@@ -99,8 +99,8 @@ TEST(ProgressBar, TheReasonOfAStandstillTakesThePlaceOfRateAndEstimate) {
   EXPECT_THAT(RenderProgressBar(status, 5.0, note, 30), HasSubstr("40/80  38 solved  no worker"));
 }
 
-TEST(StandstillNote, WaitsAMomentAndIsNeverStale) {
-  StandstillNote note(Seconds(1));
+TEST(StallNotice, WaitsAMomentAndIsNeverStale) {
+  StallNotice note(Seconds(1));
   ExperimentStatus status = Status(1, 1);
   status.waiting_for = "no worker is connected";
   EXPECT_EQ(note.Observe(Seconds(0), status), "");

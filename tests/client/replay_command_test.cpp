@@ -122,7 +122,7 @@ TEST_F(ReplayCommand, AnotherBuildIsRefusedUntilItIsAsked) {
   EXPECT_THAT(result.err, HasSubstr("warning: job 1 was solved by build 0123456789ab"));
 }
 
-TEST_F(ReplayCommand, WhatTheClockStoppedCannotBeRepeated) {
+TEST_F(ReplayCommand, RunsStoppedByTheTimeLimitCannotBeReplayed) {
   Alter("results_are_final", "UPDATE results SET solver_status = 'time_limit' WHERE job_id = 1");
   ExpectError(Run({"replay", "1", "--db", file_}), 2, "job 1 ended by time_limit");
   EXPECT_EQ(Run({"replay", "--random", "8", "--db", file_}).out, "7 of 7 bit-identical\n");

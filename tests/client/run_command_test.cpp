@@ -81,7 +81,7 @@ TEST_F(RunCommand, ItsTableTakesTheOptionsOfTable) {
 }
 
 // The server's key exists in memory only: no other program can talk to the server, and the key is never printed.
-TEST_F(RunCommand, NobodyElseCommandsIt) {
+TEST_F(RunCommand, OtherProgramsCannotControlIt) {
   const std::string port = std::to_string(bus::FindFreePortPair(bus::RandomSeed()));
   RunningProgram program(BuiltProgram("legopt"),
                          std::vector<std::string>{"run", Suite(300), "--db", Db(), "--port", port}, folder_.path());
@@ -149,7 +149,7 @@ TEST_F(RunCommand, TheSameContentIsNotComputedTwice) {
 }
 
 // With one more method and another name, known results are reused bit by bit, and their number is reported.
-TEST_F(RunCommand, AnOverlappingSuiteTakesResultsOver) {
+TEST_F(RunCommand, OverlappingSuiteReusesResults) {
   ASSERT_EQ(Run({Suite(1), "--db", Db()}).exit_code, 0);
   const auto larger = (folder_.path() / "larger.yaml").string();
   std::ofstream(larger) << "tasks: posture\nproblems: [0-3]\nmethods: [{solver: sqp}, {solver: sqp, multi_starts: 1}]\n"
@@ -416,18 +416,19 @@ TEST_F(RunCommand, CorruptSceneMeshIsNamedBeforeAnythingIsStored) {
   EXPECT_THAT(doctor.out, HasSubstr("hall.stl"));
 }
 
-TEST(LastWords, AnErrorComesBeforeWhatFollowsFromIt) {
+TEST(LastErrorMessage, AnErrorComesBeforeWhatFollowsFromIt) {
   const std::string stamp = "[2026-11-21 14:00:00.000] [legopt-worker] ";
-  EXPECT_EQ(LastWords("legopt-worker", stamp + "[error] x.stl: no triangles\n" + stamp + "[warning] slot 1: exited"),
-            "x.stl: no triangles");
-  EXPECT_EQ(LastWords("legopt-worker", stamp + "[warning] slot 1: exited"), "");
-  EXPECT_EQ(LastWords("legopt-worker", stamp + "[warning] no key\nlegopt-worker: 2 slots"), "");
-  EXPECT_EQ(LastWords("legopt-worker", "error: of another program"), "");
-  EXPECT_EQ(LastWords("legopt-worker", stamp + "[warning] [legopt-worker] [error] quoted"), "");
-  EXPECT_EQ(LastWords("legopt-worker", stamp + "[error] [legopt-worker] [error] twice"),
+  EXPECT_EQ(
+      LastErrorMessage("legopt-worker", stamp + "[error] x.stl: no triangles\n" + stamp + "[warning] slot 1: exited"),
+      "x.stl: no triangles");
+  EXPECT_EQ(LastErrorMessage("legopt-worker", stamp + "[warning] slot 1: exited"), "");
+  EXPECT_EQ(LastErrorMessage("legopt-worker", stamp + "[warning] no key\nlegopt-worker: 2 slots"), "");
+  EXPECT_EQ(LastErrorMessage("legopt-worker", "error: of another program"), "");
+  EXPECT_EQ(LastErrorMessage("legopt-worker", stamp + "[warning] [legopt-worker] [error] quoted"), "");
+  EXPECT_EQ(LastErrorMessage("legopt-worker", stamp + "[error] [legopt-worker] [error] twice"),
             "[legopt-worker] [error] twice");
-  EXPECT_EQ(LastWords("legopt-server", "legopt-server: error: a [b] c"), "a [b] c");
-  EXPECT_EQ(LastWords("legopt-server", ""), "");
+  EXPECT_EQ(LastErrorMessage("legopt-server", "legopt-server: error: a [b] c"), "a [b] c");
+  EXPECT_EQ(LastErrorMessage("legopt-server", ""), "");
 }
 
 TEST_F(RunCommand, UnwritableDatabase) {

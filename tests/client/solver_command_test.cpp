@@ -27,7 +27,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 // Common preamble of the misbehaving solvers below.
-constexpr char kManners[] = R"(import json, subprocess, sys, time
+constexpr char kSolverPreamble[] = R"(import json, subprocess, sys, time
 def say(message): print(json.dumps(message), flush=True)
 def hello(): say({'type': 'hello', 'protocol': 1, 'name': 'bad', 'version': '1'})
 def solve(): return json.loads(sys.stdin.readline())
@@ -63,7 +63,7 @@ constexpr Misdeed kMisdeeds[] = {
 };
 
 // Common preamble of the misbehaving solvers of level "files".
-constexpr char kFileManners[] = R"(import json, os, subprocess, sys, time
+constexpr char kFileSolverPreamble[] = R"(import json, os, subprocess, sys, time
 problem = json.load(open(sys.argv[1]))
 def leave(solution): open(sys.argv[2], 'w').write(solution if isinstance(solution, str) else json.dumps(solution))
 )";
@@ -93,14 +93,14 @@ constexpr Misdeed kFileMisdeeds[] = {
 class SolverCommand : public testing::Test {
  protected:
   void Declare(const std::string& name, const std::string& code) const {
-    test::WriteText(folder_.path() / (name + ".py"), kManners + code + "\n");
+    test::WriteText(folder_.path() / (name + ".py"), kSolverPreamble + code + "\n");
     const nlohmann::json declaration = {
         {"name", name}, {"command", {"/usr/bin/python3", name + ".py"}}, {"timeout_s", 1.0}};
     test::WriteText(folder_.path() / (name + ".json"), declaration.dump());
   }
   // Declares a solver of level "files".
   void DeclareFiles(const std::string& name, const std::string& code, double timeout_s = 60.0) const {
-    test::WriteText(folder_.path() / (name + ".py"), kFileManners + code + "\n");
+    test::WriteText(folder_.path() / (name + ".py"), kFileSolverPreamble + code + "\n");
     const nlohmann::json declaration = {
         {"name", name}, {"level", "files"}, {"command", {"/usr/bin/python3", name + ".py"}}, {"timeout_s", timeout_s}};
     test::WriteText(folder_.path() / (name + ".json"), declaration.dump());

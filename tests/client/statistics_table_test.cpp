@@ -96,7 +96,7 @@ TEST(StatisticsTable, AChargeMayBeChosen) {
 }
 
 // Ranks 1 2 3, 2 1 3, 2 3 1, 2 1 3 and 2.5 1 2.5, computed by hand.
-TEST(StatisticsTable, FriedmanStandsBesideImanAndDavenport) {
+TEST(StatisticsTable, FriedmanIsShownWithImanAndDavenport) {
   const StatisticsTable table = TableOf(ToyPool());
   const double chi_square = 2.1 / 0.95;
   const auto& ranks = table.columns.at(kToyColumn).ranks;

@@ -66,7 +66,7 @@ TEST(Suite, TakesEveryKeyOver) {
   EXPECT_DOUBLE_EQ(suite.wall_time_s[Task::kMotion], 2.5);
   EXPECT_EQ(suite.memory_mb, 256);
   EXPECT_EQ(suite.max_attempts, 2);
-  EXPECT_EQ(suite.builds, BuildRule::kAny);
+  EXPECT_EQ(suite.builds, BuildPolicy::kAny);
   EXPECT_EQ(suite.rule, Rule::kStrict);
   for (const Method& method : suite.methods) EXPECT_EQ(method.pairs, PairSelection::kReference);
 }

@@ -20,7 +20,7 @@ constexpr std::int64_t kNow_us = 1'700'000'000'000'000;
 
 db::ResultRecord RecordOf(const TestResult& result, int num_waypoints) {
   db::ResultRecord record;
-  const auto verdict = ParseWord<Verdict>(result.verdict).value();
+  const auto verdict = ParseEnum<Verdict>(result.verdict).value();
   const bool success = verdict == Verdict::kSuccess;
   record.solver_status = success ? SolveStatus::kConvergedFeasible : SolveStatus::kConvergedInfeasible;
   if (result.status != SolveStatus::kNotRun) record.solver_status = result.status;
@@ -66,9 +66,9 @@ db::NewExperiment DescriptionOf(const TestExperiment& experiment) {
     const std::string hash(64, static_cast<char>('0' + i));
     description.methods.push_back({experiment.methods[i].name, hash, experiment.methods[i].options,
                                    experiment.methods[i].multi_starts, 100, false,
-                                   ParseWord<SceneRepresentation>(experiment.methods[i].collision).value()});
+                                   ParseEnum<SceneRepresentation>(experiment.methods[i].collision).value()});
   }
-  const auto task = ParseWord<Task>(experiment.task).value();
+  const auto task = ParseEnum<Task>(experiment.task).value();
   std::map<std::pair<int, std::string>, int> cells;
   std::map<int, int> problems;
   std::int64_t job_id = 0;
@@ -77,7 +77,7 @@ db::NewExperiment DescriptionOf(const TestExperiment& experiment) {
         cells.try_emplace({result.method, result.initialization}, static_cast<int>(description.cells.size()));
     if (new_cell) {
       description.cells.push_back({static_cast<std::int64_t>(description.cells.size()) + 1, result.method, task,
-                                   ParseWord<Initialization>(result.initialization).value(), 0});
+                                   ParseEnum<Initialization>(result.initialization).value(), 0});
     }
     description.cells.back().effort_limit = experiment.effort_limit;
     ++description.cells[static_cast<std::size_t>(cell->second)].num_jobs;

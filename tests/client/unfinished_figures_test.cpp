@@ -176,7 +176,7 @@ TEST_P(UnfinishedFigures, NothingIsSaidOfNothing) {
 INSTANTIATE_TEST_SUITE_P(CompleteProblems, UnfinishedFigures, testing::Values(0, 1, 2));
 
 // A row without solved problems does not remove the ratios of other rows, although no problem is solved by all rows.
-TEST(PairedRatios, OutliveARowThatSolvesNothing) {
+TEST(PairedRatios, DoNotDependOnARowWithoutSolutions) {
   TestExperiment experiment;
   experiment.methods = {{"A"}, {"B"}, {"bad"}};
   for (int problem = 0; problem < 4; ++problem) {

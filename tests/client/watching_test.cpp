@@ -74,8 +74,8 @@ ExperimentStatus Waiting(const std::string& reason, std::int64_t done = 0) {
   return status;
 }
 
-TEST(ProgressDeadline, CountsTheTimeInWhichNothingMovesAndNamesTheReason) {
-  ProgressDeadline deadline(Seconds(10));
+TEST(StallTimeout, CountsTheTimeInWhichNothingMovesAndNamesTheReason) {
+  StallTimeout deadline(Seconds(10));
   deadline.Look(Seconds(0), Waiting("no worker is connected"));
   deadline.Look(Seconds(9), Waiting("no worker is connected"));
   deadline.Look(Seconds(100), Waiting(""));  // a long job runs
@@ -91,8 +91,8 @@ TEST(ProgressDeadline, CountsTheTimeInWhichNothingMovesAndNamesTheReason) {
   }
 }
 
-TEST(ProgressDeadline, WithoutALimitItWaitsOn) {
-  ProgressDeadline deadline(std::nullopt);
+TEST(StallTimeout, WithoutALimitItWaitsOn) {
+  StallTimeout deadline(std::nullopt);
   for (int i = 0; i < 100; ++i) deadline.Look(Seconds(1e6 * i), Waiting("no worker is connected"));
 }
 
@@ -137,7 +137,7 @@ TEST(ReasonWithOwnWorkers, ThoseThatAreNotConnectedYetLoad) {
   const nlohmann::json somebody = {{"workers", {{{"id", 1}, {"online", true}}}}};
   EXPECT_EQ(ReasonWithOwnWorkers(status, nobody), "the workers load the dataset");
   EXPECT_EQ(ReasonWithOwnWorkers(status, somebody), "no worker is connected");
-  status.hold = Hold::kHeld;
+  status.hold = ExperimentHold::kHeld;
   status.waiting_for = "held: the disk";
   EXPECT_EQ(ReasonWithOwnWorkers(status, nobody), "held: the disk");
   status = {};

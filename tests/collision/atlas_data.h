@@ -54,21 +54,21 @@ inline Eigen::VectorXd AtlasReference(const RobotModel& robot) {
   return x;
 }
 
-struct SolePose {
+struct ContactPose {
   std::string link;
   Eigen::Vector3d position;
   Eigen::Quaterniond rotation;
 };
 
 /// Reads all stances of a problem file: position and rotation of each contact, quaternion order w x y z.
-inline std::vector<std::vector<SolePose>> ReadStances(const std::filesystem::path& file) {
+inline std::vector<std::vector<ContactPose>> ReadStances(const std::filesystem::path& file) {
   nlohmann::json root;
   std::ifstream(file) >> root;
-  std::vector<std::vector<SolePose>> stances;
+  std::vector<std::vector<ContactPose>> stances;
   for (const auto& problem : root.at("problems")) {
     for (const auto& text : problem.at("definition")) {
       std::stringstream fields(text.get<std::string>());
-      std::vector<SolePose>& stance = stances.emplace_back();
+      std::vector<ContactPose>& stance = stances.emplace_back();
       std::string link;
       std::string pose;
       while (std::getline(fields, link, ',') && std::getline(fields, pose, ',')) {
@@ -83,15 +83,15 @@ inline std::vector<std::vector<SolePose>> ReadStances(const std::filesystem::pat
 }
 
 /// Returns the target of the foot's link frame (docs/readings.md#foot-targets).
-inline Eigen::Isometry3d FootFrame(const SolePose& sole) {
-  constexpr double kSoleOffset = 0.082351;
+inline Eigen::Isometry3d FootFrame(const ContactPose& sole) {
+  constexpr double kContactFrameOffset = 0.082351;
   const Eigen::Matrix3d rotation = sole.rotation.toRotationMatrix();
-  return Eigen::Translation3d(sole.position + kSoleOffset * rotation.col(2)) * Eigen::Isometry3d(rotation);
+  return Eigen::Translation3d(sole.position + kContactFrameOffset * rotation.col(2)) * Eigen::Isometry3d(rotation);
 }
 
 /// Returns a plausible posture with both feet on their contacts: nominal joints, legs by damped least squares. For
 /// tests and benchmarks.
-inline Eigen::VectorXd StandOn(const RobotModel& robot, const std::vector<SolePose>& stance) {
+inline Eigen::VectorXd StandOn(const RobotModel& robot, const std::vector<ContactPose>& stance) {
   const int n = robot.num_dofs();
   const int m = robot.tangent_size();
   Eigen::VectorXd x = ZeroPose(robot);
@@ -107,7 +107,7 @@ inline Eigen::VectorXd StandOn(const RobotModel& robot, const std::vector<SolePo
   set("l_arm_shx", -1.3);
   set("r_arm_shx", 1.3);
   Eigen::Vector2d heading = Eigen::Vector2d::Zero();
-  for (const SolePose& sole : stance) {
+  for (const ContactPose& sole : stance) {
     x.segment<3>(n) += sole.position / static_cast<double>(stance.size());
     heading += (sole.rotation * Eigen::Vector3d::UnitX()).head<2>();
   }

@@ -32,7 +32,7 @@ TriangleMesh SolidBox(const Vector3d& size, const Eigen::Isometry3d& pose = Eige
 /// pi (van Oosterom and Strackee). NaN if one triangle fills half the view: the point lies in it, perhaps on a wall
 /// between two bodies.
 double WindingBySolidAngles(const TriangleMesh& mesh, const Vector3d& p) {
-  constexpr double kHalfTheView = 0.99 * std::numbers::pi;  // half of its solid angle
+  constexpr double kHalfSolidAngle = 0.99 * std::numbers::pi;  // half of its solid angle
   double sum = 0.0;
   for (const auto& corners : mesh.triangles) {
     const Vector3d a = mesh.vertices[static_cast<size_t>(corners[0])] - p;
@@ -40,7 +40,7 @@ double WindingBySolidAngles(const TriangleMesh& mesh, const Vector3d& p) {
     const Vector3d c = mesh.vertices[static_cast<size_t>(corners[2])] - p;
     const double la = a.norm(), lb = b.norm(), lc = c.norm();
     const double half = std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
-    if (std::abs(half) > kHalfTheView) return std::nan("");
+    if (std::abs(half) > kHalfSolidAngle) return std::nan("");
     sum += half;
   }
   return sum / (2.0 * std::numbers::pi);

@@ -117,7 +117,7 @@ TEST(LinkPairs, TouchingInTheReferencePoseIsIgnoredForGood) {
 
 // The original evaluator ignores every pair that touches in one pose; the physical rule ignores only pairs that no
 // pose separates.
-TEST(LinkPairs, OfTheSolidRuleAreAllThatMotionParts) {
+TEST(LinkPairs, PhysicalRuleUsesAllSeparablePairs) {
   const RobotModel robot = Chain();
   Eigen::VectorXd folded = ZeroPose(robot);
   folded[0] = 2.9;
@@ -164,13 +164,13 @@ RobotModel Hinged(const Eigen::Vector3d& size) {
   return RobotModel("hinged", links, joints);
 }
 
-TEST(LinkPairs, WhatNoPostureOfTheSequencePartsIsJoined) {
+TEST(LinkPairs, InseparablePairsAreIgnored) {
   const LinkPair pair(0, 2);
   for (const Eigen::Vector3d& size : {Eigen::Vector3d(0.5, 0.1, 0.1), Eigen::Vector3d(0.05, 0.06, 0.07)}) {
     const RobotModel robot = Hinged(size);
     const auto model = CollisionModel::Build(robot, {}, ZeroPose(robot), {.pairs = PairSelection::kAll});
     EXPECT_TRUE(model->pairs(PairSelection::kAll).empty()) << size.transpose();
-    EXPECT_EQ(model->pair_status(0, 2), PairStatus::kIgnoredJoined);
+    EXPECT_EQ(model->pair_status(0, 2), PairStatus::kIgnoredInseparable);
   }
   // The flap is entirely inside, so the surfaces never meet: the original evaluator checks the pair without effect.
   const RobotModel inside = Hinged({0.05, 0.06, 0.07});
@@ -178,7 +178,7 @@ TEST(LinkPairs, WhatNoPostureOfTheSequencePartsIsJoined) {
   EXPECT_EQ(model->checked_pairs(), std::vector<LinkPair>{pair});
 }
 
-TEST(AtlasModel, SolidRuleComparesAllButThreePairs) {
+TEST(AtlasModel, PhysicalRuleComparesAllButThreePairs) {
   LEGOPT_REQUIRE_FILE(DataFolder() / "atlas/atlas.urdf");
   const RobotModel robot = Atlas();
   const auto model = CollisionModel::Build(robot, {}, AtlasReference(robot), {.pairs = PairSelection::kAll});
@@ -187,7 +187,7 @@ TEST(AtlasModel, SolidRuleComparesAllButThreePairs) {
     return model->pair_status(robot.FindLink(a), robot.FindLink(b));
   };
   for (const char* other : {"mtorso", "l_lglut", "r_lglut"})
-    EXPECT_EQ(status("pelvis", other), PairStatus::kIgnoredJoined);
+    EXPECT_EQ(status("pelvis", other), PairStatus::kIgnoredInseparable);
   for (const char* other : {"utorso", "l_uleg", "r_uleg"}) EXPECT_EQ(status("pelvis", other), PairStatus::kChecked);
   EXPECT_EQ(status("l_uleg", "r_uleg"), PairStatus::kChecked);
 }

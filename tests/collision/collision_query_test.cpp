@@ -147,7 +147,7 @@ Nearest OfAllPairs(const CollisionModel& model, const Kinematics& kinematics, do
     PairDistance d;
     if (SignedDistance(sa, sb, margin, d)) Consider({a, b}, d.distance_m, nearest);
   };
-  const auto place = [&](int link, PairDetail detail) {
+  const auto place = [&](int link, PairResolution detail) {
     std::vector<std::unique_ptr<PlacedShape>> placed;
     const ShapeRun run = data.links[static_cast<size_t>(link)].Of(detail);
     for (int i = run.first; i < run.end(); ++i) {
@@ -156,12 +156,12 @@ Nearest OfAllPairs(const CollisionModel& model, const Kinematics& kinematics, do
     return placed;
   };
   for (int a = 0; a < model.num_links(); ++a) {
-    for (const auto& pa : place(a, PairDetail::kHulls)) {
+    for (const auto& pa : place(a, PairResolution::kHulls)) {
       for (const SupportSet& solid : data.solid_sets) consider(a, kScene, pa->set(), solid);
     }
     for (int b = a + 1; b < model.num_links(); ++b) {
       if (model.pair_status(a, b) != CollisionModel::PairStatus::kChecked) continue;
-      const PairDetail detail = data.pairs.detail[data.PairIndex(a, b)];
+      const PairResolution detail = data.pairs.detail[data.PairIndex(a, b)];
       const auto placed_b = place(b, detail);
       for (const auto& pa : place(a, detail)) {
         for (const auto& pb : placed_b) consider(a, b, pa->set(), pb->set());
@@ -220,7 +220,7 @@ TEST(AtlasQuery, LinksMayReachIntoHollowsOfEachOther) {
     meshes.Place(kinematics);
     const auto &a = meshes.geometry(pelvis, 0), &b = meshes.geometry(utorso, 0);
     const double depth = std::max(meshes.ExactDepth(a, b), meshes.InsideDepth(a, b));
-    double distance = kEverything;
+    double distance = kBeyondAllDistances;
     for (const Contact& c : query.Contacts(kinematics, 0.0)) {
       if (c.link_a == pelvis && c.link_b == utorso) distance = std::min(distance, c.distance_m);
     }
@@ -257,7 +257,7 @@ TEST(CollisionQuery, ResultsDoNotDependOnEarlierQueriesNorOnTheThread) {
 TEST(CollisionQuery, AllocatesNothingAfterWarmUp) {
   Fixture f;
   CollisionQuery query(f.model);
-  ContactMemory memory;
+  WarmStartCache memory;
   Draw draw(44);
   std::vector<Eigen::VectorXd> postures;
   for (int i = 0; i < 50; ++i) postures.push_back(DrawPosture(f.robot, draw));
@@ -278,7 +278,7 @@ TEST(CollisionQuery, AllocatesNothingAfterWarmUp) {
 TEST(CollisionQuery, MemoryChangesNoContact) {
   Fixture f;
   CollisionQuery query(f.model), with_memory(f.model);
-  ContactMemory memory;
+  WarmStartCache memory;
   Draw draw(46);
   Eigen::VectorXd x = DrawPosture(f.robot, draw), dx(f.robot.tangent_size());
   size_t found = 0;
@@ -305,15 +305,15 @@ TEST(CollisionQuery, MemoryChangesNoContact) {
   EXPECT_GT(memory.size(), 4U);
 }
 
-TEST(ContactMemory, BeginsAnewWhenItIsFull) {
-  ContactMemory memory;
-  constexpr int kPairs = static_cast<int>(ContactMemory::kMostPairs), kApart = 64;
+TEST(WarmStartCache, BeginsAnewWhenItIsFull) {
+  WarmStartCache memory;
+  constexpr int kPairs = static_cast<int>(WarmStartCache::kMaxPairs), kApart = 64;
   for (int i = 0; i < kPairs; ++i) {
     EXPECT_EQ(memory.At(i * kApart).size, 0);
     memory.At(i * kApart).size = static_cast<std::uint8_t>(1 + i % 3);
   }
   for (int i = 0; i < kPairs; ++i) EXPECT_EQ(memory.At(i * kApart).size, 1 + i % 3) << i;
-  EXPECT_EQ(memory.size(), ContactMemory::kMostPairs);
+  EXPECT_EQ(memory.size(), WarmStartCache::kMaxPairs);
   EXPECT_EQ(memory.At(1).size, 0);  // one more than it holds
   EXPECT_EQ(memory.size(), 1U);
   EXPECT_EQ(memory.At(0).size, 0);

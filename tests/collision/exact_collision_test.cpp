@@ -73,7 +73,7 @@ TriangleMesh Sheet(int n, double dx, double dy) {
 
 // ODE's mesh colliders share one cache per process. Without mutual exclusion, depths are occasionally wrong in both
 // threads.
-TEST(TrimeshDepth, WorldsOfTwoThreadsDisturbNobody) {
+TEST(TrimeshDepth, WorldsOfTwoThreadsAreIndependent) {
   constexpr int kRounds = 400;
   const auto depths = [](double slope) {
     TrimeshWorld world;

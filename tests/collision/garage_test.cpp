@@ -75,7 +75,7 @@ TEST(Garage, NoFootPlacementOfTheBenchmarkIsBuried) {
   for (const char* file : {"problemsposture.json", "problemsmotion.json"}) {
     LEGOPT_REQUIRE_FILE(DataFolder() / file);
     for (const auto& stance : ReadStances(DataFolder() / file)) {
-      for (const SolePose& sole : stance) {
+      for (const ContactPose& sole : stance) {
         ++placements;
         const auto key = std::tuple(sole.link, sole.position.x(), sole.position.y(), sole.position.z());
         if (done.count(key) > 0) continue;

@@ -305,7 +305,7 @@ TEST_F(MeshFile, IsReadUnderTheGuardThatItIsGiven) {
   };
   using Read = std::function<std::string()>;
   EXPECT_NE(refusal([](const Read&, const ReadLimits&) -> std::string {
-              throw ReadFailed("it is tired");
+              throw GuardedReadError("it is tired");
             }).find("tetra.stl: mesh cannot be read: its reader failed: it is tired"),
             std::string::npos);
   EXPECT_NE(refusal([](const Read& read, const ReadLimits&) { return read() + "x"; }).find("makes sense"),

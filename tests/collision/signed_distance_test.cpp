@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 
 PairDistance Distance(const PlacedShape& a, const PlacedShape& b) {
   PairDistance result;
-  EXPECT_TRUE(SignedDistance(a.set(), b.set(), kEverything, result));
+  EXPECT_TRUE(SignedDistance(a.set(), b.set(), kBeyondAllDistances, result));
   EXPECT_NEAR(result.normal.norm(), 1.0, 1e-12);
   EXPECT_LT((result.point_a - result.point_b - result.distance_m * result.normal).norm(), 1e-12);
   return result;
@@ -212,7 +212,7 @@ TEST(SignedDistance, MovingBothShapesTogetherChangesNothing) {
 /// Moves two shapes past each other with hints from the previous pose; every seventh pose is far from the previous
 /// one.
 void ExpectHintsChangeNothing(const ConvexShape& a, const ConvexShape& b, double tolerance_m, Draw& draw) {
-  NearestHint hint;
+  DistanceHint hint;
   Isometry3d pose = draw.Pose(0.6);
   const PlacedShape fixed(b, Isometry3d::Identity());
   for (int step = 0; step < 70; ++step) {
@@ -220,7 +220,7 @@ void ExpectHintsChangeNothing(const ConvexShape& a, const ConvexShape& b, double
     pose = step % 7 == 0 ? draw.Pose(0.6)
                          : Eigen::Translation3d(draw.Number(0.0, 0.01) * draw.Vector(1.0).normalized()) * pose * turn;
     const PlacedShape moving(a, pose);
-    for (const double cutoff : {0.05, kEverything}) {
+    for (const double cutoff : {0.05, kBeyondAllDistances}) {
       PairDistance cold, warm;
       const bool found = SignedDistance(moving.set(), fixed.set(), cutoff, cold);
       ASSERT_EQ(SignedDistance(moving.set(), fixed.set(), cutoff, warm, &hint), found) << step;

@@ -10,8 +10,8 @@
 #include "legopt/collision/model_data.h"
 #include "legopt/collision/scene_solids.h"
 #include "legopt/collision/signed_distance.h"
+#include "legopt/enum_input.h"
 #include "legopt/input_error.h"
-#include "legopt/word_input.h"
 #include "tests/collision/allocation_count.h"
 #include "tests/collision/atlas_data.h"
 #include "tests/collision/test_shapes.h"
@@ -26,7 +26,7 @@ using Triangle = std::array<Vector3d, 3>;
 
 PairDistance DistanceOf(const PlacedShape& a, const PlacedShape& b) {
   PairDistance result;
-  EXPECT_TRUE(SignedDistance(a.set(), b.set(), kEverything, result));
+  EXPECT_TRUE(SignedDistance(a.set(), b.set(), kBeyondAllDistances, result));
   return result;
 }
 
@@ -194,7 +194,7 @@ std::vector<Contact> ContactsAt(const RobotModel& robot, const Scene& scene, Sce
   return {contacts.begin(), contacts.end()};
 }
 
-TEST(Surface, DecidesWhichWayABuriedFootGoes) {
+TEST(Surface, DirectionOfBuriedFootFollowsOrientation) {
   const RobotModel robot = FlyingFoot({0.26, 0.13, 0.0535});
   const Scene scene = FloorOf({4, 4, 1});
   const double buried = 0.5 * 0.0535 - 0.05;
@@ -243,7 +243,7 @@ TEST(OrientedSurface, IsTheSurfaceToWhomDoesNotOverlapIt) {
 
 // The sole of a foot penetrates the riser of a step by 2 mm at its upper edge. The shortest way out is up, not back by
 // half a foot.
-TEST(OrientedSurface, AWayOutPastAnEdgeStays) {
+TEST(OrientedSurface, ShortestExitPastAnEdgeIsKept) {
   const RobotModel robot = FlyingFoot({0.26, 0.13, 0.0535});
   Scene scene = FloorOf({4, 4, 1});
   scene.objects.push_back({"step", Spec(ShapeSpec::Kind::kBox, {1, 4, 0.2}, At(0.5, 0, 0.1))});
@@ -253,7 +253,7 @@ TEST(OrientedSurface, AWayOutPastAnEdgeStays) {
   for (const Contact& contact : contacts) EXPECT_NEAR(contact.distance_m, -0.002, 1e-9);
 }
 
-TEST(OrientedSurface, WhoMeetsBothSidesOfAPlateLeavesEachAtItsFront) {
+TEST(OrientedSurface, PlateIsLeftThroughTheFrontOfEachSide) {
   const RobotModel robot = FlyingFoot({0.26, 0.13, 0.0535});
   Scene plate = FloorOf({4, 4, 0.01});
   bool up = false, down = false;
@@ -298,7 +298,7 @@ TEST(Surface, PrimitivesBecomeTrianglesAndTheRobotStaysTheSame) {
 
 TEST(Surface, NamesAreReadBack) {
   const auto read = [](std::string_view text) {
-    return ReadWord<SceneRepresentation>(text, "suite.yaml", "collision", "representation of the scene");
+    return ReadEnum<SceneRepresentation>(text, "suite.yaml", "collision", "representation of the scene");
   };
   for (const auto representation :
        {SceneRepresentation::kSolid, SceneRepresentation::kSurface, SceneRepresentation::kOrientedSurface}) {

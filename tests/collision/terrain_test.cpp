@@ -38,9 +38,9 @@ TEST(Terrain, FindsAllSurfacesThatLookUp) {
 
 TEST(Terrain, KnowsTheHeadroom) {
   const Terrain terrain(GroundAndTable());
-  EXPECT_NEAR(terrain.NextAbove(0.3, 0.2, 0.0), 0.8, 1e-6);
-  EXPECT_TRUE(std::isinf(terrain.NextAbove(3, 3, 0.0)));
-  EXPECT_TRUE(std::isinf(terrain.NextAbove(0.3, 0.2, 1.0)));
+  EXPECT_NEAR(terrain.CeilingHeight(0.3, 0.2, 0.0), 0.8, 1e-6);
+  EXPECT_TRUE(std::isinf(terrain.CeilingHeight(3, 3, 0.0)));
+  EXPECT_TRUE(std::isinf(terrain.CeilingHeight(0.3, 0.2, 1.0)));
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 
 namespace legopt::test {
 
-inline constexpr double kEverything = 1e9;  ///< a distance beyond all others
+inline constexpr double kBeyondAllDistances = 1e9;  ///< a distance beyond all others
 
 /// A convex shape placed in the world, with the arrays that its support set refers to.
 class PlacedShape {

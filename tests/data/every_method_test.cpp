@@ -82,8 +82,8 @@ class EveryMethod : public ::testing::TestWithParam<MethodRow> {
     std::printf("%s, %s: {%d, %.4g} of %d\n", GetParam().name, std::string(ToString(task)).c_str(), found.solved,
                 found.median_cost, found.parts);
     EXPECT_GE(found.solved, std::floor(statistics::WilsonInterval(measured.solved, found.parts).lower * found.parts));
-    constexpr double kDearer = 1.1;
-    EXPECT_LE(found.median_cost, kDearer * measured.median_cost);
+    constexpr double kMaxCostRatio = 1.1;
+    EXPECT_LE(found.median_cost, kMaxCostRatio * measured.median_cost);
   }
 
  private:

@@ -59,7 +59,7 @@ TEST_F(DatasetArchiveTest, ADatasetComesBackWithItsContentAndName) {
 
 TEST_F(DatasetArchiveTest, AWrongByteIsAnotherContent) {
   const SyntheticFolder source(folder_ / "source");
-  std::string plain(kMostUnpackedBytes >> 4, '\0');
+  std::string plain(kMaxUnpackedBytes >> 4, '\0');
   const std::string archive = PackDataset(source.path(), {});
   plain.resize(ZSTD_decompress(plain.data(), plain.size(), archive.data(), archive.size()));
   const std::string before = "<mass value='";
@@ -98,7 +98,7 @@ TEST_F(DatasetArchiveTest, DamageIsRefused) {
 }
 
 TEST_F(DatasetArchiveTest, AFewBytesDoNotBecomeAFullDisk) {
-  ExpectRefused(Compressed(std::string(kMostUnpackedBytes + 1, ' ')), "is too large");
+  ExpectRefused(Compressed(std::string(kMaxUnpackedBytes + 1, ' ')), "is too large");
   ExpectRefused(Compressed(std::string(std::size_t{200} << 20, '\0')), "is too large");
 }
 
@@ -127,7 +127,7 @@ TEST_F(DatasetArchiveTest, TheTableIsParsedUnderTheGuard) {
   EXPECT_EQ(calls, 1);
   EXPECT_TRUE(fs::exists(out_ / "a/b c\n"));
   const ReadGuard failing = [](const std::function<std::string()>&, const ReadLimits&) -> std::string {
-    throw ReadFailed("it ended with signal 11");
+    throw GuardedReadError("it ended with signal 11");
   };
   EXPECT_THROW(UnpackDataset(ArchiveOf("a", "content", 7), out_, failing), InputError);
 }
@@ -148,7 +148,7 @@ TEST_F(DatasetArchiveTest, WhatIsTooLargeToTravelIsSaid) {
   std::ofstream mesh(source.path() / "meshes/rock.obj", std::ios::app);
   mesh << "# ";
   unsigned number = 1;
-  for (std::size_t i = 0; i < kMostArchiveBytes + kMostArchiveBytes / 2; ++i) {
+  for (std::size_t i = 0; i < kMaxArchiveBytes + kMaxArchiveBytes / 2; ++i) {
     number = number * 1664525 + 1013904223;
     mesh.put(static_cast<char>('!' + (number >> 24) % 94));
   }

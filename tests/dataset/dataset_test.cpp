@@ -75,7 +75,7 @@ TEST_F(DatasetTest, RobotAndMeshesAreReadUnderItsGuardNowAndLater) {
   bool fail = false;
   const ReadGuard guard = [&](const std::function<std::string()>& read, const ReadLimits&) {
     ++calls;
-    if (fail) throw ReadFailed("it is tired");
+    if (fail) throw GuardedReadError("it is tired");
     return read();
   };
   const auto dataset = Dataset::Load(folder_.path(), guard);

@@ -34,7 +34,7 @@ std::string Description(const std::filesystem::path& folder) {
     text += joint.name + " " + FormatNumber(joint.lower) + " " + FormatNumber(joint.upper) + "\n";
   }
   const std::string urdf = ReadFileText(folder / ReadDatasetFile(folder).robot_file, kMostBytes);
-  for (const UrdfRemark& remark : ReviewUrdf(CheckUrdf(urdf, "robot")))
+  for (const UrdfDiagnostic& remark : ReviewUrdf(CheckUrdf(urdf, "robot")))
     text += remark.field + " " + remark.message + "\n";
   for (const SceneObject& object : dataset->scene().objects) {
     text += object.name + " " + FormatNumber(object.shape.size.x()) + " " +

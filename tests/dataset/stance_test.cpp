@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "legopt/word_input.h"
+#include "legopt/enum_input.h"
 #include "tests/dataset/test_data.h"
 #include "words/task.h"
 
@@ -81,7 +81,7 @@ TEST(Stance, ATaskSaysHowManyAProblemHas) {
     EXPECT_EQ(Fits(Task::kPosture, problem), posture) << stances;
     EXPECT_EQ(Fits(Task::kMotion, problem), motion) << stances;
   }
-  EXPECT_EQ(StancesOfTasks(), "a posture problem has one stance, a motion problem two or more");
+  EXPECT_EQ(DescribeStanceCounts(), "a posture problem has one stance, a motion problem two or more");
 }
 
 // A foot is planted in the segment between two stances if it has bitwise the same target in both.

@@ -84,9 +84,9 @@ class AuditTest : public testing::Test {
     for (const auto& [name, text] : triggers) connection.Execute(text);
   }
 
-  static std::string Listing(const std::vector<Defect>& defects) {
+  static std::string Listing(const std::vector<AuditDiagnostic>& defects) {
     std::string lines;
-    for (const Defect& defect : defects) lines += defect.rule + ": " + defect.detail + "\n";
+    for (const AuditDiagnostic& defect : defects) lines += defect.rule + ": " + defect.detail + "\n";
     return lines;
   }
 
@@ -107,8 +107,8 @@ TEST_F(AuditTest, EveryPlantedDefectIsFoundByName) {
     std::filesystem::copy_file(path_, copy, std::filesystem::copy_options::overwrite_existing);
     Plant(planted.sql);
     const auto defects = Audit(path_);
-    const auto found =
-        std::find_if(defects.begin(), defects.end(), [&](const Defect& defect) { return defect.rule == planted.rule; });
+    const auto found = std::find_if(defects.begin(), defects.end(),
+                                    [&](const AuditDiagnostic& defect) { return defect.rule == planted.rule; });
     ASSERT_NE(found, defects.end()) << planted.rule << " was not found, but:\n" << Listing(defects);
     EXPECT_THAT(found->detail, testing::HasSubstr(planted.offender));
     EXPECT_GE(found->places, 1);

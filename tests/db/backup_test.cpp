@@ -69,7 +69,7 @@ TEST_F(Backup, TwentyUnderLoadAreEachAPrefixOfHistory) {
     const std::int64_t before = acknowledged;
     const BackupReport report = BackUp(path_, target);
     const std::int64_t after = acknowledged + 1;  // one may be on disk and not yet acknowledged
-    for (const Defect& defect : Audit(target)) ADD_FAILURE() << defect.rule << ": " << defect.detail;
+    for (const AuditDiagnostic& defect : Audit(target)) ADD_FAILURE() << defect.rule << ": " << defect.detail;
     Connection connection(target, Connection::Mode::kReadOnly);
     const std::int64_t done = connection.QueryInt("SELECT count(*) FROM results");
     EXPECT_EQ(connection.QueryInt("SELECT coalesce(max(job_id), 0) FROM results"), done);

@@ -226,7 +226,7 @@ TEST_F(BenchmarkTable, FailuresTellWhy) {
 }
 
 // Every view that names a method distinguishes methods of the same name.
-TEST_F(BenchmarkTable, EveryViewThatNamesAMethodTellsThoseOfOneNameApart) {
+TEST_F(BenchmarkTable, ViewsDistinguishMethodsOfOneName) {
   int views = 0;
   for (const Row& view : Query("SELECT name FROM pragma_table_list WHERE type = 'view'").rows) {
     const std::string& name = std::get<std::string>(view.at(0));

@@ -102,7 +102,7 @@ class DisplacedFile : public testing::Test {
   void ExpectWhole(const fs::path& file) {
     const fs::path copy = folder_ / "copy.sqlite";
     fs::copy_file(file, copy, fs::copy_options::overwrite_existing);
-    for (const Defect& defect : Audit(copy)) ADD_FAILURE() << defect.rule << ": " << defect.detail;
+    for (const AuditDiagnostic& defect : Audit(copy)) ADD_FAILURE() << defect.rule << ": " << defect.detail;
     Connection connection(copy, Connection::Mode::kReadOnly);
     EXPECT_EQ(connection.QueryInt("SELECT count(*) FROM jobs"), 4);
   }
@@ -213,7 +213,7 @@ TEST_F(DisplacedFile, ARemovedLogIsWrittenIntoTheDatabase) {
 }
 
 // A reader that opened the file before keeps its snapshot. It stops neither the recovery nor the server.
-TEST_F(DisplacedFile, AReaderDelaysTheRescueOnly) {
+TEST_F(DisplacedFile, ReaderOnlyDelaysTheRecovery) {
   Connection reader(path_, Connection::Mode::kReadOnly);
   reader.Execute("BEGIN");
   reader.QueryInt("SELECT count(*) FROM jobs");

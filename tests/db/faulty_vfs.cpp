@@ -40,7 +40,7 @@ int Strike(bool is_sync, int io_error) {
   return state.fault == FaultyVfs::Fault::kFull && !is_sync ? SQLITE_FULL : io_error;
 }
 
-void DieIfAsked() {
+void DieIfArmed() {
   if (Shared().fault == FaultyVfs::Fault::kDie) ::_exit(9);
 }
 
@@ -49,25 +49,25 @@ int Write(sqlite3_file* file, const void* data, int size, sqlite3_int64 offset) 
   if (code == SQLITE_OK) return Real(file)->pMethods->xWrite(Real(file), data, size, offset);
   const bool torn = Shared().fault == FaultyVfs::Fault::kDie || Shared().fault == FaultyVfs::Fault::kFull;
   if (torn) Real(file)->pMethods->xWrite(Real(file), data, size / 2, offset);
-  DieIfAsked();
+  DieIfArmed();
   return code;
 }
 int Sync(sqlite3_file* file, int flags) {
   const int code = Strike(true, SQLITE_IOERR_FSYNC);
   if (code == SQLITE_OK) return Real(file)->pMethods->xSync(Real(file), flags);
-  DieIfAsked();
+  DieIfArmed();
   return code;
 }
 int Truncate(sqlite3_file* file, sqlite3_int64 size) {
   const int code = Strike(false, SQLITE_IOERR_TRUNCATE);
   if (code == SQLITE_OK) return Real(file)->pMethods->xTruncate(Real(file), size);
-  DieIfAsked();
+  DieIfArmed();
   return code;
 }
 int ShmMap(sqlite3_file* file, int page, int size, int extend, void volatile** memory) {
   const int code = extend != 0 ? Strike(false, SQLITE_IOERR_SHMSIZE) : SQLITE_OK;
   if (code == SQLITE_OK) return Real(file)->pMethods->xShmMap(Real(file), page, size, extend, memory);
-  DieIfAsked();
+  DieIfArmed();
   return code;
 }
 
@@ -116,7 +116,7 @@ int Open(sqlite3_vfs* /*vfs*/, sqlite3_filename name, sqlite3_file* file, int fl
   if (creates) {
     const int code = Strike(false, state.fault == FaultyVfs::Fault::kFull ? SQLITE_FULL : SQLITE_IOERR);
     if (code != SQLITE_OK) {
-      DieIfAsked();
+      DieIfArmed();
       return code;
     }
   }
@@ -129,7 +129,7 @@ int Delete(sqlite3_vfs* /*vfs*/, const char* name, int sync_folder) {
   State& state = Shared();
   const int code = Strike(false, SQLITE_IOERR_DELETE);
   if (code == SQLITE_OK) return state.real->xDelete(state.real, name, sync_folder);
-  DieIfAsked();
+  DieIfArmed();
   return code;
 }
 

@@ -9,20 +9,20 @@
 namespace legopt::db {
 namespace {
 
-TEST(UnfitFileSystem, NamesThoseOfNetworksAndOfPrograms) {
+TEST(UnsupportedFileSystemName, NamesThoseOfNetworksAndOfPrograms) {
   constexpr std::int64_t kLustre = 0x0bd00bd0;
-  EXPECT_EQ(UnfitFileSystem(NFS_SUPER_MAGIC), "NFS");
-  EXPECT_EQ(UnfitFileSystem(SMB2_SUPER_MAGIC), "SMB");
-  EXPECT_EQ(UnfitFileSystem(CEPH_SUPER_MAGIC), "Ceph");
-  EXPECT_EQ(UnfitFileSystem(V9FS_MAGIC), "9P");
-  EXPECT_EQ(UnfitFileSystem(FUSE_SUPER_MAGIC), "FUSE");
-  EXPECT_EQ(UnfitFileSystem(kLustre), "Lustre");
+  EXPECT_EQ(UnsupportedFileSystemName(NFS_SUPER_MAGIC), "NFS");
+  EXPECT_EQ(UnsupportedFileSystemName(SMB2_SUPER_MAGIC), "SMB");
+  EXPECT_EQ(UnsupportedFileSystemName(CEPH_SUPER_MAGIC), "Ceph");
+  EXPECT_EQ(UnsupportedFileSystemName(V9FS_MAGIC), "9P");
+  EXPECT_EQ(UnsupportedFileSystemName(FUSE_SUPER_MAGIC), "FUSE");
+  EXPECT_EQ(UnsupportedFileSystemName(kLustre), "Lustre");
 }
 
-TEST(UnfitFileSystem, LetsLocalDisksBe) {
+TEST(UnsupportedFileSystemName, LetsLocalDisksBe) {
   for (const std::int64_t type : std::initializer_list<std::int64_t>{
            EXT4_SUPER_MAGIC, XFS_SUPER_MAGIC, BTRFS_SUPER_MAGIC, TMPFS_MAGIC, OVERLAYFS_SUPER_MAGIC}) {
-    EXPECT_EQ(UnfitFileSystem(type), std::nullopt) << std::hex << type;
+    EXPECT_EQ(UnsupportedFileSystemName(type), std::nullopt) << std::hex << type;
   }
 }
 

@@ -66,7 +66,7 @@ TEST_P(Released, IsUpgradedWithAllItsRows) {
   EXPECT_EQ(Rows(path_), before);
   { OpenSqliteStore(folder_ / "fresh.sqlite"); }
   EXPECT_EQ(Schema(path_), Schema(folder_ / "fresh.sqlite"));
-  for (const Defect& defect : Audit(path_)) ADD_FAILURE() << defect.rule << ": " << defect.detail;
+  for (const AuditDiagnostic& defect : Audit(path_)) ADD_FAILURE() << defect.rule << ": " << defect.detail;
   ReadOnlyDatabase database(path_);
   for (const char* view :
        {"benchmark_table", "benchmark_cells", "job_list", "failures", "disagreements", "experiment_list",
@@ -121,7 +121,8 @@ TEST_P(DeathInAnUpgrade, AnywhereLeavesOldOrNew) {
       EXPECT_EQ(Rows(path), before);
     }
     { OpenSqliteStore(path); }
-    for (const Defect& defect : Audit(path)) ADD_FAILURE() << call << ": " << defect.rule << ": " << defect.detail;
+    for (const AuditDiagnostic& defect : Audit(path))
+      ADD_FAILURE() << call << ": " << defect.rule << ": " << defect.detail;
     std::filesystem::remove(path);
     if (WEXITSTATUS(status) == 0 || HasFailure()) {
       RecordProperty("calls", static_cast<int>(call - 1));

@@ -372,7 +372,7 @@ TEST_F(ReadOnly, AnUnknownWordIsPrintable) {
     Statement read(connection, "SELECT state FROM jobs", false);
     ASSERT_TRUE(read.Step());
     try {
-      read.column_word<JobState>(0);
+      read.column_enum<JobState>(0);
       ADD_FAILURE();
     } catch (const StoreError& error) {
       EXPECT_NE(std::string(error.what()).find("the unknown word '??x'; restore a backup"), std::string::npos)

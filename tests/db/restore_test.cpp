@@ -170,7 +170,7 @@ TEST_F(RestoreTest, RestoringMovesFileAndLogAwayAndKeepsThemTogether) {
   EXPECT_EQ(Experiments(backup_), 1) << "the backup stays";
   EXPECT_FALSE(fs::exists(path_.string() + ".lock"));
   EXPECT_FALSE(fs::exists(path_.string() + "-wal"));
-  for (const Defect& defect : Audit(path_)) ADD_FAILURE() << defect.rule << ": " << defect.detail;
+  for (const AuditDiagnostic& defect : Audit(path_)) ADD_FAILURE() << defect.rule << ": " << defect.detail;
   EXPECT_EQ(OpenSqliteStore(path_)->LoadOpenState().experiments.size(), 1U);
 }
 

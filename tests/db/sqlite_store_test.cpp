@@ -268,7 +268,7 @@ TEST_F(SqliteStoreFile, NothingOfADeletedExperimentIsLeft) {
             (std::vector<std::vector<Value>>{{std::string("cell"), std::int64_t{2}},
                                              {std::string("experiment"), std::int64_t{1}},
                                              {std::string("job"), std::int64_t{4}}}));
-  for (const Defect& defect : Audit(path_)) ADD_FAILURE() << defect.rule << ": " << defect.detail;
+  for (const AuditDiagnostic& defect : Audit(path_)) ADD_FAILURE() << defect.rule << ": " << defect.detail;
 }
 
 // A retried job passes the audit, also after further leases were released.
@@ -282,7 +282,7 @@ TEST_F(SqliteStoreFile, RetriedJobsAreSound) {
       EndAttempt{1, 2, AttemptOutcome::kCrashed, JobState::kDead, 11, "", "", 2}, LeaseJob{2, 1, 73, 1, 1},
       AcceptResult{2, 1, stopped, "", "", 2}, RetryExperiment{1, true, 3}, LeaseJob{1, 3, 74, 1, 4},
       EndAttempt{1, 3, AttemptOutcome::kReturned, JobState::kQueued, 0, "", "", 5}});
-  for (const Defect& defect : Audit(path_)) ADD_FAILURE() << defect.rule << ": " << defect.detail;
+  for (const AuditDiagnostic& defect : Audit(path_)) ADD_FAILURE() << defect.rule << ": " << defect.detail;
 }
 
 TEST_F(SqliteStoreFile, WaypointsAreLittleEndianDoubles) {

@@ -150,11 +150,13 @@ class StorageFault : public testing::Test {
   // If the process died while creating the file, opening it completes it.
   void ExpectEmpty(const std::string& when) {
     EXPECT_TRUE(OpenSqliteStore(path_)->LoadOpenState().experiments.empty()) << when;
-    for (const Defect& defect : Audit(path_)) ADD_FAILURE() << when << ": " << defect.rule << ": " << defect.detail;
+    for (const AuditDiagnostic& defect : Audit(path_))
+      ADD_FAILURE() << when << ": " << defect.rule << ": " << defect.detail;
   }
 
   void ExpectWhole(const std::string& when) {
-    for (const Defect& defect : Audit(path_)) ADD_FAILURE() << when << ": " << defect.rule << ": " << defect.detail;
+    for (const AuditDiagnostic& defect : Audit(path_))
+      ADD_FAILURE() << when << ": " << defect.rule << ": " << defect.detail;
     Connection connection(path_, Connection::Mode::kReadOnly);
     EXPECT_EQ(connection.QueryInt("SELECT count(*) FROM results WHERE cost = job_id"), kJobs) << when;
     EXPECT_EQ(connection.QueryInt("SELECT count(*) FROM attempts"), kJobs) << when << ": nothing twice";
@@ -165,7 +167,7 @@ class StorageFault : public testing::Test {
   }
 
   // Injects the fault at call 1, 2, 3, ... until a run ends before the fault occurs. Returns the number of calls.
-  std::int64_t StrikeEverywhere(Fault fault, std::int64_t length) {
+  std::int64_t InjectAtEveryCall(Fault fault, std::int64_t length) {
     FaultyVfs vfs;
     for (std::int64_t call = 1;; ++call) {
       Fresh();
@@ -193,7 +195,7 @@ class StorageFault : public testing::Test {
   }
 
   // Injects the fault during creation of the file, at every `step`th call.
-  std::int64_t StrikeInTheMaking(Fault fault, std::int64_t length, std::int64_t step) {
+  std::int64_t InjectDuringCreation(Fault fault, std::int64_t length, std::int64_t step) {
     FaultyVfs vfs;
     for (std::int64_t call = 1;; call += step) {
       Clear();
@@ -214,20 +216,20 @@ class StorageFault : public testing::Test {
 };
 
 TEST_F(StorageFault, AnIoErrorAtAnyCallPasses) {
-  const std::int64_t calls = StrikeEverywhere(Fault::kIoError, 1);
+  const std::int64_t calls = InjectAtEveryCall(Fault::kIoError, 1);
   EXPECT_GT(calls, 100);
   RecordProperty("calls", static_cast<int>(calls));
 }
 
-TEST_F(StorageFault, AFullDiskAtAnyCallPassesOnceThereIsSpace) { EXPECT_GT(StrikeEverywhere(Fault::kFull, 6), 100); }
+TEST_F(StorageFault, AFullDiskAtAnyCallPassesOnceThereIsSpace) { EXPECT_GT(InjectAtEveryCall(Fault::kFull, 6), 100); }
 
-TEST_F(StorageFault, AFailingSyncIsNoCommit) { EXPECT_GT(StrikeEverywhere(Fault::kSyncFailed, 2), 10); }
+TEST_F(StorageFault, AFailingSyncIsNoCommit) { EXPECT_GT(InjectAtEveryCall(Fault::kSyncFailed, 2), 10); }
 
 TEST_F(StorageFault, MakingTheFileOutlivesAFaultAtAnyCall) {
   constexpr std::int64_t kFullFor = 6, kUnsyncedFor = 2;
-  EXPECT_GT(StrikeInTheMaking(Fault::kIoError, 1, 1), 50);
-  EXPECT_GT(StrikeInTheMaking(Fault::kFull, kFullFor, kFullFor), 50);
-  EXPECT_GT(StrikeInTheMaking(Fault::kSyncFailed, kUnsyncedFor, 1), 5);
+  EXPECT_GT(InjectDuringCreation(Fault::kIoError, 1, 1), 50);
+  EXPECT_GT(InjectDuringCreation(Fault::kFull, kFullFor, kFullFor), 50);
+  EXPECT_GT(InjectDuringCreation(Fault::kSyncFailed, kUnsyncedFor, 1), 5);
 }
 
 TEST_F(StorageFault, DeathWhileTheFileIsMadeLeavesNoHalf) {
@@ -284,7 +286,8 @@ TEST_F(StorageFault, DeathAtAnyCallLosesNothingAcknowledged) {
       for (const std::int64_t job : acknowledged) {
         ASSERT_EQ(connection.QueryInt("SELECT count(*) FROM results WHERE job_id = " + std::to_string(job)), 1) << when;
       }
-      for (const Defect& defect : Audit(path_)) ADD_FAILURE() << when << ": " << defect.rule << ": " << defect.detail;
+      for (const AuditDiagnostic& defect : Audit(path_))
+        ADD_FAILURE() << when << ": " << defect.rule << ": " << defect.detail;
     }
     JobRun rest(path_);
     ASSERT_TRUE(rest.Finish([](const std::vector<std::int64_t>&) {})) << when << ": " << rest.last();

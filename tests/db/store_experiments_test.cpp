@@ -136,16 +136,16 @@ TEST_P(StoreConformance, TasksOfCellAndProblemAgree) {
 
 TEST_P(StoreConformance, DecisionsAboutAnExperimentAreKept) {
   Prepare();
-  const ExperimentControl held{Hold::kHeld, "why", 7, BuildRule::kAny, "0123456789ab"};
+  const ExperimentControl held{ExperimentHold::kHeld, "why", 7, BuildPolicy::kAny, "0123456789ab"};
   Apply({ControlExperiment{1, held}});
   Reopen();
   EXPECT_EQ(store().LoadOpenState().experiments.at(0).control, held);
   Apply({ControlExperiment{1, {}}});
   EXPECT_EQ(store().LoadOpenState().experiments.at(0).control, ExperimentControl{});
-  ExpectRefused({ControlExperiment{1, {Hold::kHeld, "", 0}}});
-  ExpectRefused({ControlExperiment{1, {Hold::kPaused, "why", 0}}});
-  ExpectRefused({ControlExperiment{1, {Hold::kNone, "", kMaxPriority + 1}}});
-  ExpectRefused({ControlExperiment{1, {Hold::kNone, "", 0, BuildRule::kOne, std::string(65, 'b')}}});
+  ExpectRefused({ControlExperiment{1, {ExperimentHold::kHeld, "", 0}}});
+  ExpectRefused({ControlExperiment{1, {ExperimentHold::kPaused, "why", 0}}});
+  ExpectRefused({ControlExperiment{1, {ExperimentHold::kNone, "", kMaxPriority + 1}}});
+  ExpectRefused({ControlExperiment{1, {ExperimentHold::kNone, "", 0, BuildPolicy::kOne, std::string(65, 'b')}}});
   ExpectRefused({ControlExperiment{2, {}}});
   Apply({CancelExperiment{1, 5}});
   ExpectRefused({ControlExperiment{1, {}}});
@@ -243,11 +243,11 @@ TEST_P(StoreConformance, DescriptionsAreKept) {
   EXPECT_EQ(summary.dataset, "garage");
   EXPECT_EQ(summary.methods, (std::vector<std::string>{"SQP", "Adam"}));
   for (const std::string& tag : {std::string(), std::string(101, 'x'), std::string("a,b")}) {
-    EXPECT_NE(FaultOfTag(tag), "") << tag;
+    EXPECT_NE(ValidateTag(tag), "") << tag;
     ExpectRefused({TagExperiment{1, tag, true}});
   }
   for (const std::string& name : {std::string(), std::string(201, 'x')}) {
-    EXPECT_NE(FaultOfName(name), "");
+    EXPECT_NE(ValidateName(name), "");
     ExpectRefused({RenameExperiment{1, name}});
   }
   ExpectRefused({RenameExperiment{2, "x"}});

@@ -24,7 +24,7 @@ class InterpolationTest : public testing::Test {
   Evaluation Motion(const std::vector<Eigen::VectorXd>& waypoints) {
     return judge_.Evaluate(Task::kMotion, standing_twice_, waypoints);
   }
-  Eigen::VectorXd Between(const Eigen::VectorXd& a, const Eigen::VectorXd& b, double t) {
+  Eigen::VectorXd TransitionRule(const Eigen::VectorXd& a, const Eigen::VectorXd& b, double t) {
     Eigen::VectorXd x(a.size());
     InterpolateConfiguration(dataset_->robot(), a, b, t, x);
     return x;
@@ -46,7 +46,7 @@ TEST_F(InterpolationTest, JointsAndPositionAreLinearRotationIsTheGeodesic) {
   b[kQuaternionW + 3] = std::sin(0.4);
   for (const double sign : {1.0, -3.0}) {  // a quaternion and its negative are the same rotation, of any norm
     b.tail<4>() *= sign;
-    const Eigen::VectorXd x = Between(a, b, 0.25);
+    const Eigen::VectorXd x = TransitionRule(a, b, 0.25);
     EXPECT_NEAR(x[kLeftShoulder], 0.25, 1e-15);
     EXPECT_NEAR(x[kBaseX], 0.5, 1e-15);
     EXPECT_NEAR(x[kQuaternionW], std::cos(0.1), 1e-12);
@@ -76,7 +76,7 @@ TEST_F(InterpolationTest, AMotionThatStandsStillIsFree) {
 
 // Waypoints 2 and 3 are on different sides of the column at (0, 0.6), which is 0.2 m thick: only the segment between
 // them collides with it.
-TEST_F(InterpolationTest, WhatLiesBetweenWaypointsIsFoundAndChangesNoVerdict) {
+TEST_F(InterpolationTest, CollisionsBetweenWaypointsDoNotChangeVerdicts) {
   const Eigen::VectorXd here = test::StandingUpright();
   Eigen::VectorXd there = here;
   there[kBaseY] = 1.2;

@@ -156,7 +156,7 @@ TEST_F(JudgeTest, LimitsApplyToTheRawVectorKinematicsToTheClampedOne) {
 }
 
 // A joint without limits has those of the original evaluator, +-1e4, so that no accepted cost overflows.
-TEST_F(JudgeTest, UnlimitedJointsEndWhereTheOriginalsDo) {
+TEST_F(JudgeTest, UnlimitedJointsHaveTheOriginalLimits) {
   Eigen::VectorXd x = test::StandingUpright();
   for (const double inside : {1e4, -1e4, 1e4 + 0.9e-3}) {
     x[test::kLidar] = inside;
@@ -205,7 +205,7 @@ TEST_F(JudgeTest, ArmInTheLeg) {
   EXPECT_THAT(evaluation.detail, HasSubstr("l_leg and l_arm overlap by"));
 }
 
-TEST_F(JudgeTest, LiteralRuleSeesTheLastCollidingPairOnly) {
+TEST_F(JudgeTest, OriginalRuleChecksOnlyTheLastCollidingPair) {
   // The right arm penetrates its leg by less than the tolerance, the left one deeply: the original evaluator checks
   // only the right pair, because it is the last.
   Eigen::VectorXd x = test::StandingUpright();
@@ -330,7 +330,7 @@ TEST_F(JudgeTest, CullingChangesNothing) {
       x[kLeftShoulder] = left;
       x[kRightShoulder] = right;
       const Evaluation a = Posture(x), b = exhaustive.Evaluate(Task::kPosture, posture_, {&x, 1});
-      for (const auto& rule : kWords<Rule>) EXPECT_EQ(a.by(rule.value), b.by(rule.value)) << rule.word;
+      for (const auto& rule : kEnumNames<Rule>) EXPECT_EQ(a.by(rule.value), b.by(rule.value)) << rule.word;
       EXPECT_EQ(a.detail, b.detail);
       EXPECT_EQ(a.environment_depth_m, b.environment_depth_m);
       EXPECT_EQ(a.self_depth_literal_m, b.self_depth_literal_m);
@@ -402,7 +402,7 @@ TEST_F(JudgeTest, FirstFailingWaypointDecidesTheRestIsRecorded) {
   ExpectFailure(Motion(waypoints), Verdict::kNotFinite, 0);
 }
 
-TEST_F(JudgeTest, CollisionsAreLookedAtAfterAllWaypointsPassedPhaseA) {
+TEST_F(JudgeTest, CollisionsAreCheckedAfterPhaseAOfAllWaypoints) {
   std::vector<Eigen::VectorXd> waypoints(4, test::StandingUpright());
   waypoints[0][kLeftShoulder] = 1.2;
   ExpectFailure(Motion(waypoints), Verdict::kEnvironmentCollision, 0);
@@ -454,10 +454,10 @@ TEST(Verdicts, NamesRoundTrip) {
        {Verdict::kSuccess, Verdict::kWrongWaypointCount, Verdict::kWrongSize, Verdict::kNotFinite, Verdict::kFootPose,
         Verdict::kCom, Verdict::kJointLimit, Verdict::kEnvironmentCollision, Verdict::kSelfCollision,
         Verdict::kContainment, Verdict::kStep}) {
-    EXPECT_EQ(ParseWord<Verdict>(ToString(verdict)), verdict);
+    EXPECT_EQ(ParseEnum<Verdict>(ToString(verdict)), verdict);
   }
-  EXPECT_EQ(ParseWord<Verdict>("great"), std::nullopt);
-  EXPECT_THAT(WordChoices<Verdict>(), HasSubstr("'environment_collision'"));
+  EXPECT_EQ(ParseEnum<Verdict>("great"), std::nullopt);
+  EXPECT_THAT(EnumChoices<Verdict>(), HasSubstr("'environment_collision'"));
 }
 
 }  // namespace

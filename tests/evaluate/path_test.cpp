@@ -194,7 +194,7 @@ TEST_F(PathTest, BalanceIsAskedForByItsTaskOnly) {
   EXPECT_GT(evaluation.com_violation_m, 0.01);
 }
 
-TEST_F(PathTest, NobodyIsBalancedWhereNoFootIsPlanted) {
+TEST_F(PathTest, NoBalanceWithoutPlantedFoot) {
   ProblemDefinition jump{.id = 1, .stances = {stance_, stance_}};
   for (Foothold& foothold : jump.stances[1].footholds) foothold.position.x() += 0.01;
   Eigen::VectorXd there = up_;

@@ -24,9 +24,9 @@ std::vector<Eigen::VectorXd> Points(std::initializer_list<double> times) {
   return points;
 }
 
-PathFault FaultOf(const std::vector<Eigen::VectorXd>& points, int num_waypoints) {
+PathDiagnostic FaultOf(const std::vector<Eigen::VectorXd>& points, int num_waypoints) {
   TimedPath path;
-  const auto fault = TakeApart(points, num_waypoints, kSize, &path);
+  const auto fault = ParsePath(points, num_waypoints, kSize, &path);
   if (!fault) {
     ADD_FAILURE() << "no fault";
     return {};
@@ -34,7 +34,7 @@ PathFault FaultOf(const std::vector<Eigen::VectorXd>& points, int num_waypoints)
   return *fault;
 }
 
-void ExpectFault(const PathFault& fault, Verdict verdict, int waypoint, const std::string& detail) {
+void ExpectFault(const PathDiagnostic& fault, Verdict verdict, int waypoint, const std::string& detail) {
   EXPECT_EQ(ToString(fault.verdict), ToString(verdict));
   EXPECT_EQ(fault.waypoint, waypoint);
   EXPECT_EQ(fault.detail, detail);
@@ -43,25 +43,25 @@ void ExpectFault(const PathFault& fault, Verdict verdict, int waypoint, const st
 TEST(TimedPath, IsTakenApartAndPutTogetherAgain) {
   const std::vector<Eigen::VectorXd> points = Points({0, 0.25, 1, 2, 2.5, 2.75, 3});
   TimedPath path;
-  ASSERT_FALSE(TakeApart(points, 4, kSize, &path));
+  ASSERT_FALSE(ParsePath(points, 4, kSize, &path));
   EXPECT_EQ(path.times, (std::vector<double>{0, 0.25, 1, 2, 2.5, 2.75, 3}));
   EXPECT_EQ(path.waypoints, (std::vector<std::size_t>{0, 2, 3, 6}));
   for (std::size_t i = 0; i < points.size(); ++i) EXPECT_EQ(path.points[i], points[i].head(kSize));
-  EXPECT_EQ(PutTogether(path), points);
+  EXPECT_EQ(FormatPath(path), points);
 }
 
 TEST(TimedPath, LeadsThroughWaypointsAtEqualTimes) {
   const auto at = [](double x) { return Eigen::VectorXd(Eigen::VectorXd::Constant(2, x)); };
   const std::vector<Eigen::VectorXd> waypoints = {at(0), at(1), at(2)};
   const std::vector<std::vector<Eigen::VectorXd>> ways = {{}, {at(5), at(6), at(7)}};
-  const TimedPath path = PathThrough(waypoints, ways);
+  const TimedPath path = MakePath(waypoints, ways);
   EXPECT_EQ(path.times, (std::vector<double>{0, 1, 1.25, 1.5, 1.75, 2}));
   EXPECT_EQ(path.points, (std::vector<Eigen::VectorXd>{at(0), at(1), at(5), at(6), at(7), at(2)}));
 }
 
 TEST(TimedPath, OfWaypointsAloneIsOne) {
   TimedPath path;
-  EXPECT_FALSE(TakeApart(Points({0, 1, 2, 3}), 4, kSize, &path));
+  EXPECT_FALSE(ParsePath(Points({0, 1, 2, 3}), 4, kSize, &path));
 }
 
 TEST(TimedPath, WhoseTimeStampsDoNotIncreaseIsRefused) {
@@ -79,15 +79,15 @@ TEST(TimedPath, APieceWithoutItsWaypointIsRefused) {
 }
 
 TEST(TimedPath, TooManyPiecesAreRefusedAndSoManyAreNot) {
-  for (const int pieces : {kMostPieces, kMostPieces + 1}) {
+  for (const int pieces : {kMaxPieces, kMaxPieces + 1}) {
     std::vector<Eigen::VectorXd> points;
     for (int k = 0; k <= pieces; ++k) {
       points.emplace_back(Eigen::VectorXd::Zero(kSize + 1));
       points.back()[kSize] = k / static_cast<double>(pieces);
     }
     TimedPath path;
-    const auto fault = TakeApart(points, 2, kSize, &path);
-    ASSERT_EQ(fault.has_value(), pieces > kMostPieces);
+    const auto fault = ParsePath(points, 2, kSize, &path);
+    ASSERT_EQ(fault.has_value(), pieces > kMaxPieces);
     if (fault)
       ExpectFault(*fault, Verdict::kWrongSize, 0, "more than 16 pieces from waypoint 0 to the next: point 17 (time 1)");
   }

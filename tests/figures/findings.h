@@ -20,8 +20,8 @@ class Findings {
   /// Prints additional information.
   void Note(const std::string& what) const;
 
-  bool promises_kept() const { return promises_kept_; }
-  bool limits_kept() const { return limits_kept_; }
+  bool guarantees_hold() const { return promises_kept_; }
+  bool limits_hold() const { return limits_kept_; }
 
  private:
   std::string figure_;

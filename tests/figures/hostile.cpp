@@ -24,9 +24,9 @@ constexpr int kPackets = 1'000'000;
 constexpr int kPerSecond = 5'000;
 constexpr int kAttackedJobs = 200;
 
-class Gun {
+class PacketSender {
  public:
-  explicit Gun(int port) : fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+  explicit PacketSender(int port) : fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
     address_.sin_family = AF_INET;
     address_.sin_port = htons(static_cast<std::uint16_t>(port));
     inet_pton(AF_INET, bus::LcmOptions{}.group.c_str(), &address_.sin_addr);
@@ -36,9 +36,9 @@ class Gun {
     ::setsockopt(fd_, IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof ttl);
     ::setsockopt(fd_, IPPROTO_IP, IP_MULTICAST_IF, &loopback, sizeof loopback);
   }
-  ~Gun() { ::close(fd_); }
-  Gun(const Gun&) = delete;
-  Gun& operator=(const Gun&) = delete;
+  ~PacketSender() { ::close(fd_); }
+  PacketSender(const PacketSender&) = delete;
+  PacketSender& operator=(const PacketSender&) = delete;
   bool Fire(const std::string& bytes) const {
     return ::sendto(fd_, bytes.data(), bytes.size(), 0, reinterpret_cast<const sockaddr*>(&address_),
                     sizeof address_) == static_cast<ssize_t>(bytes.size());
@@ -49,19 +49,19 @@ class Gun {
   sockaddr_in address_{};
 };
 
-struct Volley {
+struct SentPackets {
   double took_s = 0;
   std::uint64_t fired = 0;
   std::uint64_t seen = 0;  // number of packets that reach the programs
 };
 
 // Sends packets at the rate of figure 14, alternating between control and bulk port.
-Volley FireAll(int port, std::int64_t deployment, int packets, std::uint64_t seed) {
+SentPackets SendAll(int port, std::int64_t deployment, int packets, std::uint64_t seed) {
   constexpr int kPerTick = 10;
   HostilePackets source(deployment, seed);
-  const Gun control(port);
-  const Gun bulk(port + 1);
-  Volley volley;
+  const PacketSender control(port);
+  const PacketSender bulk(port + 1);
+  SentPackets volley;
   const auto begin = Clock::now();
   for (int i = 0; i < packets; ++i) {
     const HostilePacket packet = source.Draw();
@@ -111,7 +111,7 @@ void MeasureHostility(const Request& request, Findings& findings) {
   const double worker_before_mb = FactsOf(worker->pid()).resident_mb;
   const ServerView at_start = ViewOf(deployment);
 
-  const Volley volley = FireAll(deployment.port(), number, packets, request.seed);
+  const SentPackets volley = SendAll(deployment.port(), number, packets, request.seed);
   const bool done = deployment.WaitFor(
       experiment, [](const nlohmann::json& status) { return status.at("state") == "done"; },
       std::chrono::seconds(120 + packets / kPerSecond));

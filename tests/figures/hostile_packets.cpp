@@ -16,7 +16,7 @@ constexpr auto kChannel = "LEGOPT\0"sv;
 constexpr auto kLongForm = "LC03\0\0\0\1\xff\xff\xff\xff\xff\xff\xff\xf0\0\0\0\2LEGOPT\0"sv;
 constexpr std::size_t kDestinationBegin = 32, kDestinationEnd = 40;  // unchanged, since another party's frames are no
                                                                      // fault
-constexpr std::size_t kMostPayload = 300;
+constexpr std::size_t kMaxPayload = 300;
 
 }  // namespace
 
@@ -37,7 +37,7 @@ std::string HostilePackets::Frame() {
   header.session = 1;
   header.call_id = 1;
   bus::DatagramBuffer buffer{};
-  const std::string payload = Noise(kMostPayload);
+  const std::string payload = Noise(kMaxPayload);
   std::copy(payload.begin(), payload.end(), buffer.begin() + bus::kFrameHeaderBytes);
   const auto frame = bus::SealFrame(header, payload.size(), buffer);
   return {frame.begin(), frame.end()};
@@ -46,16 +46,16 @@ std::string HostilePackets::Frame() {
 HostilePacket HostilePackets::Draw() {
   switch (Below(6)) {
     case 0:
-      return {Noise(kMostPayload) + "x", false};
+      return {Noise(kMaxPayload) + "x", false};
     case 1: {  // LCM stores every channel that it receives
       std::string channel = std::to_string(random_());
       channel.push_back('\0');
-      return {std::string(kShortForm) + channel + Noise(kMostPayload), false};
+      return {std::string(kShortForm) + channel + Noise(kMaxPayload), false};
     }
     case 2:
-      return {std::string(kLongForm) + Noise(kMostPayload), false};
+      return {std::string(kLongForm) + Noise(kMaxPayload), false};
     case 3:
-      return {std::string(kShortForm) + std::string(kChannel) + "x" + Noise(kMostPayload), true};
+      return {std::string(kShortForm) + std::string(kChannel) + "x" + Noise(kMaxPayload), true};
     case 4: {  // cut
       std::string frame = Frame();
       frame.resize(1 + Below(frame.size() - 1));

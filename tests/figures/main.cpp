@@ -50,7 +50,7 @@ int Run(int argc, char** argv) {
   }
   Findings findings;
   Measures().at(name)(request, findings);
-  return findings.promises_kept() && (findings.limits_kept() || !strict) ? 0 : 1;
+  return findings.guarantees_hold() && (findings.limits_hold() || !strict) ? 0 : 1;
 }
 
 }  // namespace

@@ -24,12 +24,12 @@ constexpr int kRequests = 20'000;
 constexpr int kJobs = 200;
 constexpr int kWork_ms = 50;
 constexpr int kSlowReaders = 100;
-constexpr double kMostGrowth_mb = 32;
+constexpr double kMaxGrowth_mb = 32;
 constexpr double kServerGrowth_mb = 8;
 constexpr double kAnswer_ms = 100;
 
 // Returns the bytes of a misbehaving client, whose connection stays open.
-std::string Mischief(int kind) {
+std::string MisbehavingRequest(int kind) {
   const std::string host = "Host: localhost\r\n";
   switch (kind) {
     case 0:
@@ -97,7 +97,7 @@ void MeasurePageReaders(const Request& request, Findings& findings) {
   std::vector<RawHttp> hostile;
   for (int i = 0; i < kSlowReaders; ++i) {
     hostile.emplace_back(port, kHostileVisitor);
-    hostile.back().Send(Mischief(i % 7));
+    hostile.back().Send(MisbehavingRequest(i % 7));
   }
   const Answers answers = AskMany(port, requests);
   const double after_mb = FactsOf(serve.pid()).resident_mb;
@@ -113,7 +113,7 @@ void MeasurePageReaders(const Request& request, Findings& findings) {
                    std::to_string(informed) + " of " + std::to_string(kStreams) + " streams told that all is done");
   findings.Promise(!serve.Poll() && !deployment.server().Poll(), "server and `legopt serve` are the same processes");
   findings.Quantity("an answer, 99 of 100", Quantile(answers.took_ms, 0.99), kAnswer_ms, "ms");
-  findings.Quantity("memory growth of `legopt serve`", after_mb - before_mb, kMostGrowth_mb, "MB");
+  findings.Quantity("memory growth of `legopt serve`", after_mb - before_mb, kMaxGrowth_mb, "MB");
   findings.Quantity("of the server", FactsOf(deployment.server().pid()).resident_mb - server_before_mb,
                     kServerGrowth_mb, "MB");
 }

@@ -58,9 +58,9 @@ void MeasureRefusal(const Case& refused, Findings& findings) {
 }
 
 // Holds a UDP port exclusively.
-class Squatter {
+class ExclusivePort {
  public:
-  explicit Squatter(int port) : fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+  explicit ExclusivePort(int port) : fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_port = htons(static_cast<std::uint16_t>(port));
@@ -68,9 +68,9 @@ class Squatter {
       throw std::runtime_error("port " + std::to_string(port) + " cannot be held");
     }
   }
-  ~Squatter() { ::close(fd_); }
-  Squatter(const Squatter&) = delete;
-  Squatter& operator=(const Squatter&) = delete;
+  ~ExclusivePort() { ::close(fd_); }
+  ExclusivePort(const ExclusivePort&) = delete;
+  ExclusivePort& operator=(const ExclusivePort&) = delete;
 
  private:
   int fd_;
@@ -115,7 +115,7 @@ void MeasureStartUp(const Request& /*request*/, Findings& findings) {
   const std::string fresh = (deployment.folder() / "fresh.sqlite").string();
   const std::string taken = std::to_string(deployment.port());
   const int held = bus::FindFreePortPair(bus::RandomSeed());
-  const Squatter squatter(held);
+  const ExclusivePort squatter(held);
   const std::string free = std::to_string(bus::FindFreePortPair(bus::RandomSeed()));
   const std::string port = std::to_string(held);
   std::vector<Case> cases = {

@@ -21,10 +21,10 @@ using Workers = std::vector<std::unique_ptr<client::ChildProcess>>;
 
 constexpr int kJobs = 10'000;
 constexpr int kWorkers = 2;
-constexpr double kLeastRate_per_s = 200;
-constexpr double kMostLease_ms = 50;
-constexpr double kMostServer_mb = 200;
-constexpr double kMostCost_percent = 2;
+constexpr double kMinRate_per_s = 200;
+constexpr double kMaxLease_ms = 50;
+constexpr double kMaxServer_mb = 200;
+constexpr double kMaxCost_percent = 2;
 
 // Returns the CPU time of the supervisors so far, without that of the jobs, which run in child processes.
 double SupervisorsCpu_s(const Workers& workers) {
@@ -62,7 +62,7 @@ double RunJobs(Deployment& deployment, int jobs, int work_ms, Findings& findings
                    std::to_string(latencies.size()) + " lease calls, none unanswered");
   findings.Note("lease median " + std::to_string(Quantile(latencies, 0.5)) + " ms, longest " +
                 std::to_string(Quantile(latencies, 1)) + " ms");
-  findings.Quantity("lease p99", Quantile(latencies, 0.99), kMostLease_ms, "ms");
+  findings.Quantity("lease p99", Quantile(latencies, 0.99), kMaxLease_ms, "ms");
   return took_s;
 }
 
@@ -72,9 +72,9 @@ void MeasureEmptyJobs(Deployment& deployment, const Workers& workers, int jobs, 
   const double took_s = RunJobs(deployment, jobs, 0, findings);
   findings.Note("CPU time of the supervisors " +
                 std::to_string(1e6 * (SupervisorsCpu_s(workers) - cpu_before_s) / jobs) + " us per job");
-  findings.Quantity("time per job, of the 5 ms of 200 jobs/s,", 1e3 * took_s / jobs, 1e3 / kLeastRate_per_s, "ms");
+  findings.Quantity("time per job, of the 5 ms of 200 jobs/s,", 1e3 * took_s / jobs, 1e3 / kMinRate_per_s, "ms");
   const double server_mb = FactsOf(deployment.server().pid()).resident_mb;
-  findings.Promise(server_mb < kMostServer_mb, "server below 200 MB: " + std::to_string(server_mb) + " MB");
+  findings.Promise(server_mb < kMaxServer_mb, "server below 200 MB: " + std::to_string(server_mb) + " MB");
 }
 
 // Measures the cost of heartbeats, progress and cancellation while every slot is busy with one long job.
@@ -88,7 +88,7 @@ void MeasureHeartbeats(Deployment& deployment, const Workers& workers, double wa
   const auto begin = Clock::now();
   std::this_thread::sleep_for(milliseconds(static_cast<int>(1e3 * watched_s)));
   const double share = (SupervisorsCpu_s(workers) - before_s) / SecondsSince(begin) / kWorkers;
-  findings.Quantity("messaging of a worker whose job runs, share of a core", 100 * share, kMostCost_percent, "%");
+  findings.Quantity("messaging of a worker whose job runs, share of a core", 100 * share, kMaxCost_percent, "%");
   deployment.connection().Cancel(experiment);
 }
 

@@ -127,8 +127,8 @@ TEST_F(WrittenFileTest, ANewFileOverwritesNeitherAFileNorALink) {
 }
 
 TEST_F(WrittenFileTest, ANameIsClaimedOnce) {
-  EXPECT_TRUE(ClaimName(file_));
-  EXPECT_FALSE(ClaimName(file_));
+  EXPECT_TRUE(ReserveFileName(file_));
+  EXPECT_FALSE(ReserveFileName(file_));
   EXPECT_EQ(fs::file_size(file_), 0U);
 }
 

@@ -14,7 +14,7 @@ namespace legopt::bus {
 namespace {
 
 constexpr std::int64_t kDeployment = 4711;
-constexpr std::size_t kMostHeld = 256 * 1024;
+constexpr std::size_t kMaxHeld = 256 * 1024;
 
 std::shared_ptr<const MessageKey> Key() {
   std::array<std::uint8_t, MessageKey::kBytes> bytes{};
@@ -53,15 +53,15 @@ class World {
     }
     endpoint_.Poll(microseconds(0));
     network_.Advance(microseconds((choice >> 4U) * 20'000));
-    fuzz::Require(endpoint_.held_bytes() <= kMostHeld + 64 * 1024, "memory stays within the limits");
+    fuzz::Require(endpoint_.held_bytes() <= kMaxHeld + 64 * 1024, "memory stays within the limits");
   }
 
  private:
   static EndpointOptions Options() {
     EndpointOptions options;
     options.max_object_bytes = 64 * 1024;
-    options.max_cached_bytes = kMostHeld / 2;
-    options.max_incoming_bytes = kMostHeld / 2;
+    options.max_cached_bytes = kMaxHeld / 2;
+    options.max_incoming_bytes = kMaxHeld / 2;
     options.max_open_requests = 8;
     options.max_peers = 4;
     return options;

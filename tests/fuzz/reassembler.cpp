@@ -10,14 +10,14 @@
 namespace legopt::bus {
 namespace {
 
-constexpr std::size_t kMostIncoming = 64 * 1024;
+constexpr std::size_t kMaxIncoming = 64 * 1024;
 
 // Bodies that the chunks are taken from: body n consists of bytes n.
 std::string Body(std::size_t size, std::uint8_t fill) { return std::string(size, static_cast<char>(fill)); }
 
 void Step(fuzz::FuzzInput& input, BulkReceiver& receiver, microseconds now) {
   const auto choice = static_cast<std::uint8_t>(input.Number(1));
-  const std::size_t total = 1 + static_cast<std::size_t>(input.Number(2)) % (2 * kMostIncoming);
+  const std::size_t total = 1 + static_cast<std::size_t>(input.Number(2)) % (2 * kMaxIncoming);
   const std::string body = Body(total, choice & 3U);
   ChunkView chunk;
   chunk.total_bytes = static_cast<std::int64_t>(total);
@@ -32,7 +32,7 @@ void Step(fuzz::FuzzInput& input, BulkReceiver& receiver, microseconds now) {
   std::array<std::uint8_t, kChunkHeaderBytes + kChunkBytes> payload{};
   const std::size_t size = WriteChunk(chunk, payload.data());
   ChunkView read;
-  if (!ReadChunk({payload.data(), size}, 2 * kMostIncoming, read)) return;
+  if (!ReadChunk({payload.data(), size}, 2 * kMaxIncoming, read)) return;
   const ObjectKey key{1 + (choice >> 6U), 1, 1 + ((choice >> 5U) & 1), false};
   const auto outcome = receiver.Accept(key, read, now);
   if (!outcome.body) return;
@@ -47,14 +47,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace legopt::bus;
   PrepareHashing();
   Counters counters;
-  BulkReceiver receiver(counters, {kMostIncoming, std::chrono::milliseconds(100)}, 1);
+  BulkReceiver receiver(counters, {kMaxIncoming, std::chrono::milliseconds(100)}, 1);
   legopt::fuzz::FuzzInput input(data, size);
   microseconds now{0};
   while (!input.empty()) {
     Step(input, receiver, now);
     now += microseconds(input.Number(1) * 200);
     receiver.OnTimer(now);
-    legopt::fuzz::Require(receiver.held_bytes() <= kMostIncoming, "memory stays within the limit");
+    legopt::fuzz::Require(receiver.held_bytes() <= kMaxIncoming, "memory stays within the limit");
   }
   receiver.OnTimer(now + std::chrono::seconds(1));
   legopt::fuzz::Require(receiver.held_bytes() == 0, "nothing incomplete is kept");

@@ -69,53 +69,54 @@ TEST(Scenario, ManifestNamesEveryFileWithItsHash) {
   EXPECT_LT(share, 1.05);  // removed walls add a little ground
 }
 
-TEST(NewFolder, HasOneMaker) {
+TEST(StagedFolder, HasOneMaker) {
   const test::TemporaryFolder folder;
   const auto out = folder.path() / "out";
   {
-    const NewFolder first(out, "a", Unfinished::kKept);
-    EXPECT_NE(test::MessageOf([&] { NewFolder other(out, "a", Unfinished::kKept); }).find(" is making it"),
+    const StagedFolder first(out, "a", Unfinished::kKept);
+    EXPECT_NE(test::MessageOf([&] { StagedFolder other(out, "a", Unfinished::kKept); }).find(" is making it"),
               std::string::npos);
   }
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "out.partial.lock"));
 }
 
-TEST(NewFolder, FilesOfAnEarlierProcessAreRemovedIfNothingContinuesThem) {
+TEST(StagedFolder, FilesOfAnEarlierProcessAreRemovedIfNothingContinuesThem) {
   const test::TemporaryFolder folder;
   const auto out = folder.path() / "out";
   {
-    const NewFolder killed(out, "a", Unfinished::kRemoved);
+    const StagedFolder killed(out, "a", Unfinished::kRemoved);
     test::WriteText(killed.path() / "stale", "1");
   }
-  NewFolder again(out, "a", Unfinished::kRemoved);
+  StagedFolder again(out, "a", Unfinished::kRemoved);
   again.Finish();
   EXPECT_TRUE(std::filesystem::is_empty(out));
 }
 
 // A folder of that name made meanwhile is not replaced, even if it is empty.
-TEST(NewFolder, ANameTakenMeanwhileIsLeftAlone) {
+TEST(StagedFolder, ANameTakenMeanwhileIsLeftAlone) {
   const test::TemporaryFolder folder;
   const auto out = folder.path() / "out";
-  NewFolder made(out, "a", Unfinished::kKept);
+  StagedFolder made(out, "a", Unfinished::kKept);
   std::filesystem::create_directory(out);
   EXPECT_NE(test::MessageOf([&] { made.Finish(); }).find("exists by now"), std::string::npos);
   EXPECT_TRUE(std::filesystem::is_empty(out));
 }
 
-TEST(NewFolder, NothingIsOverwrittenAndUnfinishedWorkIsKept) {
+TEST(StagedFolder, NothingIsOverwrittenAndUnfinishedWorkIsKept) {
   const test::TemporaryFolder folder;
   const auto out = folder.path() / "out";
   {
-    NewFolder first(out, "a", Unfinished::kKept);
+    StagedFolder first(out, "a", Unfinished::kKept);
     test::WriteText(first.path() / "stage", "1");
   }
-  EXPECT_NE(test::MessageOf([&] { NewFolder other(out, "b", Unfinished::kKept); }).find("other parameters"),
+  EXPECT_NE(test::MessageOf([&] { StagedFolder other(out, "b", Unfinished::kKept); }).find("other parameters"),
             std::string::npos);
-  NewFolder again(out, "a", Unfinished::kKept);
+  StagedFolder again(out, "a", Unfinished::kKept);
   EXPECT_EQ(test::ReadText(again.path() / "stage"), "1");
   again.Finish();
   EXPECT_TRUE(std::filesystem::exists(out / "stage"));
-  EXPECT_NE(test::MessageOf([&] { NewFolder third(out, "a", Unfinished::kKept); }).find("exists"), std::string::npos);
+  EXPECT_NE(test::MessageOf([&] { StagedFolder third(out, "a", Unfinished::kKept); }).find("exists"),
+            std::string::npos);
 }
 
 }  // namespace

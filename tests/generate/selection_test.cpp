@@ -10,8 +10,8 @@
 #include "legopt/evaluate/judge.h"
 #include "legopt/evaluate/solution_file.h"
 #include "legopt/generate/dataset_builder.h"
+#include "legopt/generate/feasible_stances.h"
 #include "legopt/generate/posture_selection.h"
-#include "legopt/generate/proven_stances.h"
 #include "legopt/generate/source_check.h"
 #include "legopt/generate/stance_features.h"
 #include "legopt/input_error.h"
@@ -270,7 +270,7 @@ TEST_F(DatasetBuilding, CandidatesAreCheckedElsewhereAndProvenOnesUsed) {
   ASSERT_GE(proven.size(), 5u);
   const auto file = folder_.path() / "proven.json";
   WriteSolutions(file, solutions);
-  EXPECT_EQ(ReadProvenStances(candidates, file), proven);
+  EXPECT_EQ(ReadFeasibleStances(candidates, file), proven);
 
   options_.proven = file;
   Make("one");

@@ -16,7 +16,7 @@ namespace {
 
 using testing::HasSubstr;
 using testing::IsEmpty;
-using Severity = DatasetFinding::Severity;
+using Severity = DatasetDiagnostic::Severity;
 
 TriangleMesh BoxMesh(const Eigen::Vector3d& size, const Eigen::Vector3d& centre) {
   ShapeSpec box;
@@ -26,10 +26,10 @@ TriangleMesh BoxMesh(const Eigen::Vector3d& size, const Eigen::Vector3d& centre)
 }
 
 /// Returns the findings of one check.
-std::vector<DatasetFinding> Of(const std::vector<DatasetFinding>& findings, const std::string& check) {
-  std::vector<DatasetFinding> found;
+std::vector<DatasetDiagnostic> Of(const std::vector<DatasetDiagnostic>& findings, const std::string& check) {
+  std::vector<DatasetDiagnostic> found;
   std::copy_if(findings.begin(), findings.end(), std::back_inserter(found),
-               [&](const DatasetFinding& f) { return f.check == check && f.severity != Severity::kInfo; });
+               [&](const DatasetDiagnostic& f) { return f.check == check && f.severity != Severity::kInfo; });
   return found;
 }
 
@@ -37,11 +37,11 @@ class Checks : public testing::Test {
  protected:
   Checks() : synthetic_(folder_.path() / "dataset") {}
 
-  std::vector<DatasetFinding> CheckWith(const std::string& file, const std::string& from, const std::string& to) {
+  std::vector<DatasetDiagnostic> CheckWith(const std::string& file, const std::string& from, const std::string& to) {
     test::ReplaceInFile(synthetic_.path() / file, from, to);
     return CheckAll();
   }
-  std::vector<DatasetFinding> CheckAll() {
+  std::vector<DatasetDiagnostic> CheckAll() {
     WriteManifestHashes(synthetic_.path());
     return CheckDataset(*Dataset::Load(synthetic_.path()));
   }
@@ -57,14 +57,14 @@ class Checks : public testing::Test {
 constexpr const char* kRightFoot = "r_foot,1 0 0 0 0 -0.1 0 ,\"]},";  // contact of posture problem 0
 
 TEST_F(Checks, NothingIsFoundInADatasetThatIsInOrder) {
-  const std::vector<DatasetFinding> findings = CheckAll();
+  const std::vector<DatasetDiagnostic> findings = CheckAll();
   EXPECT_GE(findings.size(), 7U) << "every check says that it looked";
-  for (const DatasetFinding& f : findings) EXPECT_EQ(f.severity, Severity::kInfo) << f.check << ": " << f.message;
+  for (const DatasetDiagnostic& f : findings) EXPECT_EQ(f.severity, Severity::kInfo) << f.check << ": " << f.message;
 }
 
 TEST_F(Checks, ExtentsOfEveryMeshAreListed) {
   WriteRock("f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
-  const std::vector<DatasetFinding> findings = CheckAll();
+  const std::vector<DatasetDiagnostic> findings = CheckAll();
   const auto sizes = std::find_if(findings.begin(), findings.end(),
                                   [](const auto& f) { return f.check == "mesh sizes" && f.field == "scene"; });
   ASSERT_NE(sizes, findings.end());
@@ -141,8 +141,8 @@ TEST(MeshFaults, InvertedComponentsAreTurnedRound) {
   for (const Eigen::Vector3d& v : box.vertices) two.vertices.push_back(v + Eigen::Vector3d(5, 0, 0));
   EXPECT_EQ(FindMeshFaults(two).components, 2);
   EXPECT_EQ(FindMeshFaults(two).inverted_components, 1);
-  EXPECT_TRUE(FindMeshFaults(TurnInvertedComponents(two)).none());
-  EXPECT_EQ(TurnInvertedComponents(two).triangles.size(), two.triangles.size());
+  EXPECT_TRUE(FindMeshFaults(FlipInvertedComponents(two)).none());
+  EXPECT_EQ(FlipInvertedComponents(two).triangles.size(), two.triangles.size());
 }
 
 TEST(MeshFaults, AnOpenSheetIsNotInverted) {
@@ -174,13 +174,13 @@ class QuaternionOrder : public testing::Test {
 };
 
 TEST_F(QuaternionOrder, IsDecidedByTheNormals) {
-  const QuaternionEvidence w = WeighQuaternionOrder(Footholds(false).all(), terrain_);
+  const QuaternionEvidence w = CollectQuaternionEvidence(Footholds(false).all(), terrain_);
   EXPECT_EQ(w.verdict(), QuaternionEvidence::Verdict::kWFirst) << w.Describe();
   EXPECT_EQ(w.agree_w_first, 12);
-  const QuaternionEvidence x = WeighQuaternionOrder(Footholds(true).all(), terrain_);
+  const QuaternionEvidence x = CollectQuaternionEvidence(Footholds(true).all(), terrain_);
   EXPECT_EQ(x.verdict(), QuaternionEvidence::Verdict::kXFirst) << x.Describe();
   EXPECT_EQ(x.agree_x_first, 12);
-  EXPECT_EQ(JudgeQuaternionOrder(x).severity, Severity::kError);
+  EXPECT_EQ(DiagnoseQuaternionOrder(x).severity, Severity::kError);
 }
 
 TEST_F(QuaternionOrder, ReadingTheOtherWayGivesTheRotationThatWasMeant) {
@@ -195,9 +195,9 @@ TEST_F(QuaternionOrder, PosesOfNoOrderAreAnError) {
       {0, {{{Foothold{"foot", Eigen::Vector3d::Zero(), Eigen::Quaterniond(0.5, 0.5, 0.5, 0.5)}}}}}};
   FootholdList footholds;
   footholds.Add(Task::kPosture, problems);
-  const QuaternionEvidence evidence = WeighQuaternionOrder(footholds.all(), terrain_);
+  const QuaternionEvidence evidence = CollectQuaternionEvidence(footholds.all(), terrain_);
   EXPECT_EQ(evidence.verdict(), QuaternionEvidence::Verdict::kNeither);
-  EXPECT_EQ(JudgeQuaternionOrder(evidence).severity, Severity::kError);
+  EXPECT_EQ(DiagnoseQuaternionOrder(evidence).severity, Severity::kError);
 }
 
 TEST(ProblemIds, AreWrittenAsRanges) {

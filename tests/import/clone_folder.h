@@ -18,7 +18,7 @@ class CloneFolder {
   CloneFolder() { std::filesystem::copy(ImportTestFile("clone"), path(), std::filesystem::copy_options::recursive); }
   std::filesystem::path path() const { return folder_.path() / "clone"; }
   /// Creates a folder in which a dataset can be made.
-  std::filesystem::path NewFolder(const std::string& name) const {
+  std::filesystem::path StagedFolder(const std::string& name) const {
     std::filesystem::create_directories(folder_.path() / name);
     return folder_.path() / name;
   }

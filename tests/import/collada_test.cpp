@@ -6,7 +6,7 @@
 #include "legopt/dataset/link_box.h"
 #include "legopt/import/collada_robot.h"
 #include "legopt/import/robot_files.h"
-#include "legopt/random_draws.h"
+#include "legopt/random_numbers.h"
 #include "legopt/robot/kinematics.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/import/clone_folder.h"
@@ -26,7 +26,7 @@ RobotModel ImportedRobot(const std::filesystem::path& collada, const std::filesy
 
 Eigen::VectorXd RandomConfiguration(const RobotModel& robot, std::mt19937_64& generator) {
   Eigen::VectorXd x(robot.configuration_size());
-  for (Eigen::Index i = 0; i < x.size(); ++i) x[i] = 2.0 * UniformDraw(generator) - 1.0;
+  for (Eigen::Index i = 0; i < x.size(); ++i) x[i] = 2.0 * UniformRandom(generator) - 1.0;
   return x;
 }
 
@@ -143,7 +143,7 @@ TEST_F(Collada, APassiveJointIsFixedAndSaid) {
   const ColladaRobot robot = ReadColladaRobot(file);
   ASSERT_EQ(robot.findings.size(), 1U);
   EXPECT_EQ(robot.findings.front().field, "joint 'l_shoulder'");
-  EXPECT_EQ(robot.findings.front().severity, DatasetFinding::Severity::kWarning);
+  EXPECT_EQ(robot.findings.front().severity, DatasetDiagnostic::Severity::kWarning);
 }
 
 TEST_F(Collada, FaultsAreNamedWithTheirLine) {

@@ -25,9 +25,11 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-const DatasetFinding* Find(const ImportReport& report, const std::string& check, DatasetFinding::Severity severity) {
-  const auto found = std::find_if(report.findings.begin(), report.findings.end(),
-                                  [&](const DatasetFinding& f) { return f.check == check && f.severity == severity; });
+const DatasetDiagnostic* Find(const ImportReport& report, const std::string& check,
+                              DatasetDiagnostic::Severity severity) {
+  const auto found = std::find_if(report.findings.begin(), report.findings.end(), [&](const DatasetDiagnostic& f) {
+    return f.check == check && f.severity == severity;
+  });
   return found == report.findings.end() ? nullptr : &*found;
 }
 
@@ -38,13 +40,13 @@ ImportOptions From(const fs::path& source) {
   return options;
 }
 
-constexpr auto kInfo = DatasetFinding::Severity::kInfo;
-constexpr auto kWarning = DatasetFinding::Severity::kWarning;
-constexpr auto kError = DatasetFinding::Severity::kError;
+constexpr auto kInfo = DatasetDiagnostic::Severity::kInfo;
+constexpr auto kWarning = DatasetDiagnostic::Severity::kWarning;
+constexpr auto kError = DatasetDiagnostic::Severity::kError;
 
 TEST(Import, OfACloneOfTheOriginalBenchmark) {
   const test::CloneFolder clone;
-  const fs::path out = clone.NewFolder("out");
+  const fs::path out = clone.StagedFolder("out");
   const ImportReport report = ImportDataset(From(clone.path()), out);
   EXPECT_FALSE(AnyError(report.findings));
   const auto dataset = Dataset::Load(out);
@@ -66,7 +68,7 @@ TEST(Import, OfACloneOfTheOriginalBenchmark) {
 TEST(Import, QuaternionsOfTheOtherOrderAreTurned) {
   const test::CloneFolder clone;
   const auto straight = Dataset::Load([&] {
-    const fs::path out = clone.NewFolder("straight");
+    const fs::path out = clone.StagedFolder("straight");
     ImportDataset(From(clone.path()), out);
     return out;
   }());
@@ -83,7 +85,7 @@ TEST(Import, QuaternionsOfTheOtherOrderAreTurned) {
     }
     test::WriteText(file, FormatProblems(problems.problems, task, "tiny", "yard"));
   }
-  const fs::path out = clone.NewFolder("turned");
+  const fs::path out = clone.StagedFolder("turned");
   const ImportReport report = ImportDataset(From(clone.path()), out);
   EXPECT_FALSE(AnyError(report.findings));
   EXPECT_THAT(Find(report, "quaternion order", kInfo)->message, HasSubstr("turned into w x y z"));
@@ -102,10 +104,10 @@ TEST(Import, EachProblemFileHasItsOwnOrderOfQuaternions) {
   test::ReplaceInFile(file, "1 0 0 0 0 -0.1 0", "0 0 0 1 0 -0.1 0");
   test::ReplaceInFile(file, "0.7071067812 0 0 0.7071067812 2.9", "0 0 0.7071067812 0.7071067812 2.9");
   test::ReplaceInFile(file, "0.7071067812 0 0 0.7071067812 3.1", "0 0 0.7071067812 0.7071067812 3.1");
-  const fs::path out = clone.NewFolder("mixed");
+  const fs::path out = clone.StagedFolder("mixed");
   const ImportReport report = ImportDataset(From(clone.path()), out);
   EXPECT_FALSE(AnyError(report.findings));
-  const DatasetFinding* finding = Find(report, "quaternion order", kInfo);
+  const DatasetDiagnostic* finding = Find(report, "quaternion order", kInfo);
   ASSERT_NE(finding, nullptr);
   EXPECT_EQ(finding->field, "posture problems");
   EXPECT_EQ(test::ReadText(out / "problems-motion.json"),
@@ -123,7 +125,7 @@ TEST(Import, TheLeftFootComesFirstWhateverTheProblemsNameFirst) {
     }
     test::WriteText(file, FormatProblems(problems.problems, *problems.task, "tiny", "yard"));
   }
-  const fs::path out = clone.NewFolder("out");
+  const fs::path out = clone.StagedFolder("out");
   ImportDataset(From(clone.path()), out);
   const auto dataset = Dataset::Load(out);
   ASSERT_EQ(dataset->feet().size(), 2U);
@@ -171,12 +173,12 @@ TEST(Import, InvertedScenesAreRefusedOrTurned) {
                   "v -9 -9 -1\nv 9 -9 -1\nv 9 9 -1\nv -9 9 -1\nv -9 -9 0\nv 9 -9 0\nv 9 9 0\nv -9 9 0\n"
                   "f 1 2 3 4\nf 5 8 7 6\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n");
   test::ReplaceInFile(clone.path() / "LegOptEnv.xml", "yard.stl", "yard.obj");
-  const ImportReport refused = ImportDataset(From(clone.path()), clone.NewFolder("refused"));
+  const ImportReport refused = ImportDataset(From(clone.path()), clone.StagedFolder("refused"));
   ASSERT_NE(Find(refused, "winding", kError), nullptr);
   EXPECT_THAT(Find(refused, "winding", kError)->fix, HasSubstr("--fix-winding"));
   ImportOptions options = From(clone.path());
   options.fix_winding = true;
-  const ImportReport turned = ImportDataset(options, clone.NewFolder("turned"));
+  const ImportReport turned = ImportDataset(options, clone.StagedFolder("turned"));
   EXPECT_FALSE(AnyError(turned.findings));
   EXPECT_THAT(Find(turned, "winding", kInfo)->value, HasSubstr("1 body"));
 }
@@ -210,7 +212,7 @@ TEST(Import, OfAllMeshesOfASceneOnlyThoseInsideOutAreTurned) {
   fs::create_directories(out);
   const ImportReport turned = ImportDataset(options, out);
   EXPECT_FALSE(AnyError(turned.findings));
-  const DatasetFinding* finding = Find(turned, "winding", kInfo);
+  const DatasetDiagnostic* finding = Find(turned, "winding", kInfo);
   ASSERT_NE(finding, nullptr);
   EXPECT_EQ(finding->field, "meshes/rock.obj");
   EXPECT_EQ(finding->value, "1 body");
@@ -274,7 +276,7 @@ TEST(Import, ARobotWithoutFeetIsRefused) {
   const test::CloneFolder clone;
   fs::remove_all(clone.path() / "data");
   const auto error = [&](const ImportOptions& options) {
-    return MessageOf([&] { ImportDataset(options, clone.NewFolder("out")); });
+    return MessageOf([&] { ImportDataset(options, clone.StagedFolder("out")); });
   };
   EXPECT_THAT(error(From(clone.path())), AllOf(HasSubstr("tiny.zae"), HasSubstr("--feet"), HasSubstr("l_foot")));
   ImportOptions options = From(clone.path());
@@ -283,7 +285,7 @@ TEST(Import, ARobotWithoutFeetIsRefused) {
   options.feet = {"camera"};
   EXPECT_THAT(error(options), AllOf(HasSubstr("camera"), HasSubstr("no collision geometry")));
   options.feet = {"l_foot", "r_foot"};
-  const ImportReport report = ImportDataset(options, clone.NewFolder("out"));
+  const ImportReport report = ImportDataset(options, clone.StagedFolder("out"));
   EXPECT_NE(Find(report, "problems", kWarning), nullptr) << "a dataset for generate problems";
 }
 
@@ -291,10 +293,10 @@ TEST(Import, ANominalPostureBeyondTheLimitsIsRefused) {
   const test::CloneFolder clone;
   ImportOptions options = From(clone.path());
   options.nominal_posture = {{"l_hip", 9.0}};
-  EXPECT_THAT(MessageOf([&] { ImportDataset(options, clone.NewFolder("out")); }),
+  EXPECT_THAT(MessageOf([&] { ImportDataset(options, clone.StagedFolder("out")); }),
               AllOf(HasSubstr("--nominal"), HasSubstr("l_hip=9.0"), HasSubstr("limits"), HasSubstr(" .. 0.99999")));
   options.nominal_posture = {{"l_hip", 0.9}};
-  ImportDataset(options, clone.NewFolder("within"));
+  ImportDataset(options, clone.StagedFolder("within"));
 }
 
 TEST(Import, ErrorsNameTheUsersFiles) {
@@ -303,7 +305,7 @@ TEST(Import, ErrorsNameTheUsersFiles) {
   test::ReplaceInFile(problems, "l_foot,1 0 0 0 0 0.1 0 ,r_foot", "l_hand,1 0 0 0 0 0.1 0 ,r_foot");
   ImportOptions options = From(clone.path());
   options.feet = {"l_foot", "r_foot"};
-  EXPECT_THAT(MessageOf([&] { ImportDataset(options, clone.NewFolder("out")); }),
+  EXPECT_THAT(MessageOf([&] { ImportDataset(options, clone.StagedFolder("out")); }),
               AllOf(HasSubstr(problems.string()), HasSubstr("l_hand"), HasSubstr("not a foot")));
 }
 
@@ -318,7 +320,7 @@ TEST(Import, OfTheLegOptDataFindsTheirKnownFaults) {
   EXPECT_EQ(dataset->nominal_joints(), bare->nominal_joints());
   EXPECT_EQ(dataset->problems(Task::kMotion), bare->problems(Task::kMotion));
   EXPECT_NE(Find(report, "quaternion order", kInfo), nullptr);
-  const DatasetFinding* hovering = Find(report, "hovering feet", kWarning);
+  const DatasetDiagnostic* hovering = Find(report, "hovering feet", kWarning);
   ASSERT_NE(hovering, nullptr);
   EXPECT_THAT(hovering->value, HasSubstr("57 of 3655 footholds, median 82.4 mm"));
   EXPECT_THAT(hovering->field, HasSubstr("posture 39; motion 1-2,"));

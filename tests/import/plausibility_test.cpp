@@ -24,10 +24,10 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-std::string Words(const std::vector<DatasetFinding>& findings) {
+std::string Words(const std::vector<DatasetDiagnostic>& findings) {
   std::string text;
-  for (const DatasetFinding& f : findings) {
-    if (f.severity == DatasetFinding::Severity::kInfo) continue;
+  for (const DatasetDiagnostic& f : findings) {
+    if (f.severity == DatasetDiagnostic::Severity::kInfo) continue;
     text += f.check + ": " + f.field + ": " + f.value + ": " + f.message + "; " + f.fix + "\n";
   }
   return text;

@@ -69,14 +69,14 @@ TEST(SourceLayout, MissingAndAmbiguousFilesAreNamedWithTheFlag) {
 }
 
 // Drops root's rights, since root may read everything: acts as the user nobody.
-class WithoutRights {
+class DroppedPrivileges {
  public:
-  WithoutRights() : changed_(::geteuid() == 0 && ::seteuid(kNobody) == 0) {}
-  ~WithoutRights() {
+  DroppedPrivileges() : changed_(::geteuid() == 0 && ::seteuid(kNobody) == 0) {}
+  ~DroppedPrivileges() {
     if (changed_ && ::seteuid(0) != 0) std::abort();
   }
-  WithoutRights(const WithoutRights&) = delete;
-  WithoutRights& operator=(const WithoutRights&) = delete;
+  DroppedPrivileges(const DroppedPrivileges&) = delete;
+  DroppedPrivileges& operator=(const DroppedPrivileges&) = delete;
 
  private:
   static constexpr uid_t kNobody = 65534;
@@ -97,7 +97,7 @@ TEST(SourceLayout, WhatCannotBeReadIsNamed) {
     fs::permissions(secret, perms);
     std::string error;
     {
-      const WithoutRights nobody;
+      const DroppedPrivileges nobody;
       std::error_code error_code;
       const bool outside = !fs::exists(clone.path() / "LegOptEnv.xml", error_code);
       if (outside || std::ifstream(secret / "robot.urdf").good()) {

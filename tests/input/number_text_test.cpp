@@ -27,7 +27,7 @@ TEST(NumberText, AWholeTextIsOneNumber) {
   }
 }
 
-TEST(NumberText, WhatIsBeyondTheRangeIsZeroOrInfinite) {
+TEST(NumberText, OutOfRangeNumbersAreZeroOrInfinite) {
   EXPECT_EQ(ParseNumber("1e400"), kInfinity);
   EXPECT_EQ(ParseNumber("-1e400"), -kInfinity);
   EXPECT_EQ(ParseNumber("1e-400"), 0.0);

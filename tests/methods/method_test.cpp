@@ -62,8 +62,8 @@ TEST(Method, IncrementalVariantsCarryThePapersPrefix) {
   const Method method =
       Method::FromJson(json::parse(R"({"solver": "sqp", "sample_size": 80, "incremental": true})"), "");
   EXPECT_EQ(method.name, "I-SQP");
-  EXPECT_TRUE(method.draws());
-  EXPECT_FALSE(Method{}.draws());
+  EXPECT_TRUE(method.is_stochastic());
+  EXPECT_FALSE(Method{}.is_stochastic());
 }
 
 TEST(Method, CanonicalFormRoundTrips) {
@@ -284,7 +284,7 @@ TEST(Method, AnUnknownSolverIsToldWhereOneIsNeeded) {
   EXPECT_EQ(method.Hash().size(), 64u);
   EXPECT_THAT(FaultsOf(method), ElementsAre("solver: is not known"));
   EXPECT_THROW(MakeSolver(method), InputError);
-  EXPECT_THROW(method.draws(), InputError);
+  EXPECT_THROW(method.is_stochastic(), InputError);
   EXPECT_THROW(Method::Of("spq"), InputError);
   try {
     MakeSolver(method);

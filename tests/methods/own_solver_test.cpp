@@ -18,7 +18,7 @@ enum class StepRule : std::uint8_t { kShrinking, kFixed };
 }  // namespace outside
 
 template <>
-inline constexpr auto legopt::kWords<outside::StepRule> = legopt::Words<outside::StepRule>(
+inline constexpr auto legopt::kEnumNames<outside::StepRule> = legopt::Words<outside::StepRule>(
     {{outside::StepRule::kShrinking, "shrinking"}, {outside::StepRule::kFixed, "fixed"}});
 
 namespace outside {

@@ -29,12 +29,12 @@ class AnalyticProgram : public Program {
     AddShaped({"function", kind, 0, 1, unit}, std::move(residuals));
   }
   /// Adds an inequality with safety margin `reserve` to a program of one waypoint.
-  void AddWithReserve(Residuals residuals, double reserve) {
-    terms_.push_back(std::make_unique<ReservedTerm>(std::move(residuals), reserve, *this));
+  void AddWithMargin(Residuals residuals, double reserve) {
+    terms_.push_back(std::make_unique<MarginTerm>(std::move(residuals), reserve, *this));
   }
   /// Adds a term that can be disabled.
-  void AddInTheWay(TermShape shape, Residuals residuals) {
-    terms_.push_back(std::make_unique<TermInTheWay>(std::move(shape), std::move(residuals), *this));
+  void AddRemovable(TermShape shape, Residuals residuals) {
+    terms_.push_back(std::make_unique<RemovableTerm>(std::move(shape), std::move(residuals), *this));
   }
   /// Adds a term. `absent_row`: see Term::AbsentRow, for functions with a varying number of rows.
   void AddShaped(TermShape shape, Residuals residuals, double absent_row = -std::numeric_limits<double>::infinity()) {
@@ -97,42 +97,42 @@ class AnalyticProgram : public Program {
     const AnalyticProgram& program_;
   };
 
-  class ReservedTerm : public FunctionTerm {
+  class MarginTerm : public FunctionTerm {
    public:
-    ReservedTerm(Residuals residuals, double reserve, const AnalyticProgram& program)
+    MarginTerm(Residuals residuals, double reserve, const AnalyticProgram& program)
         : FunctionTerm(
               {"reserved", TermKind::kInequality, 0, 1, -1},
               [this, residuals = std::move(residuals)](const Eigen::VectorXd& x) -> Eigen::VectorXd {
                 return residuals(x).array() + kept_;
               },
               -std::numeric_limits<double>::infinity(), program),
-          reserve_(reserve),
+          safety_margin_(reserve),
           kept_(reserve) {}
-    bool SpendReserve(double share) override {
-      kept_ = (1.0 - share) * reserve_;
+    bool RelaxMargin(double share) override {
+      kept_ = (1.0 - share) * safety_margin_;
       return true;
     }
 
    private:
-    double reserve_, kept_;
+    double safety_margin_, kept_;
   };
 
-  class TermInTheWay : public FunctionTerm {
+  class RemovableTerm : public FunctionTerm {
    public:
-    TermInTheWay(TermShape shape, Residuals residuals, const AnalyticProgram& program)
+    RemovableTerm(TermShape shape, Residuals residuals, const AnalyticProgram& program)
         : FunctionTerm(
               std::move(shape),
               [this, residuals = std::move(residuals)](const Eigen::VectorXd& x) -> Eigen::VectorXd {
-                return aside_ ? Eigen::VectorXd() : residuals(x);
+                return disabled_ ? Eigen::VectorXd() : residuals(x);
               },
               -std::numeric_limits<double>::infinity(), program) {}
-    bool SetAside(bool aside) override {
-      aside_ = aside;
+    bool SetDisabled(bool aside) override {
+      disabled_ = aside;
       return true;
     }
 
    private:
-    bool aside_ = false;
+    bool disabled_ = false;
   };
 
   int num_waypoints_;

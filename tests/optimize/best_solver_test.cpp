@@ -50,7 +50,7 @@ void AddPit(AnalyticProgram& program) {
   program.Add(TermKind::kInequality, [](const VectorXd& x) { return One(0.5 - x[0] * (x[0] * x[0] - 1.0)); });
 }
 
-TEST(Best, RescuesStartWhereTheFirstAttemptFailed) {
+TEST(Best, RestartsBeginWhereTheFirstAttemptFailed) {
   AnalyticProgram program(One(-1), One(3));
   AddPit(program);
   BestOptions options;
@@ -90,7 +90,7 @@ class ChainWithAPit : public AnalyticProgram {
 };
 
 /// Returns options with too little noise to leave the pit and steps too short to cross its wall.
-BestOptions QuietRescues() {
+BestOptions QuietRestarts() {
   BestOptions options;
   options.sqp.trust_box_size = 0.05;
   options.sqp.trust_expand_ratio = 1.0;
@@ -98,9 +98,9 @@ BestOptions QuietRescues() {
   return options;
 }
 
-TEST(Best, WaypointsAloneRescueAChain) {
+TEST(Best, SingleWaypointSearchSolvesChain) {
   ChainWithAPit program;
-  BestOptions options = QuietRescues();
+  BestOptions options = QuietRestarts();
   const Eigen::Vector3d start(1.5, -0.9, 1.5);
   // Fixed neighbours can neither pull the middle waypoint out of its pit nor be pulled into it.
   program.AddShaped({"first", TermKind::kEquality, 0, 1, -1}, [](const VectorXd& x) { return One(x[0] - 1.5); });
@@ -120,13 +120,13 @@ TEST(Best, WaypointsAloneRescueAChain) {
 }
 
 // The pit is between the initial guess and the optimum of the costs, and its gradient points away from it.
-TEST(Best, AFreeDescentPassesWhatIsInTheWay) {
+TEST(Best, FreeDescentPassesObstacle) {
   AnalyticProgram program(Eigen::Vector2d(-1, -1), Eigen::Vector2d(3, 3), 2);
   program.AddShaped({"there", TermKind::kCost, 0, 2, -1},
                     [](const VectorXd& x) { return VectorXd(Eigen::Vector2d(x[0] - 1.5, x[1] - 1.6)); });
-  program.AddInTheWay({"pit", TermKind::kInequality, 1, 1, -1},
-                      [](const VectorXd& x) { return One(0.5 - x[0] * (x[0] * x[0] - 1.0)); });
-  BestOptions options = QuietRescues();
+  program.AddRemovable({"pit", TermKind::kInequality, 1, 1, -1},
+                       [](const VectorXd& x) { return One(0.5 - x[0] * (x[0] * x[0] - 1.0)); });
+  BestOptions options = QuietRestarts();
   options.rescues = 0;
   options.free_iterations = 0;
   VectorXd x = Eigen::Vector2d(1.5, -0.9);
@@ -149,9 +149,9 @@ TEST(Best, AStartThatAFreeDescentSpoilsIsTriedAsItWas) {
   AnalyticProgram program(Eigen::Vector2d(-1, -1), Eigen::Vector2d(3, 3), 2);
   program.AddShaped({"there", TermKind::kCost, 0, 2, -1},
                     [](const VectorXd& x) { return VectorXd(Eigen::Vector2d(x[0] + 0.9, x[1] + 0.9)); });
-  program.AddInTheWay({"pit", TermKind::kInequality, 1, 1, -1},
-                      [](const VectorXd& x) { return One(0.5 - x[0] * (x[0] * x[0] - 1.0)); });
-  BestOptions options = QuietRescues();
+  program.AddRemovable({"pit", TermKind::kInequality, 1, 1, -1},
+                       [](const VectorXd& x) { return One(0.5 - x[0] * (x[0] * x[0] - 1.0)); });
+  BestOptions options = QuietRestarts();
   options.rescues = 1;
   options.free_iterations = 60;
   VectorXd x = Eigen::Vector2d(1.5, 1.5);
@@ -168,7 +168,7 @@ TEST(Best, WaypointsThatWereSolvedAloneAreNotLost) {
                     [](const VectorXd& x) { return One(100.0 * (x[0] + 0.9)); });
   program.AddShaped({"first", TermKind::kEquality, 0, 1, -1}, [](const VectorXd& x) { return One(x[0] - 1.5); });
   program.AddShaped({"last", TermKind::kEquality, 2, 1, -1}, [](const VectorXd& x) { return One(x[0] - 1.5); });
-  BestOptions options = QuietRescues();
+  BestOptions options = QuietRestarts();
   options.window_improve_frac = 1e-4;  // its steps are small
   options.rescues = 1;
   VectorXd x = Eigen::Vector3d(1.5, -0.9, 1.5);
@@ -179,11 +179,11 @@ TEST(Best, WaypointsThatWereSolvedAloneAreNotLost) {
 }
 
 // The first start, at the current point, ends in the pit; the neighbour's position is only tried second.
-TEST(Best, WhatIsViolatedGetsManyStartsAtLast) {
+TEST(Best, ViolatedWaypointGetsManyStartsLast) {
   ChainWithAPit program;
   program.AddShaped({"first", TermKind::kEquality, 0, 1, -1}, [](const VectorXd& x) { return One(x[0] - 1.5); });
   program.AddShaped({"last", TermKind::kEquality, 2, 1, -1}, [](const VectorXd& x) { return One(x[0] - 1.5); });
-  BestOptions options = QuietRescues();
+  BestOptions options = QuietRestarts();
   options.rescues = 1;
   options.waypoint_starts = 1;
   VectorXd x = Eigen::Vector3d(1.5, -0.9, 1.5);
@@ -193,10 +193,10 @@ TEST(Best, WhatIsViolatedGetsManyStartsAtLast) {
   EXPECT_EQ(result.starts, 1 + (1 + 1) + (2 + 1)) << "the chain, a rescue with one start, a rescue with two";
 }
 
-TEST(Best, AWaypointThatNothingSolvesLeavesTheRescuesAsTheyWere) {
+TEST(Best, UnsolvableWaypointDoesNotChangeRestarts) {
   ChainWithAPit program;
   program.AddShaped({"never", TermKind::kEquality, 1, 1, -1}, [](const VectorXd& x) { return One(x[0] * x[0] + 1); });
-  BestOptions options = QuietRescues();
+  BestOptions options = QuietRestarts();
   options.rescues = 3;
   options.waypoint_starts = 5;
   VectorXd x = Eigen::Vector3d(1.5, -0.9, 1.5);
@@ -207,11 +207,11 @@ TEST(Best, AWaypointThatNothingSolvesLeavesTheRescuesAsTheyWere) {
 }
 
 // Two walls 0.02 apart, each with a margin of 0.015.
-TEST(Best, WhatNothingElseSolvesSpendsTheReserve) {
+TEST(Best, UnsolvedProblemRelaxesMargins) {
   AnalyticProgram program(One(-1), One(1));
-  program.AddWithReserve([](const VectorXd& x) { return One(x[0] - 0.51); }, 0.015);
-  program.AddWithReserve([](const VectorXd& x) { return One(0.49 - x[0]); }, 0.015);
-  BestOptions options = QuietRescues();
+  program.AddWithMargin([](const VectorXd& x) { return One(x[0] - 0.51); }, 0.015);
+  program.AddWithMargin([](const VectorXd& x) { return One(0.49 - x[0]); }, 0.015);
+  BestOptions options = QuietRestarts();
   options.rescues = 0;
   VectorXd x = One(0.0);
   EXPECT_FALSE(Solve(options, program, x).feasible);
@@ -226,19 +226,19 @@ TEST(Best, WhatNothingElseSolvesSpendsTheReserve) {
   program.terms()[0]->Evaluate(rows);
   EXPECT_NEAR(rows[0], 0.015, 1e-12);
   AnalyticProgram wide(One(-1), One(1));
-  wide.AddWithReserve([](const VectorXd& y) { return One(0.49 - y[0]); }, 0.015);
+  wide.AddWithMargin([](const VectorXd& y) { return One(0.49 - y[0]); }, 0.015);
   x = One(0.0);
   EXPECT_TRUE(Solve(options, wide, x).feasible);
   EXPECT_GT(x[0], 0.505 - options.sqp.constraint_tolerance);
 }
 
 // The cost attracts towards one of two walls, 0.015 apart. Both margins are halved, which suffices.
-TEST(Best, HalfOfTheReserveIsSpentFirst) {
+TEST(Best, MarginsAreHalvedFirst) {
   AnalyticProgram program(One(-1), One(1));
-  program.AddWithReserve([](const VectorXd& x) { return One(0.49 - x[0]); }, 0.01);
-  program.AddWithReserve([](const VectorXd& x) { return One(x[0] - 0.505); }, 0.01);
+  program.AddWithMargin([](const VectorXd& x) { return One(0.49 - x[0]); }, 0.01);
+  program.AddWithMargin([](const VectorXd& x) { return One(x[0] - 0.505); }, 0.01);
   program.Add(TermKind::kCost, [](const VectorXd& x) { return One(100.0 * (x[0] - 0.49)); });
-  BestOptions options = QuietRescues();
+  BestOptions options = QuietRestarts();
   VectorXd x = One(0.0);
   EXPECT_TRUE(Solve(options, program, x).feasible);
   EXPECT_NEAR(x[0], 0.495, 1.1 * options.sqp.constraint_tolerance);
@@ -249,7 +249,7 @@ TEST(Best, ASingleWaypointIsSearchedWithoutItsCosts) {
   AnalyticProgram program(One(-1), One(3));
   AddPit(program);
   program.Add(TermKind::kCost, [](const VectorXd& x) { return One(x[0] + 0.9); });
-  BestOptions options = QuietRescues();
+  BestOptions options = QuietRestarts();
   options.rescue_noise = 1.0;
   options.rescues = 4;
   options.waypoint_starts = 0;
@@ -264,9 +264,9 @@ TEST(Best, ASingleWaypointIsSearchedWithoutItsCosts) {
 
 TEST(Best, AStopEndsTheWaypointsAlone) {
   ChainWithAPit program;
-  program.AddInTheWay({"aside", TermKind::kInequality, 0, 1, -1}, [](const VectorXd& x) { return One(x[0] - 1.4); });
+  program.AddRemovable({"aside", TermKind::kInequality, 0, 1, -1}, [](const VectorXd& x) { return One(x[0] - 1.4); });
   program.AddShaped({"never", TermKind::kEquality, 1, 1, -1}, [](const VectorXd& x) { return One(x[0] * x[0] + 1); });
-  BestOptions options = QuietRescues();
+  BestOptions options = QuietRestarts();
   options.waypoint_starts = 4;  // the time is quadratic in the starts
   VectorXd x = Eigen::Vector3d(1.5, -0.9, 1.5);
   std::mt19937_64 generator(3);

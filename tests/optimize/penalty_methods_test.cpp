@@ -13,7 +13,7 @@
 #include "legopt/optimize/equality_projection.h"
 #include "legopt/optimize/gradient_solver.h"
 #include "legopt/optimize/waypoint_metric.h"
-#include "legopt/random_draws.h"
+#include "legopt/random_numbers.h"
 #include "tests/optimize/analytic_program.h"
 
 namespace legopt {
@@ -487,10 +487,10 @@ TEST_F(Projection, WhatIsNotFiniteIsLeftAlone) {
   EXPECT_EQ(point, Vector2d(-0.3, 0.1));
 }
 
-TEST(NormalDraws, HaveUnitVarianceAndRepeat) {
+TEST(NormalRandom, HaveUnitVarianceAndRepeat) {
   constexpr int kDraws = 20000;
   std::mt19937_64 generator(3), again(3);
-  NormalDraws draws, same;
+  NormalRandom draws, same;
   double sum = 0, squares = 0;
   for (int i = 0; i < kDraws; ++i) {
     const double draw = draws.Next(generator);

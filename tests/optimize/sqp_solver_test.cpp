@@ -172,7 +172,7 @@ class FeasibleStops : public ::testing::Test {
     return result;
   }
 
-  static constexpr double kLeastCost = 9.0;  // 3 from the circle
+  static constexpr double kMinCost = 9.0;  // 3 from the circle
 };
 
 TEST_F(FeasibleStops, EndAfterTheFirstStepThatHolds) {
@@ -181,13 +181,13 @@ TEST_F(FeasibleStops, EndAfterTheFirstStepThatHolds) {
 }
 
 TEST_F(FeasibleStops, AreIncrementalOnesUnlessToldOtherwise) {
-  EXPECT_NEAR(Solve(FeasibleStop::kIncremental, {}).value.cost, kLeastCost, 0.05);
+  EXPECT_NEAR(Solve(FeasibleStop::kIncremental, {}).value.cost, kMinCost, 0.05);
   EXPECT_EQ(Solve(FeasibleStop::kIncremental, {50, true}).iterations, 1);
 }
 
 TEST_F(FeasibleStops, AreAbsentWhenToldSo) {
-  EXPECT_NEAR(Solve(FeasibleStop::kNever, {}).value.cost, kLeastCost, 0.05);
-  EXPECT_NEAR(Solve(FeasibleStop::kNever, {50, true}).value.cost, kLeastCost, 0.05);
+  EXPECT_NEAR(Solve(FeasibleStop::kNever, {}).value.cost, kMinCost, 0.05);
+  EXPECT_NEAR(Solve(FeasibleStop::kNever, {50, true}).value.cost, kMinCost, 0.05);
 }
 
 TEST(Sqp, FeasibleButNotConvergedIsNotCalledConverged) {

@@ -17,7 +17,7 @@ namespace {
 using programs::AffinityMask;
 using programs::OneOfEachCore;
 using programs::PinnedThread;
-using programs::PlacesOfSlots;
+using programs::ProcessorsOfSlots;
 
 using Numbers = std::vector<int>;
 
@@ -34,10 +34,10 @@ TEST(OneOfEachCore, OfTwoThatShareACoreTheFirstGrantedIsTaken) {
   EXPECT_EQ(OneOfEachCore(Numbers{0, 4, 8, 9}, tree), (Numbers{0, 8, 9})) << "of 8 and 9 nothing is known";
 }
 
-TEST(PlacesOfSlots, OnlySlotsThatFillTheCoresArePinned) {
-  EXPECT_EQ(PlacesOfSlots(2, {3, 5}), (Numbers{3, 5}));
-  EXPECT_EQ(PlacesOfSlots(1, {3, 5}), Numbers{}) << "another worker may have taken the same one";
-  EXPECT_EQ(PlacesOfSlots(3, {3, 5}), Numbers{});
+TEST(ProcessorsOfSlots, OnlySlotsThatFillTheCoresArePinned) {
+  EXPECT_EQ(ProcessorsOfSlots(2, {3, 5}), (Numbers{3, 5}));
+  EXPECT_EQ(ProcessorsOfSlots(1, {3, 5}), Numbers{}) << "another worker may have taken the same one";
+  EXPECT_EQ(ProcessorsOfSlots(3, {3, 5}), Numbers{});
 }
 
 TEST(PinnedThread, KeepsToOneProcessorAndGoesBack) {

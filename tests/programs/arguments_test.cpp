@@ -44,7 +44,7 @@ class Arguments : public testing::Test {
     run.AddOption("--count", count_, "Count");
     run.AddList("--names", names_, "Names");
     run.AddOption("--every", every_, "Seconds").ValueMayBeLeftOut("2");
-    run.AddWord<Task>("--task", task_, "Task");
+    run.AddEnum<Task>("--task", task_, "Task");
     run.AddChoice<int>("--unit", unit_, "Unit", {{"s", 1}, {"min", 60}});
     const Option fast = run.AddFlag("--fast", fast_, "Fast");
     run.AddFlag("--slow", slow_, "Slow").Excludes(fast);
@@ -271,7 +271,7 @@ TEST(Checks, TakeTheirRangeOnly) {
 }
 
 TEST(Checks, WordsInSentences) {
-  EXPECT_EQ(WordsOf<Task>(), (std::vector<std::string>{"posture", "motion", "continuous", "balanced"}));
+  EXPECT_EQ(EnumNamesOf<Task>(), (std::vector<std::string>{"posture", "motion", "continuous", "balanced"}));
   EXPECT_EQ(Alternatives({"a", "b", "c"}), "a, b or c");
   EXPECT_EQ(Alternatives({"a"}), "a");
   EXPECT_EQ(Joined({"a", "b", "c"}), "a, b, c");

@@ -21,7 +21,7 @@ using ::testing::StartsWith;
 std::string FaultOf(const std::function<std::string()>& body, const ReadLimits& limits = {}) {
   try {
     CallIsolated(body, limits);
-  } catch (const ReadFailed& failure) {
+  } catch (const GuardedReadError& failure) {
     return failure.what();
   }
   return {};

@@ -69,7 +69,7 @@ inline void CollectElements(tinyxml2::XMLElement* root, std::vector<tinyxml2::XM
 }
 
 /// Returns the complete robot with its `index`-th element corrupted.
-inline std::string Spoilt(std::size_t index, const Spoil& spoil) {
+inline std::string WithCorruptedElement(std::size_t index, const Spoil& spoil) {
   tinyxml2::XMLDocument document;
   document.Parse(kCompleteUrdf);
   std::vector<tinyxml2::XMLElement*> elements;

@@ -81,7 +81,7 @@ TEST(Interpolation, DerivativeOfTheTurnMeetsFiniteDifferences) {
     const Eigen::VectorXd ends[2] = {Configuration(0.2, {0, 1, 0}, kStart),
                                      Configuration(0.1, {0, 0, 1}, Turned(angle, {0.3, -1, 2}))};
     for (const double s : {0.125, 0.5, 0.875}) {
-      const BaseTurnDerivatives exact = DifferentiateBaseTurn(robot, ends[0], ends[1], s);
+      const BaseRotationDerivatives exact = DifferentiateBaseRotation(robot, ends[0], ends[1], s);
       for (int end = 0; end < 2; ++end) {
         for (int axis = 0; axis < 3; ++axis) {
           Eigen::VectorXd dx = Eigen::VectorXd::Zero(robot.tangent_size());
@@ -106,9 +106,9 @@ TEST(Interpolation, EndsBelongToTheirOwnTurns) {
   const RobotModel robot = OneJoint();
   const Eigen::VectorXd a = Configuration(0, {0, 0, 0}, kStart);
   const Eigen::VectorXd b = Configuration(0, {0, 0, 0}, Turned(1.1, {1, -1, 3}));
-  const BaseTurnDerivatives first = DifferentiateBaseTurn(robot, a, b, 0.0);
+  const BaseRotationDerivatives first = DifferentiateBaseRotation(robot, a, b, 0.0);
   EXPECT_LT((first.from - Eigen::Matrix3d::Identity()).norm() + first.to.norm(), 1e-14);
-  const BaseTurnDerivatives last = DifferentiateBaseTurn(robot, a, b, 1.0);
+  const BaseRotationDerivatives last = DifferentiateBaseRotation(robot, a, b, 1.0);
   EXPECT_LT((last.to - Eigen::Matrix3d::Identity()).norm() + last.from.norm(), 1e-14);
 }
 

@@ -83,7 +83,7 @@ std::string NameOf(const testing::TestParamInfo<Place>& info) {
 class EveryElement : public testing::TestWithParam<Place> {
  protected:
   std::string element() const { return GetParam().path.substr(GetParam().path.find_last_of('/') + 1); }
-  std::string With(const test::Spoil& spoil) const { return test::Spoilt(GetParam().index, spoil); }
+  std::string With(const test::Spoil& spoil) const { return test::WithCorruptedElement(GetParam().index, spoil); }
   // Returns the words that an error about this element's attribute must contain.
   std::vector<std::string> About(const std::string& attribute) const {
     if (attribute == "name" && (element() == "link" || element() == "joint")) return {element(), attribute};
@@ -251,7 +251,7 @@ TEST(UrdfCheck, RequiredElements) {
     const bool limit = place.path == "robot/joint/limit";
     const bool shape = place.path.find("/geometry/") != std::string::npos;
     if (!required.contains(place.path) && !limit && !shape) continue;
-    const std::string xml = test::Spoilt(place.index, [](XMLElement& e) { e.Parent()->DeleteChild(&e); });
+    const std::string xml = test::WithCorruptedElement(place.index, [](XMLElement& e) { e.Parent()->DeleteChild(&e); });
     ExpectRefused(xml, {place.owner}, "without " + place.path);
   }
 }
@@ -362,9 +362,10 @@ TEST(UrdfCheck, IsReadUnderTheGuardThatItIsGiven) {
   }
   EXPECT_EQ(calls, 1);
   try {
-    RobotModel::FromUrdfText(
-        xml, "robot.urdf", ".",
-        [](const std::function<std::string()>&, const ReadLimits&) -> std::string { throw ReadFailed("it is tired"); });
+    RobotModel::FromUrdfText(xml, "robot.urdf", ".",
+                             [](const std::function<std::string()>&, const ReadLimits&) -> std::string {
+                               throw GuardedReadError("it is tired");
+                             });
     FAIL() << "accepted";
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("robot.urdf: cannot be read: urdfdom failed: it is tired"));

@@ -139,14 +139,14 @@ bool EveryKindHasEnded(const WorkLeft& left) {
 // Assigns the recorded jobs to slots in their order and requests an estimate twice per second of virtual time.
 Judgement Replay(const RecordedHistory& history, int slots) {
   constexpr double kStep_s = 0.5, kAllowance_s = 2;
-  const std::vector<ReplayedJob> jobs = DealToSlots(history.jobs, slots);
+  const std::vector<ReplayedJob> jobs = AssignToSlots(history.jobs, slots);
   double end_s = 0;
   for (const ReplayedJob& job : jobs) end_s = std::max(end_s, job.end_s);
   Judgement judgement;
   int asked = 0, answered = 0;
   for (double now_s = kStep_s; now_s < end_s; now_s += kStep_s) {
     ++asked;
-    const WorkLeft left = LeftAt(history, jobs, now_s, slots);
+    const WorkLeft left = RemainingWorkAt(history, jobs, now_s, slots);
     const auto estimate_s = EstimateRemaining_s(left);
     EXPECT_EQ(estimate_s.has_value(), EveryKindHasEnded(left)) << now_s << " s";
     if (!estimate_s) continue;

@@ -181,7 +181,7 @@ TEST_F(Accounts, PrioritiesComeBeforeShares) {
 // submitter has the least virtual time and is charged at most one estimate. At most all slots' estimates are
 // corrected, its own upwards and another's downwards. So no waiting submitter is behind its share by more than (2
 // slots + 1) jobs, plus the running ones.
-TEST(FairShareProperty, WhoWaitsNeverLagsBehindHisPartByMoreThanWhatRuns) {
+TEST(FairShareProperty, WaitingSubmittersAreNeverFarBehindTheirShare) {
   constexpr int kSlots = 5, kSubmitters = 6;
   constexpr std::int64_t kLongest_us = 1000;
   for (unsigned seed = 1; seed <= 200; ++seed) {
@@ -375,7 +375,7 @@ TEST_F(SharedPool, AfterARestartItIsFairFromThenOn) {
 
 // The wall-time limit of hours is only a safety net. If it were charged in advance, a newcomer would have one slot
 // until a job has ended.
-TEST_F(SharedPool, ANewcomerHasItsPartOfManySlotsAtOnce) {
+TEST_F(SharedPool, NewcomerGetsItsShareOfManySlotsAtOnce) {
   constexpr int kSlots = 8;
   nlohmann::json spec = SampleSpec(100);
   spec["limits"].update({{"wall_time_s", 72'000}, {"effort_limit", 10'000'000}});

@@ -57,7 +57,7 @@ template <>
 legopt_msg::control_request RequestOf(int i) {
   legopt_msg::control_request request{};
   request.experiment_id = 1;
-  request.action = NumberOf(i % 2 == 0 ? ControlAction::kPause : ControlAction::kResume);
+  request.action = EnumNumber(i % 2 == 0 ? ControlAction::kPause : ControlAction::kResume);
   return request;
 }
 template <>
@@ -107,12 +107,12 @@ class FloodBed : public testing::Test {
   // Expects that the second half of the calls does not raise memory or file size above their level after the first
   // half.
   void ExpectFlat(const std::function<void(int)>& call, int half) {
-    constexpr std::size_t kMostGrowth = 32;  // bytes per call; stored data of a call would take more
+    constexpr std::size_t kMaxGrowth = 32;  // bytes per call; stored data of a call would take more
     for (int i = 0; i < half; ++i) call(i);
     const std::size_t file = FileBytes(), heap = HeapBytes();
     for (int i = half; i < 2 * half; ++i) call(i);
-    EXPECT_LE(FileBytes(), file + kMostGrowth * static_cast<std::size_t>(half));
-    EXPECT_LE(HeapBytes(), heap + kMostGrowth * static_cast<std::size_t>(half));
+    EXPECT_LE(FileBytes(), file + kMaxGrowth * static_cast<std::size_t>(half));
+    EXPECT_LE(HeapBytes(), heap + kMaxGrowth * static_cast<std::size_t>(half));
   }
 
   // Makes one call from a new sender and waits for the answer.
@@ -174,7 +174,7 @@ TEST_F(FloodBed, ExperimentsThatAreDeletedLeaveMemoryAndFileFlat) {
     legopt_msg::cancel_request cancel{};
     legopt_msg::control_request removal{};
     cancel.experiment_id = removal.experiment_id = i + 2;  // after the first one
-    removal.action = NumberOf(ControlAction::kDelete);
+    removal.action = EnumNumber(ControlAction::kDelete);
     Call(3 * i + 1, bus::MessageType::kCancel, bus::Encode(cancel));
     Call(3 * i + 2, bus::MessageType::kControl, bus::Encode(removal));
   };

@@ -143,7 +143,7 @@ TEST_F(Queries, AQueryWaitsOnlyForQueriesThatTakeAsLong) {
 }
 
 TEST_F(Queries, OneSenderCannotFillTheQueue) {
-  for (std::size_t i = 0; i < QueryService::kMostOfSender; ++i) {
+  for (std::size_t i = 0; i < QueryService::kMaxOfSender; ++i) {
     EXPECT_EQ(service_.Start(++ticket_, kSender, Request(EndlessQuery())), "");
   }
   const std::string refusal = service_.Start(++ticket_, kSender, Request("SELECT 1"));
@@ -158,7 +158,7 @@ TEST_F(Queries, WaitingTextHasALimit) {
   for (std::int64_t sender = 1; sender < 60 && service_.Start(++ticket_, sender, Request(large)).empty(); ++sender) {
     ++started;
   }
-  EXPECT_LE(started * large.size(), QueryService::kMostWaitingBytes);
+  EXPECT_LE(started * large.size(), QueryService::kMaxWaitingBytes);
   EXPECT_GE(started, 20U);
 }
 
@@ -170,7 +170,7 @@ TEST_F(Queries, DestructorInterruptsAndTooManyAreRefused) {
     refusal = service_.Start(ticket_, ticket_, Request(EndlessQuery()));
     ++started;
   }
-  EXPECT_GE(started, QueryService::kMostWaiting);
+  EXPECT_GE(started, QueryService::kMaxWaiting);
   EXPECT_LT(started, 1000U);
   EXPECT_NE(refusal.find("too many queries wait"), std::string::npos) << refusal;
 }

@@ -30,13 +30,13 @@ RecordedHistory ReadHistory(const std::string& file) {
     std::getline(fields, windows, ',');
     const std::size_t method_index = methods.emplace(method, methods.size()).first->second;
     const auto [kind, is_new] = kinds.emplace(std::tuple(method, task, initialization), kinds.size());
-    if (is_new) history.kinds.push_back({method_index, ParseWord<Task>(task).value(), 0, 0});
+    if (is_new) history.kinds.push_back({method_index, ParseEnum<Task>(task).value(), 0, 0});
     history.jobs.push_back({kind->second, std::stod(waypoints), std::stod(wall_us) * 1e-6, std::stoi(windows)});
   }
   return history;
 }
 
-std::vector<ReplayedJob> DealToSlots(const std::vector<RecordedJob>& jobs, int slots) {
+std::vector<ReplayedJob> AssignToSlots(const std::vector<RecordedJob>& jobs, int slots) {
   std::vector<double> free_at(static_cast<std::size_t>(slots));
   std::vector<ReplayedJob> replayed;
   for (const RecordedJob& job : jobs) {
@@ -47,7 +47,8 @@ std::vector<ReplayedJob> DealToSlots(const std::vector<RecordedJob>& jobs, int s
   return replayed;
 }
 
-WorkLeft LeftAt(const RecordedHistory& history, const std::vector<ReplayedJob>& jobs, double now_s, int slots) {
+WorkLeft RemainingWorkAt(const RecordedHistory& history, const std::vector<ReplayedJob>& jobs, double now_s,
+                         int slots) {
   constexpr double kLimit_s = 300;
   WorkLeft left;
   left.kinds = history.kinds;

@@ -31,9 +31,9 @@ struct ReplayedJob {
 };
 
 /// Assigns each job to the slot that is free first.
-std::vector<ReplayedJob> DealToSlots(const std::vector<RecordedJob>& jobs, int slots);
+std::vector<ReplayedJob> AssignToSlots(const std::vector<RecordedJob>& jobs, int slots);
 
 /// Returns the server's knowledge at `now_s`. Windows of a motion are solved at an even pace.
-WorkLeft LeftAt(const RecordedHistory& history, const std::vector<ReplayedJob>& jobs, double now_s, int slots);
+WorkLeft RemainingWorkAt(const RecordedHistory& history, const std::vector<ReplayedJob>& jobs, double now_s, int slots);
 
 }  // namespace legopt::server

@@ -8,7 +8,7 @@
 namespace legopt {
 
 /// Prints an enumeration value in failed expectations.
-template <Worded Enum>
+template <NamedEnum Enum>
 std::ostream& operator<<(std::ostream& out, Enum value) {
   return out << ToString(value);
 }

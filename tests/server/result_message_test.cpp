@@ -88,9 +88,9 @@ TEST(ResultMessage, TheFirstUnknownWordIsNamed) {
 }
 
 TEST(ResultMessage, OutcomesKeepTheirMeaning) {
-  for (const auto& [reported, word] : kWords<ReportedOutcome>) {
+  for (const auto& [reported, word] : kEnumNames<ReportedOutcome>) {
     legopt_msg::result_request request{};
-    request.outcome = NumberOf(reported);
+    request.outcome = EnumNumber(reported);
     // A worker reports a released attempt as refused.
     EXPECT_EQ(ToString(OutcomeOf(request)), reported == ReportedOutcome::kRefused ? "returned" : word);
   }

@@ -22,7 +22,7 @@ class SchedulerBuildTest : public SchedulerTest {
     request.processors = 2;
     const auto reply = scheduler_->Hello(now_, endpoint, request, ops_);
     Commit();
-    EXPECT_EQ(reply.status, NumberOf(HelloStatus::kOk)) << reply.message;
+    EXPECT_EQ(reply.status, EnumNumber(HelloStatus::kOk)) << reply.message;
     worker_ids_[endpoint] = reply.worker_id;
   }
   std::string WaitingFor(std::int64_t id = 1) {
@@ -43,7 +43,7 @@ TEST_F(SchedulerBuildTest, TheFirstBuildFinishesAnExperiment) {
   const auto lease = LeaseOne(kSecond);
   EXPECT_EQ(Summary().control.build_id, "new");
   const auto refused = Lease(kFirst);
-  EXPECT_EQ(refused.status, NumberOf(LeaseStatus::kNoneNow));
+  EXPECT_EQ(refused.status, EnumNumber(LeaseStatus::kNoneNow));
   EXPECT_THAT(refused.message, AllOf(HasSubstr("experiment 1"), HasSubstr("build new"), HasSubstr("build old")));
   Finish(kSecond, lease);
   EXPECT_EQ(Lease(kFirst).jobs.size(), 0U) << "bound after the first job has ended, too";
@@ -88,9 +88,9 @@ TEST_F(SchedulerBuildTest, APersonMayLetAnyBuildFinishIt) {
   HelloOf(kSecond, "new");
   EXPECT_EQ(Lease(kSecond).jobs.size(), 0U);
   Control(1, ControlAction::kPause);
-  EXPECT_EQ(Control(1, ControlAction::kResumeAnyBuild).status, NumberOf(ControlStatus::kOk));
+  EXPECT_EQ(Control(1, ControlAction::kResumeAnyBuild).status, EnumNumber(ControlStatus::kOk));
   EXPECT_EQ(Lease(kSecond).jobs.size(), 1U);
-  EXPECT_EQ(Control(1, ControlAction::kResumeAnyBuild).status, NumberOf(ControlStatus::kOk)) << "so already";
+  EXPECT_EQ(Control(1, ControlAction::kResumeAnyBuild).status, EnumNumber(ControlStatus::kOk)) << "so already";
   Restart();
   HelloOf(kFirst, "old");
   EXPECT_EQ(Lease(kFirst).jobs.size(), 1U);
@@ -99,7 +99,7 @@ TEST_F(SchedulerBuildTest, APersonMayLetAnyBuildFinishIt) {
 TEST_F(SchedulerBuildTest, AHeldExperimentIsNotLetGoByTheWay) {
   Submit(SampleSpec());
   Control(1, ControlAction::kHold, "look first");
-  EXPECT_EQ(Control(1, ControlAction::kResumeAnyBuild).status, NumberOf(ControlStatus::kRefused));
+  EXPECT_EQ(Control(1, ControlAction::kResumeAnyBuild).status, EnumNumber(ControlStatus::kRefused));
 }
 
 TEST_F(SchedulerBuildTest, TheStatusSaysWhatIsWaitedFor) {
@@ -129,7 +129,7 @@ TEST_F(SchedulerBuildTest, AWrongWordInTheSpecificationIsNamed) {
   nlohmann::json spec = SampleSpec();
   spec["builds"] = "all";
   const auto reply = Submit(spec);
-  EXPECT_EQ(reply.status, NumberOf(SubmitStatus::kRefused));
+  EXPECT_EQ(reply.status, EnumNumber(SubmitStatus::kRefused));
   EXPECT_THAT(reply.message, AllOf(HasSubstr("builds"), HasSubstr("all"), HasSubstr("'one' nor 'any'")));
 }
 

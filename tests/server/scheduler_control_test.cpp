@@ -65,7 +65,7 @@ TEST_F(SchedulerControl, PausedAndHeldAreNotTheSame) {
   EXPECT_EQ(StatusOf(Control(1, kRelease)), ControlStatus::kRefused);
   Control(1, kHold, "why");
   EXPECT_EQ(StatusOf(Control(1, kPause)), ControlStatus::kOk);
-  EXPECT_EQ(Summary().control.hold, db::Hold::kHeld) << "held is more than paused";
+  EXPECT_EQ(Summary().control.hold, db::ExperimentHold::kHeld) << "held is more than paused";
   const auto refused = Control(1, kResume);
   EXPECT_EQ(StatusOf(refused), ControlStatus::kRefused);
   EXPECT_NE(refused.message.find("why"), std::string::npos);
@@ -76,7 +76,7 @@ TEST_F(SchedulerControl, DecisionsOutliveTheServer) {
   Control(1, kHold, "why");
   Control(1, kPriority, "", -7);
   Restart();
-  EXPECT_EQ(Summary().control, (db::ExperimentControl{db::Hold::kHeld, "why", -7}));
+  EXPECT_EQ(Summary().control, (db::ExperimentControl{db::ExperimentHold::kHeld, "why", -7}));
   Hello(kFirst);
   EXPECT_TRUE(Lease(kFirst).jobs.empty());
 }
@@ -122,7 +122,7 @@ TEST_F(SchedulerControl, AnExperimentThatEndsWhilePausedIsNotPausedWhenRetried) 
     Finish(kFirst, lease, ReportedOutcome::kCrashed);
   }
   EXPECT_EQ(Summary().state, db::ExperimentState::kDone);
-  EXPECT_EQ(Summary().control.hold, db::Hold::kNone);
+  EXPECT_EQ(Summary().control.hold, db::ExperimentHold::kNone);
   EXPECT_EQ(Control(1, kRetry).num_jobs, 1);
   EXPECT_EQ(StatusOf(Finish(kFirst, LeaseOne(kFirst))), ResultStatus::kAccepted);
 }

@@ -22,7 +22,7 @@ inline legopt_msg::result_request ResultFor(std::int64_t worker_id, const legopt
   result.job_id = lease.job_id;
   result.attempt = lease.attempt;
   result.token = lease.token;
-  result.outcome = NumberOf(outcome);
+  result.outcome = EnumNumber(outcome);
   result.failed_waypoint = -1;
   if (outcome != ReportedOutcome::kFinished) return result;
   result.solver_status = "converged_feasible";
@@ -191,7 +191,7 @@ class SchedulerTest : public testing::Test {
                                     int priority = 0) {
     legopt_msg::control_request request{};
     request.experiment_id = experiment_id;
-    request.action = NumberOf(action);
+    request.action = EnumNumber(action);
     request.reason = reason;
     request.priority = priority;
     const auto reply = scheduler_->Control(now_, request, ops_);

@@ -52,11 +52,11 @@ TEST_F(SchedulerTest, ExpiryConsumesAttempts) {
 }
 
 // A command that ends has stopped its workers. The next command must not wait until their leases expire.
-TEST_F(SchedulerTest, RunningJobsAreGivenBackWithoutACharge) {
+TEST_F(SchedulerTest, RunningJobsAreReleasedWithoutCharge) {
   Submit(SampleSpec(2));
   Hello(kFirst);
   const auto lease = LeaseOne(kFirst);
-  scheduler_->GiveBackAllRunning(now_, "the workers have ended", ops_);
+  scheduler_->RequeueAllRunning(now_, "the workers have ended", ops_);
   Commit();
   EXPECT_EQ(StateOf(lease.job_id), JobState::kQueued);
   EXPECT_EQ(scheduler_->counters().attempts_returned, 1U);
@@ -261,7 +261,7 @@ TEST_F(SchedulerTest, QueueGoesOnWhereItStood) {
 
 // --- The end of work -------------------------------------------------------------------------------------------------
 
-TEST_F(SchedulerTest, NoMoreWorkIsToldOnceEveryExperimentIsOver) {
+TEST_F(SchedulerTest, NoMoreWorkIsReportedAfterAllExperiments) {
   constexpr int kNoneNow = 1, kNoMoreWork = 4;
   Hello(kFirst);
   Hello(kSecond);

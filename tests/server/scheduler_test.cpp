@@ -94,7 +94,7 @@ TEST_F(SchedulerTest, ExperimentsAreCounted) {
 
 // --- Leases ----------------------------------------------------------------------------------------------------------
 
-TEST_F(SchedulerTest, LeaseTellsEverythingAboutTheJob) {
+TEST_F(SchedulerTest, LeaseContainsTheWholeJob) {
   Submit(SampleSpec());
   Hello(kFirst);
   const auto lease = LeaseOne(kFirst);
@@ -393,7 +393,7 @@ TEST_F(SchedulerTest, LeasesCarryTheLimits) {
 }
 
 // The same job would reach the same limit again, so it is dead at once; an operator may retry it.
-TEST_F(SchedulerTest, WhatTheClockStopsIsNotTriedAgainByItself) {
+TEST_F(SchedulerTest, TimeLimitStopsAreNotRetriedAutomatically) {
   Submit(SampleSpec(1));
   Hello(kFirst);
   Finish(kFirst, LeaseOne(kFirst), ReportedOutcome::kTimeLimit);
@@ -446,7 +446,7 @@ TEST_F(SchedulerTest, GivingBackForEverIsCharged) {
 
 // --- Accounting ------------------------------------------------------------------------------------------------------
 
-TEST_F(SchedulerTest, StatusTellsHowFarRunningJobsAre) {
+TEST_F(SchedulerTest, StatusShowsProgressOfRunningJobs) {
   nlohmann::json spec = SampleSpec(3);
   spec["tasks"][0]["task"] = "motion";
   spec["limits"]["wall_time_s"] = {{"posture", 60}, {"motion", 600}};

@@ -38,7 +38,7 @@ class SchedulerUpkeep : public SchedulerTest {
   void ExpectAccountsAgree() {
     for (const db::ExperimentSummary& stored : store_.LoadOpenState().experiments) {
       const db::ExperimentSummary& known = Summary(stored.experiment_id);
-      for (const auto& [state, word] : kWords<JobState>) {
+      for (const auto& [state, word] : kEnumNames<JobState>) {
         EXPECT_EQ(stored.jobs_by_state[state], known.jobs_by_state[state]) << word;
       }
       EXPECT_EQ(stored.rule, known.rule);
@@ -203,7 +203,7 @@ TEST_F(SchedulerUpkeep, TagsComeAndGo) {
 
 // --- Deletion --------------------------------------------------------------------------------------------------------
 
-TEST_F(SchedulerUpkeep, OnlyWhatIsOverCanBeDeletedAndItIsGoneThen) {
+TEST_F(SchedulerUpkeep, OnlyFinishedExperimentsCanBeDeleted) {
   Submit(SampleSpec(2), "s1");
   const auto refused = Control(1, kDelete);
   EXPECT_EQ(StatusOf(refused), ControlStatus::kRefused);
@@ -243,7 +243,7 @@ TEST_F(SchedulerUpkeep, LateReportsOfTheDeletedAreRefused) {
   Cancel(1);
   legopt_msg::control_request request{};
   request.experiment_id = 1;
-  request.action = NumberOf(kDelete);
+  request.action = EnumNumber(kDelete);
   EXPECT_EQ(StatusOf(scheduler_->Control(now_, request, ops_)), ControlStatus::kOk);
   const auto late = ResultFor(worker_ids_[kFirst], lost);
   const auto reply = scheduler_->Result(now_, late, ops_);
@@ -252,7 +252,7 @@ TEST_F(SchedulerUpkeep, LateReportsOfTheDeletedAreRefused) {
   Commit();
   EXPECT_EQ(StatusOf(Deliver(late)), ResultStatus::kRefused);
   EXPECT_EQ(Heartbeat(kFirst, {lost, other}).verdicts,
-            (std::vector{NumberOf(LeaseVerdict::kUnknownLease), NumberOf(LeaseVerdict::kContinue)}))
+            (std::vector{EnumNumber(LeaseVerdict::kUnknownLease), EnumNumber(LeaseVerdict::kContinue)}))
       << "its worker stops";
   EXPECT_EQ(StatusOf(Finish(kFirst, other)), ResultStatus::kAccepted) << "the neighbours are untouched";
   Restart();
@@ -265,7 +265,7 @@ TEST_F(SchedulerUpkeep, ADeletionMayBeFollowedByTheSameSubmissionAtOnce) {
   Cancel(1);
   legopt_msg::control_request request{};
   request.experiment_id = 1;
-  request.action = NumberOf(kDelete);
+  request.action = EnumNumber(kDelete);
   legopt_msg::submit_request submit{};
   submit.submission_id = "s1";
   submit.spec_json = SampleSpec(2).dump();

@@ -15,7 +15,7 @@ using testing::ElementsAre;
 
 class SchedulerWorkerTest : public SchedulerTest {
  protected:
-  void SayGoodbye(bus::EndpointId endpoint) {
+  void SendLeavingHeartbeat(bus::EndpointId endpoint) {
     legopt_msg::heartbeat_request request{};
     request.worker_id = worker_ids_[endpoint];
     request.server_instance = options_.server_instance;
@@ -71,7 +71,7 @@ TEST_F(SchedulerWorkerTest, ManyThatAreGoneDoNotFillTheList) {
 
 TEST_F(SchedulerWorkerTest, AGoodbyeIsNoLoss) {
   WorkOf(kFirst);
-  SayGoodbye(kFirst);
+  SendLeavingHeartbeat(kFirst);
   EXPECT_THAT(EventsWithin(2), ElementsAre("worker_left"));
   EXPECT_FALSE(Workers().at(0).at("online").get<bool>());
   EXPECT_THAT(EventsWithin(60), testing::IsEmpty());
@@ -86,8 +86,8 @@ TEST_F(SchedulerWorkerTest, ADrainedWorkerGetsNoMoreJobsAndIsTold) {
   EXPECT_EQ(reply.num_jobs, 1);
   EXPECT_EQ(StatusOf(Lease(kFirst)), LeaseStatus::kNoneNow);
   const auto beat = Heartbeat(kFirst, {lease});
-  EXPECT_EQ(beat.status, NumberOf(HeartbeatStatus::kDrain));
-  EXPECT_EQ(beat.verdicts.at(0), NumberOf(LeaseVerdict::kContinue)) << "what runs goes on";
+  EXPECT_EQ(beat.status, EnumNumber(HeartbeatStatus::kDrain));
+  EXPECT_EQ(beat.verdicts.at(0), EnumNumber(LeaseVerdict::kContinue)) << "what runs goes on";
   EXPECT_TRUE(Workers().at(0).at("draining").get<bool>());
   Hello(kFirst);
   EXPECT_EQ(StatusOf(Lease(kFirst)), LeaseStatus::kNoneNow) << "also after another hello";

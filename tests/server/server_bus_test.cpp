@@ -131,7 +131,7 @@ class ServerOnBus : public testing::Test {
  protected:
   static void SetUpTestSuite() { spdlog::set_level(spdlog::level::off); }
 
-  explicit ServerOnBus(const bus::Misfortune& misfortune = {}) : network_(99, misfortune) { StartServer(); }
+  explicit ServerOnBus(const bus::FaultModel& fault_model = {}) : network_(99, fault_model) { StartServer(); }
 
   void StartServer() {
     server_.reset();
@@ -144,7 +144,7 @@ class ServerOnBus : public testing::Test {
     options.version = "test";
     options.pid = 1;
     options.disk_space = [this] { return disk_; };
-    options.max_deferred_bytes = kMostDeferredBytes;
+    options.max_deferred_bytes = kMaxDeferredBytes;
     options.store_datasets = store_datasets_;
     options.most_dataset_bytes = most_dataset_bytes_;
     options.find_dataset = [this](const std::string& hash) { return hash == HashOf('a') ? &dataset_ : nullptr; };
@@ -195,7 +195,7 @@ class ServerOnBus : public testing::Test {
     });
   }
 
-  static constexpr std::size_t kMostDeferredBytes = 5000;
+  static constexpr std::size_t kMaxDeferredBytes = 5000;
   std::optional<db::DiskSpace> disk_;  // disk of the database; empty: unknown
   bus::SimulatedNetwork network_;
   CountingStore store_;
@@ -214,7 +214,7 @@ class ServerOnBus : public testing::Test {
 
 class ServerOnBadBus : public ServerOnBus {
  protected:
-  ServerOnBadBus() : ServerOnBus(bus::Misfortune::StandardChaos()) {}
+  ServerOnBadBus() : ServerOnBus(bus::FaultModel::StandardChaos()) {}
 };
 
 TEST_F(ServerOnBus, ExperimentIsWorkedOff) {
@@ -405,7 +405,7 @@ TEST_F(ServerOnBus, MethodOptionsAreServed) {
 }
 
 TEST_F(ServerOnBus, DatasetsAreHandedOutInPieces) {
-  dataset_ = std::string(bus::fields::kMostPieceBytes + 10, 'x') + "end";
+  dataset_ = std::string(bus::fields::kMaxPieceBytes + 10, 'x') + "end";
   const auto ask = [this](char digit, std::int64_t offset) {
     legopt_msg::dataset_request request{};
     request.hash = HashOf(digit);
@@ -420,11 +420,11 @@ TEST_F(ServerOnBus, DatasetsAreHandedOutInPieces) {
   const auto first = ask('a', 0);
   EXPECT_EQ(StatusOf(first), DatasetStatus::kFound);
   EXPECT_EQ(first.archive_bytes, whole);
-  EXPECT_EQ(first.num_bytes, bus::fields::kMostPieceBytes);
+  EXPECT_EQ(first.num_bytes, bus::fields::kMaxPieceBytes);
   const auto last = ask('a', first.num_bytes);
   EXPECT_EQ(std::string(last.piece.begin(), last.piece.end()), "xxxxxxxxxxend");
   EXPECT_EQ(ask('a', whole).num_bytes, 0);
-  EXPECT_EQ(ask('a', bus::fields::kMostArchiveBytes).num_bytes, 0) << "beyond its end";
+  EXPECT_EQ(ask('a', bus::fields::kMaxArchiveBytes).num_bytes, 0) << "beyond its end";
   EXPECT_EQ(StatusOf(ask('f', 0)), DatasetStatus::kUnknown);
 }
 
@@ -545,9 +545,9 @@ TEST(Permission, ActionsThatConcernTheWorkOfOthersAreForOperators) {
   const std::vector<ControlAction> operators_only = {ControlAction::kHold, ControlAction::kRelease,
                                                      ControlAction::kPriority, ControlAction::kDelete,
                                                      ControlAction::kDrainWorker};
-  for (const Word<ControlAction>& row : kWords<ControlAction>) {
+  for (const Word<ControlAction>& row : kEnumNames<ControlAction>) {
     legopt_msg::control_request request{};
-    request.action = NumberOf(row.value);
+    request.action = EnumNumber(row.value);
     const bool restricted = std::find(operators_only.begin(), operators_only.end(), row.value) != operators_only.end();
     EXPECT_EQ(RefusalOf(bus::KeyRole::kOperator, request), "") << row.word;
     EXPECT_EQ(RefusalOf(bus::KeyRole::kClient, request).empty(), !restricted) << row.word;

@@ -70,7 +70,7 @@ class BatchSystemTest : public testing::Test {
                                 [jobs](const nlohmann::json& status) { return status.at("running").size() == jobs; });
   }
 
-  bool WaitUntilAllGivenBack(std::int64_t experiment) {
+  bool WaitUntilAllReleased(std::int64_t experiment) {
     return deployment_->WaitFor(experiment,
                                 [](const nlohmann::json& status) { return status.at("jobs").at("leased") == 0; });
   }
@@ -124,7 +124,7 @@ TEST_F(BatchSystemTest, KillOfAllAfterTheDrainChargesNothing) {
   ASSERT_TRUE(WaitUntilRunning(experiment, 4));
   const std::vector<pid_t> processes = ProcessesOf(workers);
   SignalAll(processes, {SIGCONT, SIGTERM});
-  ASSERT_TRUE(WaitUntilAllGivenBack(experiment));
+  ASSERT_TRUE(WaitUntilAllReleased(experiment));
   for (const Worker& worker : workers) worker->Signal(SIGKILL);
   for (const Worker& worker : workers) worker->Wait(kPatience);
   EXPECT_EQ(Charges(), Lines{"queued|0"});
@@ -171,7 +171,7 @@ TEST_F(BatchSystemTest, ATerminalThatClosesDoesNotEndAWorkerUnderNohup) {
 
 // A batch job that consists of a whole `legopt run`: client, server, worker and job processes receive the same
 // signals, and the client determines the order in which they end. Motions by STOMP take long enough to be running.
-TEST(RunUnderABatchSystemTest, TermToAllProcessesGivesEverythingBack) {
+TEST(RunUnderABatchSystemTest, TermToAllProcessesReleasesAllJobs) {
   if (const std::string why = Deployment::Unavailable(); !why.empty()) GTEST_SKIP() << "NO MULTICAST HERE: " << why;
   const test::TemporaryFolder folder;
   const std::string database = folder / "results.sqlite";
@@ -239,7 +239,7 @@ TEST_F(BatchSystemTest, SlotsAreWhatWasGranted) {
   EXPECT_EQ(worker->ErrorTail().find("more than was granted"), std::string::npos) << worker->ErrorTail();
 }
 
-TEST_F(BatchSystemTest, MoreSlotsThanGrantedAreAllowedAndTold) {
+TEST_F(BatchSystemTest, MoreSlotsThanGrantedAreAllowedAndReported) {
   const OneProcessor granted;
   if (!granted.set()) GTEST_SKIP() << "NOT TESTED: sched_setaffinity is refused here";
   const Worker worker = deployment_->StartStubWorker({"--slots", "2"});

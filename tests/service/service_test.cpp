@@ -88,7 +88,7 @@ TEST_F(ServiceTest, SubmittedJobsAreDoneOnce) {
 }
 
 // Results are copied once each, even if the server dies several times in between.
-TEST_F(ServiceTest, AnOverlapIsTakenOverThroughKillsOfTheServer) {
+TEST_F(ServiceTest, OverlapIsReusedDespiteServerKills) {
   const auto worker = deployment_->StartStubWorker({"--slots", "2"});
   constexpr int kJobs = 1200;
   nlohmann::json spec = StubSpec(kJobs, 0);
@@ -110,7 +110,8 @@ TEST_F(ServiceTest, AnOverlapIsTakenOverThroughKillsOfTheServer) {
       deployment_->Query("SELECT count(DISTINCT j.taken_from), count(*) FROM jobs AS j JOIN jobs AS s ON s.job_id = "
                          "j.taken_from AND s.problem_key = j.problem_key"),
       std::vector<std::string>{"1200|1200"});
-  for (const db::Defect& defect : db::Audit(deployment_->database())) ADD_FAILURE() << defect.rule << defect.detail;
+  for (const db::AuditDiagnostic& defect : db::Audit(deployment_->database()))
+    ADD_FAILURE() << defect.rule << defect.detail;
 }
 
 TEST_F(ServiceTest, AKilledWorkerCostsAttemptsButNoJob) {

@@ -88,12 +88,12 @@ TEST_F(UpkeepTest, WhatTheClockStoppedIsTriedAgain) {
   EXPECT_EQ(Number("SELECT count(*) FROM results WHERE solver_status = 'time_limit'"), "0");
   EXPECT_EQ(Number("SELECT count(*) FROM results"), "3");
   EXPECT_EQ(Number("SELECT group_concat(attempt) FROM stale_results WHERE solver_status = 'time_limit'"), "1");
-  for (const db::Defect& defect : db::Audit(deployment_->database())) ADD_FAILURE() << defect.detail;
+  for (const db::AuditDiagnostic& defect : db::Audit(deployment_->database())) ADD_FAILURE() << defect.detail;
 }
 
 // A job stopped by the wall-time limit has no result and is not restarted automatically: the same limit would stop it
 // again. Tables report it, and `retry` queues it.
-TEST_F(UpkeepTest, WhatTheClockStopsIsFlaggedAndTakenUpByARetryAlone) {
+TEST_F(UpkeepTest, TimeLimitStopsAreFlaggedAndRetriedOnRequest) {
   const auto worker = deployment_->StartStubWorker({"--slots", "1"});
   nlohmann::json spec = StubSpec(3, 0);
   spec["methods"][0]["options"]["slow_problem"] = 1;
@@ -113,7 +113,7 @@ TEST_F(UpkeepTest, WhatTheClockStopsIsFlaggedAndTakenUpByARetryAlone) {
   EXPECT_EQ(Number("SELECT count(*) FROM results"), "3");
   EXPECT_EQ(Number("SELECT count(*) FROM clock_stopped"), "0");
   EXPECT_THAT(Legopt({"table", id}).out, Not(HasSubstr("clock")));
-  for (const db::Defect& defect : db::Audit(deployment_->database())) ADD_FAILURE() << defect.detail;
+  for (const db::AuditDiagnostic& defect : db::Audit(deployment_->database())) ADD_FAILURE() << defect.detail;
 }
 
 TEST_F(UpkeepTest, NamesAndTags) {

@@ -11,7 +11,7 @@ using db::JobState;
 constexpr int kMaxAttempts = 3;  // same value as in ExperimentText
 
 AttemptOutcome OutcomeOf(ReportedOutcome reported) {
-  constexpr Per<ReportedOutcome, AttemptOutcome> kOutcomes{
+  constexpr EnumArray<ReportedOutcome, AttemptOutcome> kOutcomes{
       {AttemptOutcome::kFinished, AttemptOutcome::kCrashed, AttemptOutcome::kTimeLimit, AttemptOutcome::kMemoryLimit,
        AttemptOutcome::kCancelled, AttemptOutcome::kError, AttemptOutcome::kReturned}};
   return kOutcomes[reported];
@@ -19,8 +19,8 @@ AttemptOutcome OutcomeOf(ReportedOutcome reported) {
 
 class Checker {
  public:
-  Checker(const Record& record, const StoredState& state, const JobManners& manners)
-      : record_(record), state_(state), manners_(manners), faults_(record.violations) {}
+  Checker(const Record& record, const StoredState& state, const JobBehaviour& manners)
+      : record_(record), state_(state), job_behaviour_(manners), faults_(record.violations) {}
 
   std::vector<std::string> Run() {
     CheckSubmissions();
@@ -81,10 +81,11 @@ class Checker {
     const std::string name = "job " + std::to_string(id);
     if ((job.state == JobState::kDone) != job.accepted.has_value()) Fault("wrong state: " + name + ": done or not");
     if (!IsTerminal(job.state)) Fault("lost: " + name + " never ended");
-    if (job.taken_from > 0) CheckTaken(name, job);
+    if (job.taken_from > 0) CheckReused(name, job);
     // A job that would kill its worker may reuse the result of an identical one that did not.
     const std::int64_t solved_as = job.taken_from > 0 ? job.taken_from : id;
-    if (job.accepted && IsPoison(manners_, solved_as)) Fault("unexpected: " + name + " is poison and has a result");
+    if (job.accepted && AlwaysCrashes(job_behaviour_, solved_as))
+      Fault("unexpected: " + name + " is poison and has a result");
     if (job.accepted && job.taken_from == 0 && job.cost != CostOf(id, *job.accepted)) {
       Fault("wrong state: " + name + " has the result of another job or attempt");
     }
@@ -102,7 +103,7 @@ class Checker {
   }
 
   // Its result is the accepted one of the solved job, if that still exists.
-  void CheckTaken(const std::string& name, const StoredState::Job& job) {
+  void CheckReused(const std::string& name, const StoredState::Job& job) {
     if (job.accepted != 1 || job.attempts != 1) Fault("wrong state: " + name + " took a result over after leases");
     const auto solved = state_.jobs.find(job.taken_from);
     if (solved == state_.jobs.end()) {
@@ -196,13 +197,13 @@ class Checker {
 
   const Record& record_;
   const StoredState& state_;
-  const JobManners& manners_;
+  const JobBehaviour& job_behaviour_;
   std::vector<std::string> faults_;
 };
 
 }  // namespace
 
-std::vector<std::string> FaultsOf(const Record& record, const StoredState& state, const JobManners& manners) {
+std::vector<std::string> FaultsOf(const Record& record, const StoredState& state, const JobBehaviour& manners) {
   return Checker(record, state, manners).Run();
 }
 

@@ -15,6 +15,6 @@ namespace legopt::simulation {
 /// - unexpected: present although no process sent it;
 /// - wrong state: inconsistent with itself or with a reply.
 /// Acceptance figures 1 - 4, 10, 26 (docs/reliability.md#the-figures).
-std::vector<std::string> FaultsOf(const Record& record, const StoredState& state, const JobManners& manners);
+std::vector<std::string> FaultsOf(const Record& record, const StoredState& state, const JobBehaviour& manners);
 
 }  // namespace legopt::simulation

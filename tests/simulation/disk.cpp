@@ -10,9 +10,9 @@ namespace {
 std::int64_t IntOf(const db::Value& value) { return std::get<std::int64_t>(value); }
 const std::string& TextOf(const db::Value& value) { return std::get<std::string>(value); }
 
-template <Worded Enum>
-Enum WordOf(const db::Value& value) {
-  return ParseWord<Enum>(TextOf(value)).value();
+template <NamedEnum Enum>
+Enum EnumNameOf(const db::Value& value) {
+  return ParseEnum<Enum>(TextOf(value)).value();
 }
 
 }  // namespace
@@ -53,7 +53,8 @@ StoredState SqliteDisk::Read() {
   db::ReadOnlyDatabase database(folder_ / "results.sqlite");
   for (const auto& row :
        database.Query("SELECT experiment_id, submission_id, state, first_job_id, num_jobs FROM experiments").rows) {
-    state.experiments[IntOf(row[0])] = {TextOf(row[1]), WordOf<ExperimentState>(row[2]), IntOf(row[3]), IntOf(row[4])};
+    state.experiments[IntOf(row[0])] = {TextOf(row[1]), EnumNameOf<ExperimentState>(row[2]), IntOf(row[3]),
+                                        IntOf(row[4])};
   }
   for (const auto& row :
        database
@@ -64,7 +65,7 @@ StoredState SqliteDisk::Read() {
            .rows) {
     StoredState::Job& job = state.jobs[IntOf(row[0])];
     job.experiment_id = IntOf(row[1]);
-    job.state = WordOf<JobState>(row[2]);
+    job.state = EnumNameOf<JobState>(row[2]);
     job.attempts = static_cast<int>(IntOf(row[3]));
     job.returned = static_cast<int>(IntOf(row[6]));
     job.taken_from = IntOf(row[7]);
@@ -78,7 +79,7 @@ StoredState SqliteDisk::Read() {
                                     "FROM attempts AS a JOIN jobs AS j USING (job_id)")
                              .rows) {
     state.attempts[{IntOf(row[0]), static_cast<int>(IntOf(row[1]))}] = {
-        IntOf(row[2]), IntOf(row[3]), WordOf<AttemptOutcome>(row[4]), WordOf<JobState>(row[5])};
+        IntOf(row[2]), IntOf(row[3]), EnumNameOf<AttemptOutcome>(row[4]), EnumNameOf<JobState>(row[5])};
   }
   for (const auto& row : database.Query("SELECT job_id, attempt FROM stale_results").rows) {
     state.stale.insert({IntOf(row[0]), static_cast<int>(IntOf(row[1]))});
@@ -88,7 +89,7 @@ StoredState SqliteDisk::Read() {
 
 std::string SqliteDisk::Examine() {
   std::string faults;
-  for (const db::Defect& defect : db::Audit(folder_ / "results.sqlite")) {
+  for (const db::AuditDiagnostic& defect : db::Audit(folder_ / "results.sqlite")) {
     if (defect.rule == "times_are_in_order") continue;  // some histories set the wall clock back
     faults += (faults.empty() ? "" : "; ") + defect.rule + ": " + defect.detail;
   }

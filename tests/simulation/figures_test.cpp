@@ -23,13 +23,13 @@ using namespace std::chrono_literals;
 constexpr double kWallLimit_s = 600;
 
 // Returns jobs that take from `shortest` to `longest`, can be cancelled, and never fail.
-JobManners Honest(microseconds shortest, microseconds longest) {
-  JobManners manners;
+JobBehaviour Honest(microseconds shortest, microseconds longest) {
+  JobBehaviour manners;
   manners.shortest = shortest;
   manners.longest = longest;
   manners.misbehaves = 0;
   manners.deaf = 0;
-  manners.poison_every = 0;
+  manners.crash_every = 0;
   return manners;
 }
 
@@ -51,13 +51,13 @@ std::uint64_t SeriesOf(std::uint64_t seed) {
 
 class Stage {
  public:
-  Stage(std::uint64_t seed, int num_workers, int slots, const JobManners& manners)
+  Stage(std::uint64_t seed, int num_workers, int slots, const JobBehaviour& manners)
       : world(SeriesOf(seed)), server(world, disk, record, server::SchedulerOptions{}), client(world, record, server) {
     spdlog::set_level(spdlog::level::off);
-    manners_ = manners;
+    job_behaviour_ = manners;
     for (int i = 0; i < num_workers; ++i) {
       workers.push_back(
-          std::make_unique<SimulatedWorker>(world, record, static_cast<std::uint64_t>(i) + 1, slots, manners_));
+          std::make_unique<SimulatedWorker>(world, record, static_cast<std::uint64_t>(i) + 1, slots, job_behaviour_));
     }
   }
 
@@ -81,7 +81,7 @@ class Stage {
            scheduler().num_leases() == 0;
   }
   void Check() {
-    for (const std::string& fault : FaultsOf(record, disk.Read(), manners_)) ADD_FAILURE() << fault;
+    for (const std::string& fault : FaultsOf(record, disk.Read(), job_behaviour_)) ADD_FAILURE() << fault;
   }
 
   World world;
@@ -92,22 +92,22 @@ class Stage {
   std::vector<std::unique_ptr<SimulatedWorker>> workers;
 
  private:
-  JobManners manners_;
+  JobBehaviour job_behaviour_;
 };
 
 TEST(Simulation, TheSameSeedIsTheSameHistory) {
   spdlog::set_level(spdlog::level::off);
   for (const std::uint64_t seed : {1, 2, 4}) {
-    const HistoryOutcome first = PlayHistory(seed);
-    const HistoryOutcome second = PlayHistory(seed);
+    const HistoryOutcome first = RunHistory(seed);
+    const HistoryOutcome second = RunHistory(seed);
     EXPECT_EQ(first.transcript, second.transcript) << seed;
-    EXPECT_NE(first.transcript, PlayHistory(seed + 100).transcript);
+    EXPECT_NE(first.transcript, RunHistory(seed + 100).transcript);
   }
 }
 
 TEST(Figures, No2AcknowledgedSubmissionsSurvive500KillsOfTheServer) {
   Stage stage(2, 0, 1, Honest(1s, 1s));
-  stage.world.network().set_misfortune(bus::Misfortune::StandardChaos());
+  stage.world.network().set_fault_model(bus::FaultModel::StandardChaos());
   int submitted = 0;
   while (stage.server.lives() <= 500) {
     if (stage.client.done()) stage.Submit(2, "s" + std::to_string(submitted++));
@@ -115,7 +115,7 @@ TEST(Figures, No2AcknowledgedSubmissionsSurvive500KillsOfTheServer) {
     stage.server.KillAfter(stage.world.Below(12), 10ms);
     stage.RunUntil([&] { return stage.server.lives() > life || stage.client.done(); }, 60s);
   }
-  stage.world.network().set_misfortune({});
+  stage.world.network().set_fault_model({});
   ASSERT_TRUE(stage.RunUntil([&] { return stage.client.done() && stage.server.up(); }, 60s));
   for (const auto& experiment : stage.disk.Read().experiments) {
     EXPECT_TRUE(stage.record.submissions.at(experiment.second.submission_id).experiment_id)
@@ -128,7 +128,7 @@ TEST(Figures, No2AcknowledgedSubmissionsSurvive500KillsOfTheServer) {
 
 TEST(Figures, No3OneBatchSentAgainAndAgainByClientsThatDie) {
   Stage stage(3, 0, 1, Honest(1s, 1s));
-  stage.world.network().set_misfortune(bus::Misfortune::StandardChaos());
+  stage.world.network().set_fault_model(bus::FaultModel::StandardChaos());
   for (int i = 0; i < 50; ++i) stage.Submit(20);
   for (int kill = 0; kill < 100; ++kill) {
     stage.RunFor(stage.world.Within(1ms, 300ms));
@@ -170,11 +170,11 @@ struct Replacement {
   double running_s = 0;
 };
 
-Replacement SlowestReplacement(const bus::Misfortune& weather) {
+Replacement SlowestReplacement(const bus::FaultModel& weather) {
   Replacement slowest;
   for (std::uint64_t trial = 1; trial <= 100; ++trial) {
     Stage stage(trial, 2, 1, Honest(60s, 60s));
-    stage.world.network().set_misfortune(weather);
+    stage.world.network().set_fault_model(weather);
     stage.Submit(1);
     EXPECT_TRUE(stage.RunUntil([&] { return stage.Running() != nullptr; }, 10s));
     stage.RunFor(stage.world.Within(1s, 3s));
@@ -192,7 +192,7 @@ TEST(Figures, No5ADeadWorkersJobRunsAgain) {
   const Replacement calm = SlowestReplacement({});
   EXPECT_LE(calm.running_s, 12);
   // Here lost calls of the new worker are included as well: for the lease, its answer and the method.
-  const Replacement chaos = SlowestReplacement(bus::Misfortune::StandardChaos());
+  const Replacement chaos = SlowestReplacement(bus::FaultModel::StandardChaos());
   EXPECT_LE(chaos.leased_s, 12.5);
   EXPECT_LE(chaos.running_s, 14);
   std::cout << "figure 5: 100 trials, leased again within " << calm.leased_s << " s, running within " << calm.running_s
@@ -201,7 +201,7 @@ TEST(Figures, No5ADeadWorkersJobRunsAgain) {
 
 TEST(Figures, No5LeasesDoNotExpireUnderStandardChaos) {
   Stage stage(5, 2, 8, Honest(100s, 300s));
-  stage.world.network().set_misfortune(bus::Misfortune::StandardChaos());
+  stage.world.network().set_fault_model(bus::FaultModel::StandardChaos());
   stage.Submit(150);
   ASSERT_TRUE(stage.RunUntil([&] { return stage.AllOver(); }, 20'000s));
   stage.Check();
@@ -255,10 +255,10 @@ TEST(Figures, No10CancellingUnderStandardChaos) {
   std::vector<double> queued_s;
   std::vector<double> running_s;
   for (std::uint64_t trial = 1; trial <= 100; ++trial) {
-    JobManners manners = Honest(60s, 60s);
+    JobBehaviour manners = Honest(60s, 60s);
     manners.deaf = 0.5;
     Stage stage(trial, 1, 2, manners);
-    stage.world.network().set_misfortune(bus::Misfortune::StandardChaos());
+    stage.world.network().set_fault_model(bus::FaultModel::StandardChaos());
     stage.Submit(10);
     ASSERT_TRUE(stage.RunUntil([&] { return stage.Running() != nullptr && stage.client.done(); }, 30s));
     const microseconds asked = stage.world.now();

@@ -17,7 +17,7 @@ namespace {
 
 constexpr bus::EndpointId kClient = 77;
 constexpr std::uint64_t kSeed = 1;
-constexpr int kMostProblems = 1000;
+constexpr int kMaxProblems = 1000;
 constexpr double kFleetWallLimit_s = 60;
 constexpr std::int64_t kLooks = 100;
 
@@ -29,7 +29,7 @@ std::chrono::nanoseconds ThreadCpu() {
 
 // Few problems with many repetitions, as a client would request this number of jobs.
 std::string SpecOf(const std::string& name, std::int64_t jobs) {
-  std::int64_t problems = std::min<std::int64_t>(jobs, kMostProblems);
+  std::int64_t problems = std::min<std::int64_t>(jobs, kMaxProblems);
   while (jobs % problems != 0) --problems;
   auto spec = nlohmann::json::parse(ExperimentText(name, static_cast<int>(problems), kFleetWallLimit_s, false, true));
   spec["repetitions"] = jobs / problems;
@@ -49,8 +49,8 @@ std::shared_ptr<const bus::MessageKey> FleetKey() {
   return std::make_shared<const bus::MessageKey>(kBytes);
 }
 
-bus::Misfortune NetworkOf(const FleetOptions& options) {
-  bus::Misfortune network;
+bus::FaultModel NetworkOf(const FleetOptions& options) {
+  bus::FaultModel network;
   network.min_delay = network.max_delay = options.network_delay;
   network.receive_buffer = options.receive_buffer;
   return network;

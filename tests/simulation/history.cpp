@@ -26,15 +26,15 @@ class History {
         disk_(MakeDisk(seed)),
         server_(world_, *disk_, record_, QuickTimes()),
         nemesis_(world_, {server_, workers_, clients_}) {
-    if (world_.Chance(0.3)) manners_.longest = kShortJobs;
-    if (world_.Chance(0.4)) manners_.longest = kLongJobs;
-    if (world_.Chance(0.2)) manners_.longest = kQuickJobs;
+    if (world_.Chance(0.3)) job_behaviour_.longest = kShortJobs;
+    if (world_.Chance(0.4)) job_behaviour_.longest = kLongJobs;
+    if (world_.Chance(0.2)) job_behaviour_.longest = kQuickJobs;
     const std::uint64_t num_workers = 2 + world_.Below(3);
     for (std::uint64_t i = 0; i < num_workers; ++i) {
       const int slots = 1 + static_cast<int>(world_.Below(2));
       // One worker has the external solver, so that every job can end.
-      const auto solver = i == 0 ? SolverOwned::kRight : static_cast<SolverOwned>(world_.Below(4));
-      workers_.push_back(std::make_unique<SimulatedWorker>(world_, record_, i + 1, slots, manners_, solver));
+      const auto solver = i == 0 ? DeclaredSolver::kRight : static_cast<DeclaredSolver>(world_.Below(4));
+      workers_.push_back(std::make_unique<SimulatedWorker>(world_, record_, i + 1, slots, job_behaviour_, solver));
     }
     for (int i = 0; i < 2; ++i) clients_.push_back(std::make_unique<SimulatedClient>(world_, record_, server_));
   }
@@ -45,7 +45,7 @@ class History {
     HistoryOutcome outcome;
     if (!world_.Run([this] { return AtRest(); }, kGiveUp)) record_.Violation("lost: not all jobs end");
     const StoredState state = disk_->Read();
-    outcome.faults = FaultsOf(record_, state, manners_);
+    outcome.faults = FaultsOf(record_, state, job_behaviour_);
     if (const std::string faults = disk_->Examine(); !faults.empty())
       outcome.faults.push_back("wrong state: " + faults);
     outcome.transcript = world_.transcript();
@@ -67,7 +67,7 @@ class History {
     const std::uint64_t num_experiments = 1 + world_.Below(4);
     for (std::uint64_t i = 0; i < num_experiments; ++i) {
       const std::string id = "submission " + std::to_string(i);
-      const int more = manners_.longest == kQuickJobs ? kManyJobs : 0;
+      const int more = job_behaviour_.longest == kQuickJobs ? kManyJobs : 0;
       const int num_jobs = 3 + more + static_cast<int>(world_.Below(22));
       const std::string text = ExperimentText("e" + std::to_string(i), num_jobs, kWallLimit_s, world_.Chance(0.5),
                                               i % 3 == 2, world_.Chance(0.3));
@@ -83,11 +83,11 @@ class History {
       }
     }
     planned_ = num_experiments;
-    PlanDecisions();
+    PlanOperatorCommands();
   }
 
   // One client sends all commands: other clients have no record of the experiments it has stopped.
-  void PlanDecisions() {
+  void PlanOperatorCommands() {
     constexpr double kRetried = 0.3, kTimeLimited = 0.6;
     SimulatedClient& user = *clients_.back();
     for (std::uint64_t i = 0; i < planned_; ++i) {
@@ -98,12 +98,12 @@ class History {
       };
       const bool hold = world_.Chance(0.5);
       const microseconds duration = world_.Within(microseconds(500'000), microseconds(8'000'000));
-      decide(0.25, [&user, id, hold, duration] { user.StopAndGoOn(id, hold, duration); });
+      decide(0.25, [&user, id, hold, duration] { user.StopAndResume(id, hold, duration); });
       const bool time_limited = world_.Chance(kTimeLimited);
       decide(kRetried, [&user, id, time_limited] { user.Retry(id, time_limited); });
       decide(0.15, [&user, id] { user.Label(id, "labelled " + id); });
       decide(0.15, [&user, id] { user.Delete(id); });
-      decide(0.2, [&user, id, priority = 1 + static_cast<int>(i)] { user.Favour(id, priority); });
+      decide(0.2, [&user, id, priority = 1 + static_cast<int>(i)] { user.RaisePriority(id, priority); });
     }
   }
 
@@ -126,7 +126,7 @@ class History {
 
   World world_;
   Record record_;
-  JobManners manners_;
+  JobBehaviour job_behaviour_;
   std::unique_ptr<Disk> disk_;
   SimulatedServer server_;
   std::vector<std::unique_ptr<SimulatedWorker>> workers_;
@@ -138,6 +138,6 @@ class History {
 
 }  // namespace
 
-HistoryOutcome PlayHistory(std::uint64_t seed) { return History(seed).Play(); }
+HistoryOutcome RunHistory(std::uint64_t seed) { return History(seed).Play(); }
 
 }  // namespace legopt::simulation

@@ -17,6 +17,6 @@ struct HistoryOutcome {
 
 /// Runs server, workers and clients with injected faults for about half a minute of virtual time, lets them come to
 /// rest, and checks the outcome. Everything is determined by `seed`; every fourth history uses a real database file.
-HistoryOutcome PlayHistory(std::uint64_t seed);
+HistoryOutcome RunHistory(std::uint64_t seed);
 
 }  // namespace legopt::simulation

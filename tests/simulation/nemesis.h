@@ -11,7 +11,7 @@
 namespace legopt::simulation {
 
 /// The objects that faults are injected into.
-struct Cast {
+struct FaultTargets {
   SimulatedServer& server;
   std::vector<std::unique_ptr<SimulatedWorker>>& workers;
   std::vector<std::unique_ptr<SimulatedClient>>& clients;
@@ -24,7 +24,7 @@ struct Cast {
 /// outlive it.
 class Nemesis {
  public:
-  Nemesis(World& world, Cast cast);
+  Nemesis(World& world, FaultTargets cast);
   /// Injects faults from now until `end`, then repairs everything.
   void Strike(microseconds end);
 
@@ -45,19 +45,19 @@ class Nemesis {
     kReadingFails,
     kStepWallClock,
   };
-  static constexpr std::uint64_t kNumBlows = 14;
+  static constexpr std::uint64_t kNumFaultKinds = 14;
 
-  void ChooseWeather();
+  void ChooseNetworkFaults();
   void Next();
-  void Land(Blow blow);
+  void InjectNext(Blow blow);
   void LandOnServer(Blow blow);
   void Heal();
   microseconds Outage();
-  SimulatedWorker& AnyWorker() { return *cast_.workers[world_.Below(cast_.workers.size())]; }
-  SimulatedClient& AnyClient() { return *cast_.clients[world_.Below(cast_.clients.size())]; }
+  SimulatedWorker& AnyWorker() { return *fault_targets_.workers[world_.Below(fault_targets_.workers.size())]; }
+  SimulatedClient& AnyClient() { return *fault_targets_.clients[world_.Below(fault_targets_.clients.size())]; }
 
   World& world_;
-  Cast cast_;
+  FaultTargets fault_targets_;
   std::vector<Blow> chosen_;
   microseconds pace_;
   microseconds end_{0};

@@ -52,7 +52,7 @@ void Process::Die() {
   up_ = false;
   start_at_ = world_.now() + outage_;
   paused_until_ = std::min(paused_until_, world_.now());
-  Bury();
+  DestroyObjects();
 }
 
 }  // namespace legopt::simulation

@@ -82,7 +82,7 @@ class Process : public Party {
   /// Time at which Turn is due if nothing arrives.
   virtual microseconds next_turn() const = 0;
   /// Destroys the objects of the ended process.
-  virtual void Bury() = 0;
+  virtual void DestroyObjects() = 0;
   virtual void OnPause() {}
 
   World& world() { return world_; }

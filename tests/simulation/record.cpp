@@ -38,7 +38,7 @@ void Record::OnStopped(std::int64_t experiment_id, bool held, const StoredState&
     Violation("wrong state: a job of experiment " + std::to_string(experiment_id) + " runs though held");
 }
 
-void Record::OnGoOn(std::int64_t experiment_id, const StoredState& state) {
+void Record::OnResume(std::int64_t experiment_id, const StoredState& state) {
   const auto stopped = attempts_at_stop.extract(experiment_id);
   if (!stopped.empty() && stopped.mapped() != AttemptsOf(state, experiment_id)) {
     Violation("unexpected: jobs of experiment " + std::to_string(experiment_id) + " were leased while it was stopped");
@@ -112,7 +112,7 @@ void Record::OnRun(std::uint64_t life, std::int64_t job_id) {
 
 void Record::OnRunEnded(std::uint64_t life, std::int64_t job_id) { running_[job_id].erase(life); }
 
-void Record::Excuse(std::uint64_t life) {
+void Record::ExcusePausedWorker(std::uint64_t life) {
   for (auto& [job, lives] : running_) {
     if (const auto run = lives.find(life); run != lives.end()) run->second = true;
   }

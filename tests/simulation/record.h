@@ -42,7 +42,7 @@ class Record {
   /// Records the reply that no job of the experiment is leased any more or, with `held`, that none is running.
   void OnStopped(std::int64_t experiment_id, bool held, const StoredState& state);
   /// Records that the experiment is about to be resumed.
-  void OnGoOn(std::int64_t experiment_id, const StoredState& state);
+  void OnResume(std::int64_t experiment_id, const StoredState& state);
   void OnCancelled(std::int64_t experiment_id, const StoredState& state);
   void OnDeleted(std::int64_t experiment_id, const StoredState& state);
 
@@ -54,7 +54,7 @@ class Record {
   void OnRun(std::uint64_t life, std::int64_t job_id);
   void OnRunEnded(std::uint64_t life, std::int64_t job_id);
   /// Excuses a paused worker, which cannot stop its jobs: they may run in parallel with others.
-  void Excuse(std::uint64_t life);
+  void ExcusePausedWorker(std::uint64_t life);
   void OnReport(const legopt_msg::result_request& request);
   void OnAnswer(const legopt_msg::result_request& request, ResultStatus status);
 

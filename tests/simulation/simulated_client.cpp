@@ -20,7 +20,7 @@ using enum ControlAction;
 SimulatedClient::SimulatedClient(World& world, Record& record, SimulatedServer& server)
     : Process(world), record_(record), server_(server) {}
 
-SimulatedClient::~SimulatedClient() { Bury(); }
+SimulatedClient::~SimulatedClient() { DestroyObjects(); }
 
 bool SimulatedClient::Start() {
   constexpr std::int64_t kFirstAddress = std::int64_t{1} << 32U;
@@ -32,7 +32,7 @@ bool SimulatedClient::Start() {
   return true;
 }
 
-void SimulatedClient::Bury() {
+void SimulatedClient::DestroyObjects() {
   submission_.reset();
   endpoint_.reset();
 }
@@ -134,12 +134,12 @@ void SimulatedClient::SendCancel(const std::string& submission_id) {
 
 // --- Pause, hold, priority, retry ------------------------------------------------------------------------------------
 
-void SimulatedClient::StopAndGoOn(const std::string& submission_id, bool hold, microseconds duration) {
+void SimulatedClient::StopAndResume(const std::string& submission_id, bool hold, microseconds duration) {
   legopt_msg::control_request stop{};
-  stop.action = NumberOf(hold ? kHold : kPause);
+  stop.action = EnumNumber(hold ? kHold : kPause);
   if (hold) stop.reason = "simulated";
   legopt_msg::control_request go_on{};
-  go_on.action = NumberOf(hold ? kRelease : kResume);
+  go_on.action = EnumNumber(hold ? kRelease : kResume);
   plan_.push_back({submission_id, [this, stop](const Step& step) { SendControl(step.submission_id, stop); }});
   plan_.push_back({submission_id, [this, duration](const Step&) {
                      Answered(true);
@@ -150,14 +150,14 @@ void SimulatedClient::StopAndGoOn(const std::string& submission_id, bool hold, m
 
 void SimulatedClient::Retry(const std::string& submission_id, bool time_limited) {
   legopt_msg::control_request request{};
-  request.action = NumberOf(time_limited ? kRetryTimeLimits : kRetry);
+  request.action = EnumNumber(time_limited ? kRetryTimeLimits : kRetry);
   plan_.push_back({submission_id, [this, request](const Step& step) { SendControl(step.submission_id, request); }});
 }
 
 void SimulatedClient::Delete(const std::string& submission_id) {
   Cancel(submission_id);
   legopt_msg::control_request request{};
-  request.action = NumberOf(kDelete);
+  request.action = EnumNumber(kDelete);
   plan_.push_back({submission_id, [this, request](const Step& step) { SendControl(step.submission_id, request); }});
 }
 
@@ -165,14 +165,14 @@ void SimulatedClient::Label(const std::string& submission_id, const std::string&
   legopt_msg::control_request request{};
   request.reason = text;
   for (const ControlAction action : {kRename, kTag}) {
-    request.action = NumberOf(action);
+    request.action = EnumNumber(action);
     plan_.push_back({submission_id, [this, request](const Step& step) { SendControl(step.submission_id, request); }});
   }
 }
 
-void SimulatedClient::Favour(const std::string& submission_id, int priority) {
+void SimulatedClient::RaisePriority(const std::string& submission_id, int priority) {
   legopt_msg::control_request request{};
-  request.action = NumberOf(kPriority);
+  request.action = EnumNumber(kPriority);
   request.priority = priority;
   plan_.push_back({submission_id, [this, request](const Step& step) { SendControl(step.submission_id, request); }});
 }
@@ -183,7 +183,7 @@ void SimulatedClient::SendControl(const std::string& submission_id, legopt_msg::
   request.experiment_id = *experiment_id;
   const ControlAction action{request.action};
   const bool stops = action == kPause || action == kHold;
-  if (!stops) record_.OnGoOn(*experiment_id, server_.disk().Read());
+  if (!stops) record_.OnResume(*experiment_id, server_.disk().Read());
   if (action == kRetryTimeLimits) record_.time_limit_retried.insert(*experiment_id);
   if (action == kDelete) record_.delete_asked.insert(*experiment_id);
   bus::CallOptions options;

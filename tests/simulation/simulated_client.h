@@ -28,7 +28,7 @@ class SimulatedClient final : public Process {
   /// Cancels the experiment of a submission, once its id is known.
   void Cancel(const std::string& submission_id);
   /// Stops the experiment of a submission and resumes it after `duration`; with `hold`, running jobs are released.
-  void StopAndGoOn(const std::string& submission_id, bool hold, microseconds duration);
+  void StopAndResume(const std::string& submission_id, bool hold, microseconds duration);
   /// Retries its failed and dead jobs, and optionally those stopped by the wall-time limit.
   void Retry(const std::string& submission_id, bool time_limited);
   /// Cancels it, waits for the reply, and deletes it.
@@ -36,7 +36,7 @@ class SimulatedClient final : public Process {
   /// Gives it another name and a tag.
   void Label(const std::string& submission_id, const std::string& text);
   /// Raises its priority.
-  void Favour(const std::string& submission_id, int priority);
+  void RaisePriority(const std::string& submission_id, int priority);
   /// Returns whether all requests are answered.
   bool done() const { return plan_.empty(); }
 
@@ -50,7 +50,7 @@ class SimulatedClient final : public Process {
   bool Start() override;
   void Turn() override;
   microseconds next_turn() const override;
-  void Bury() override;
+  void DestroyObjects() override;
 
   void SendSubmission(const std::string& id, const legopt_msg::submit_request& request, bool altered);
   void TakeSubmitAnswer();

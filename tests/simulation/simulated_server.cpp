@@ -21,7 +21,7 @@ server::SchedulerOptions QuickTimes() {
 SimulatedServer::SimulatedServer(World& world, Disk& disk, Record& record, server::SchedulerOptions options)
     : Process(world), disk_(disk), record_(record), options_(options) {}
 
-SimulatedServer::~SimulatedServer() { Bury(); }
+SimulatedServer::~SimulatedServer() { DestroyObjects(); }
 
 bool SimulatedServer::Start() {
   try {
@@ -39,13 +39,13 @@ bool SimulatedServer::Start() {
         [this] { return static_cast<std::int64_t>(world().Draw() >> 1U) | 1; });
   } catch (const db::StoreError& error) {
     if (!error.transient()) record_.Violation(std::string("wrong state: the server cannot start: ") + error.what());
-    Bury();
+    DestroyObjects();
     return false;
   }
   return true;
 }
 
-void SimulatedServer::Bury() {
+void SimulatedServer::DestroyObjects() {
   server_.reset();
   endpoint_.reset();
   store_.reset();

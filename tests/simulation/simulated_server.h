@@ -32,7 +32,7 @@ class SimulatedServer final : public Process {
   bool Start() override;
   void Turn() override;
   microseconds next_turn() const override;
-  void Bury() override;
+  void DestroyObjects() override;
   void CheckAccounts();
 
   Disk& disk_;

@@ -15,9 +15,9 @@ constexpr std::uint64_t kLivesPerWorker = 100'000;
 
 }  // namespace
 
-bool IsPoison(const JobManners& manners, std::int64_t job_id) {
+bool AlwaysCrashes(const JobBehaviour& manners, std::int64_t job_id) {
   constexpr std::int64_t kWhich = 3;
-  return manners.poison_every > 0 && job_id % manners.poison_every == kWhich % manners.poison_every;
+  return manners.crash_every > 0 && job_id % manners.crash_every == kWhich % manners.crash_every;
 }
 
 double CostOf(std::int64_t job_id, int attempt) { return static_cast<double>(job_id) + attempt / 128.0; }
@@ -25,7 +25,7 @@ double CostOf(std::int64_t job_id, int attempt) { return static_cast<double>(job
 /// The program's link, with a record of leases, sent messages and answers.
 class SimulatedWorker::ObservedLink final : public worker::ServerLink {
  public:
-  ObservedLink(bus::Endpoint& endpoint, Record& record, SolverOwned solver)
+  ObservedLink(bus::Endpoint& endpoint, Record& record, DeclaredSolver solver)
       : link_(endpoint), record_(record), solver_(solver) {}
 
   microseconds now() const override { return link_.now(); }
@@ -58,7 +58,7 @@ class SimulatedWorker::ObservedLink final : public worker::ServerLink {
 
  private:
   void CheckSolver(const legopt_msg::lease& lease) {
-    const bool announced = solver_ == SolverOwned::kRight || solver_ == SolverOwned::kChanged;
+    const bool announced = solver_ == DeclaredSolver::kRight || solver_ == DeclaredSolver::kChanged;
     if (announced || lease.method_hash != std::string(64, kExternalMethodDigit)) return;
     record_.Violation("wrong state: job " + std::to_string(lease.job_id) +
                       " was leased to a worker without its solver");
@@ -66,14 +66,14 @@ class SimulatedWorker::ObservedLink final : public worker::ServerLink {
 
   worker::EndpointLink link_;
   Record& record_;
-  SolverOwned solver_;
+  DeclaredSolver solver_;
 };
 
-SimulatedWorker::SimulatedWorker(World& world, Record& record, std::uint64_t number, int slots, JobManners manners,
-                                 SolverOwned solver)
-    : Process(world), record_(record), number_(number), slots_(slots), manners_(manners), solver_(solver) {}
+SimulatedWorker::SimulatedWorker(World& world, Record& record, std::uint64_t number, int slots, JobBehaviour manners,
+                                 DeclaredSolver solver)
+    : Process(world), record_(record), number_(number), slots_(slots), job_behaviour_(manners), solver_(solver) {}
 
-SimulatedWorker::~SimulatedWorker() { Bury(); }
+SimulatedWorker::~SimulatedWorker() { DestroyObjects(); }
 
 std::uint64_t SimulatedWorker::life_id() const { return number_ * kLivesPerWorker + lives(); }
 
@@ -99,7 +99,7 @@ bool SimulatedWorker::Start() {
 }
 
 // Job processes die with their supervisor.
-void SimulatedWorker::Bury() {
+void SimulatedWorker::DestroyObjects() {
   for (const Child& process : children_) {
     if (process.sequence != 0) record_.OnRunEnded(life_id(), process.job_id);
   }
@@ -169,8 +169,8 @@ void SimulatedWorker::CarryOut(const worker::StartChild& action) {
 
 std::vector<worker::Capability> SimulatedWorker::Capabilities() const {
   std::vector<worker::Capability> capabilities = {{"garage", std::string(64, 'd')}};
-  if (solver_ != SolverOwned::kNone) {
-    const char digit = solver_ == SolverOwned::kOther ? 'f' : kSolverDigit;
+  if (solver_ != DeclaredSolver::kNone) {
+    const char digit = solver_ == DeclaredSolver::kOther ? 'f' : kSolverDigit;
     capabilities.push_back({kExternalSolver, std::string(64, digit), CapabilityKind::kSolver});
   }
   return capabilities;
@@ -182,19 +182,20 @@ void SimulatedWorker::CarryOut(const worker::AssignJob& action) {
   process.job_id = action.lease.job_id;
   process.attempt = action.lease.attempt;
   record_.OnRun(life_id(), process.job_id);
-  if (solver_ == SolverOwned::kChanged && action.lease.method_hash == std::string(64, kExternalMethodDigit)) {
+  if (solver_ == DeclaredSolver::kChanged && action.lease.method_hash == std::string(64, kExternalMethodDigit)) {
     return LaterInJob(action.slot, microseconds(1'000), [this, slot = action.slot] {
       Finish(slot, worker::ResultWithoutSolution(ReportedOutcome::kRefused, "a file of the solver has changed"));
     });
   }
-  if (IsPoison(manners_, process.job_id) || world().Chance(manners_.misbehaves)) return Misbehave(action.slot);
-  LaterInJob(action.slot, world().Within(manners_.shortest, manners_.longest),
+  if (AlwaysCrashes(job_behaviour_, process.job_id) || world().Chance(job_behaviour_.misbehaves))
+    return Misbehave(action.slot);
+  LaterInJob(action.slot, world().Within(job_behaviour_.shortest, job_behaviour_.longest),
              [this, slot = action.slot] { Finish(slot, ResultOf(child(slot))); });
 }
 
 void SimulatedWorker::Misbehave(int slot) {
-  const microseconds after = world().Within(microseconds(1'000), manners_.longest / 4);
-  const std::uint64_t how = IsPoison(manners_, child(slot).job_id) ? 0 : world().Below(5);
+  const microseconds after = world().Within(microseconds(1'000), job_behaviour_.longest / 4);
+  const std::uint64_t how = AlwaysCrashes(job_behaviour_, child(slot).job_id) ? 0 : world().Below(5);
   LaterInJob(slot, after, [this, slot, how] {
     constexpr int kOutOfMemory = worker::kChildOutOfMemory;
     switch (how) {
@@ -219,14 +220,14 @@ legopt_msg::result_request SimulatedWorker::ResultOf(const Child& process) {
   result.verdict_literal = "success";
   result.verdict_strict = "success";
   result.verdict_solid = "success";
-  if (world().Chance(manners_.stopped)) {
+  if (world().Chance(job_behaviour_.stopped)) {
     result.solver_status = "time_limit";
     if (world().Chance(0.5)) result.verdict_literal = result.verdict_strict = result.verdict_solid = "com";
   }
   result.cost = CostOf(process.job_id, process.attempt);
   result.waypoint_size = 36;
   constexpr std::uint64_t kMostRows = 20;
-  result.num_waypoints = world().Chance(manners_.large) ? 1 + static_cast<int>(world().Below(kMostRows)) : 1;
+  result.num_waypoints = world().Chance(job_behaviour_.large) ? 1 + static_cast<int>(world().Below(kMostRows)) : 1;
   result.num_values = result.num_waypoints * result.waypoint_size;
   result.waypoints.assign(static_cast<std::size_t>(result.num_values), result.cost);
   return result;
@@ -248,7 +249,7 @@ void SimulatedWorker::ChildExits(int slot, int signal, int exit_code) {
 }
 
 void SimulatedWorker::CarryOut(const worker::CancelJob& action) {
-  if (child(action.slot).sequence == 0 || world().Chance(manners_.deaf)) return;
+  if (child(action.slot).sequence == 0 || world().Chance(job_behaviour_.deaf)) return;
   LaterInJob(action.slot, world().Within(microseconds(1'000), microseconds(100'000)), [this, slot = action.slot] {
     Finish(slot, worker::ResultWithoutSolution(ReportedOutcome::kCancelled, "cancelled"));
   });

@@ -15,19 +15,19 @@
 namespace legopt::simulation {
 
 /// Behaviour of the jobs of a simulated worker.
-struct JobManners {
+struct JobBehaviour {
   microseconds shortest{5'000};
   microseconds longest{1'500'000};
-  double misbehaves = 0.05;       ///< fraction of jobs that crash, hang, report an error or break the protocol
-  double large = 0.1;             ///< fraction of results that need several chunks
-  double deaf = 0.2;              ///< fraction of jobs that ignore cancellation
-  double stopped = 0.1;           ///< fraction of results whose solve was stopped by the wall-time limit, half of them
-                                  ///< solved
-  std::int64_t poison_every = 8;  ///< one job id in this many crashes its process each time; 0: none
+  double misbehaves = 0.05;      ///< fraction of jobs that crash, hang, report an error or break the protocol
+  double large = 0.1;            ///< fraction of results that need several chunks
+  double deaf = 0.2;             ///< fraction of jobs that ignore cancellation
+  double stopped = 0.1;          ///< fraction of results whose solve was stopped by the wall-time limit, half of them
+                                 ///< solved
+  std::int64_t crash_every = 8;  ///< one job id in this many crashes its process each time; 0: none
 };
 
 /// State of the external solver on a worker.
-enum class SolverOwned {
+enum class DeclaredSolver {
   kNone,     ///< not declared
   kOther,    ///< declared, with different files
   kChanged,  ///< declared as required by the jobs, but its files have changed since: such jobs are refused
@@ -35,7 +35,7 @@ enum class SolverOwned {
 };
 
 /// Returns whether the job crashes every process that runs it.
-bool IsPoison(const JobManners& manners, std::int64_t job_id);
+bool AlwaysCrashes(const JobBehaviour& manners, std::int64_t job_id);
 
 /// Returns the cost that a finished attempt reports, which identifies the attempt of a stored result.
 double CostOf(std::int64_t job_id, int attempt);
@@ -44,8 +44,8 @@ double CostOf(std::int64_t job_id, int attempt);
 class SimulatedWorker final : public Process {
  public:
   /// All arguments must outlive it. `number` identifies the worker.
-  SimulatedWorker(World& world, Record& record, std::uint64_t number, int slots, JobManners manners,
-                  SolverOwned solver = SolverOwned::kRight);
+  SimulatedWorker(World& world, Record& record, std::uint64_t number, int slots, JobBehaviour manners,
+                  DeclaredSolver solver = DeclaredSolver::kRight);
   ~SimulatedWorker() override;
 
   /// Sends SIGTERM, as a user does; the worker starts again some time after its end.
@@ -67,8 +67,8 @@ class SimulatedWorker final : public Process {
   bool Start() override;
   void Turn() override;
   microseconds next_turn() const override;
-  void Bury() override;
-  void OnPause() override { record_.Excuse(life_id()); }
+  void DestroyObjects() override;
+  void OnPause() override { record_.ExcusePausedWorker(life_id()); }
 
   void CarryOutActions();
   void CarryOut(const worker::StartChild& action);
@@ -95,8 +95,8 @@ class SimulatedWorker final : public Process {
   Record& record_;
   std::uint64_t number_;
   int slots_;
-  JobManners manners_;
-  SolverOwned solver_;
+  JobBehaviour job_behaviour_;
+  DeclaredSolver solver_;
   std::unique_ptr<bus::Endpoint> endpoint_;
   std::unique_ptr<ObservedLink> link_;
   std::unique_ptr<worker::Pool> pool_;

@@ -31,7 +31,7 @@ void Report(const char* program, std::uint64_t seed, const legopt::simulation::H
 }
 
 void Play(const char* program, std::uint64_t seed, Totals* totals) {
-  const auto outcome = legopt::simulation::PlayHistory(seed);
+  const auto outcome = legopt::simulation::RunHistory(seed);
   ++totals->histories;
   totals->datagrams += outcome.datagrams;
   totals->jobs += outcome.jobs;
@@ -57,7 +57,7 @@ int Run(const char* program, const Options& options) {
   return (totals.failed > 0) == options.expect_failure ? 0 : 1;
 }
 
-int PlayAsked(int argc, char** argv) {
+int RunRequested(int argc, char** argv) {
   Options options;
   CLI::App app("Simulates server, workers and clients under seeded misfortune in virtual time.");
   app.add_option("--seed", options.seed, "Play this one history");
@@ -72,4 +72,4 @@ int PlayAsked(int argc, char** argv) {
 
 }  // namespace
 
-int main(int argc, char** argv) { return legopt::GuardedMain(argc, argv, PlayAsked); }
+int main(int argc, char** argv) { return legopt::GuardedMain(argc, argv, RunRequested); }

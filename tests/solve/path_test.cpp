@@ -126,7 +126,7 @@ TEST_F(EmbeddedPaths, KeepTheWaypointsOfTheMotion) {
   const SolveOutcome motion = Solve(Task::kMotion, Initialization::kGood).outcome;
   const auto [outcome, evaluation] = Solve(Task::kContinuous, Initialization::kGood);
   TimedPath path;
-  ASSERT_FALSE(TakeApart(outcome.waypoints, evaluation.num_waypoints, dataset_->robot().configuration_size(), &path));
+  ASSERT_FALSE(ParsePath(outcome.waypoints, evaluation.num_waypoints, dataset_->robot().configuration_size(), &path));
   ASSERT_EQ(path.waypoints.size(), motion.waypoints.size());
   for (std::size_t w = 0; w < path.waypoints.size(); ++w) {
     EXPECT_EQ(path.points[path.waypoints[w]], motion.waypoints[w]) << w;
@@ -142,7 +142,7 @@ TEST_F(EmbeddedPaths, AreTheSameBitsAgain) {
 }
 
 // A motion whose effort limit is reached between its waypoints reports that status, for any segment.
-TEST_F(EmbeddedPaths, EffortThatRunsOutIsSaid) {
+TEST_F(EmbeddedPaths, EffortLimitIsReported) {
   const std::int64_t motion = Solve(Task::kMotion, Initialization::kGood).outcome.term_evaluations;
   const std::int64_t whole = Solve(Task::kContinuous, Initialization::kGood).outcome.term_evaluations;
   ASSERT_GT(whole, motion + 2);
@@ -155,7 +155,7 @@ TEST_F(EmbeddedPaths, EffortThatRunsOutIsSaid) {
 }
 
 // The robot is not balanced during a jump.
-TEST(PathSolver, AWayThatFailsIsNamed) {
+TEST(PathSolver, FailedSegmentIsNamed) {
   const test::TemporaryFolder folder;
   const auto dataset = Dataset::Load(test::SyntheticFolder(folder.path()).path());
   ProblemSolver solver(dataset);
@@ -171,9 +171,9 @@ TEST(PathSolver, AWayThatFailsIsNamed) {
 }
 
 /// A posture, and one whose arm is as deep in the column as possible.
-class ColumnInTheWay : public ::testing::Test {
+class ColumnOnPath : public ::testing::Test {
  protected:
-  ColumnInTheWay() : up_(ProblemSolver(dataset_).Solve(Task::kPosture, 0, Initialization::kGood, {}, {}).waypoints[0]) {
+  ColumnOnPath() : up_(ProblemSolver(dataset_).Solve(Task::kPosture, 0, Initialization::kGood, {}, {}).waypoints[0]) {
     in_column_ = up_;
     Kinematics kinematics(dataset_->robot());
     double deepest_m = 0.0;
@@ -190,24 +190,24 @@ class ColumnInTheWay : public ::testing::Test {
     EXPECT_LT(deepest_m, -0.01);
   }
 
-  StretchSolution Solve(const std::vector<Eigen::VectorXd>& waypoints, PathEnds ends = {}) {
-    Stretch stretch;
-    stretch.stances.assign(waypoints.size(), &dataset_->problem(Task::kPosture, 0).stances[0]);
-    stretch.waypoints = waypoints;
-    stretch.ways.resize(waypoints.size() - 1);
-    stretch.ends = ends;
-    return paths_.Solve(stretch, [] {
+  PathSolution Solve(const std::vector<Eigen::VectorXd>& waypoints, PathEnds ends = {}) {
+    WaypointPath waypoint_path;
+    waypoint_path.stances.assign(waypoints.size(), &dataset_->problem(Task::kPosture, 0).stances[0]);
+    waypoint_path.waypoints = waypoints;
+    waypoint_path.ways.resize(waypoints.size() - 1);
+    waypoint_path.ends = ends;
+    return paths_.Solve(waypoint_path, [] {
       MultiStartSettings settings;
       settings.generator = [](int restart) { return std::mt19937_64(static_cast<unsigned>(restart)); };
       return settings;
     });
   }
 
-  void ExpectLegal(const StretchSolution& solution) {
+  void ExpectLegal(const PathSolution& solution) {
     ASSERT_TRUE(solution.feasible) << solution.message;
     const ProblemDefinition problem{.id = 1, .stances = {2, dataset_->problem(Task::kPosture, 0).stances[0]}};
-    const TimedPath path = PathThrough(solution.stretch.waypoints, solution.stretch.ways);
-    const Evaluation evaluation = Judge(dataset_).Evaluate(Task::kContinuous, problem, PutTogether(path));
+    const TimedPath path = MakePath(solution.waypoint_path.waypoints, solution.waypoint_path.ways);
+    const Evaluation evaluation = Judge(dataset_).Evaluate(Task::kContinuous, problem, FormatPath(path));
     EXPECT_EQ(evaluation.strict, Verdict::kSuccess) << evaluation.detail;
   }
 
@@ -219,29 +219,29 @@ class ColumnInTheWay : public ::testing::Test {
   Eigen::VectorXd up_, in_column_;
 };
 
-TEST_F(ColumnInTheWay, NoWayLeadsIntoIt) {
-  const StretchSolution way = Solve({up_, in_column_});
-  EXPECT_FALSE(way.feasible);
-  EXPECT_THAT(way.message, HasSubstr("collision"));
-  EXPECT_EQ(way.stretch.waypoints[1], in_column_);
+TEST_F(ColumnOnPath, NoPathEntersTheColumn) {
+  const PathSolution segment = Solve({up_, in_column_});
+  EXPECT_FALSE(segment.feasible);
+  EXPECT_THAT(segment.message, HasSubstr("collision"));
+  EXPECT_EQ(segment.waypoint_path.waypoints[1], in_column_);
 }
 
 // The motion does not have to go there.
-TEST_F(ColumnInTheWay, WaypointsInItAreMoved) {
-  const StretchSolution solution = Solve({up_, in_column_, in_column_, up_});
+TEST_F(ColumnOnPath, WaypointsInItAreMoved) {
+  const PathSolution solution = Solve({up_, in_column_, in_column_, up_});
   ExpectLegal(solution);
-  EXPECT_EQ(solution.stretch.waypoints.front(), up_);
-  EXPECT_EQ(solution.stretch.waypoints.back(), up_);
+  EXPECT_EQ(solution.waypoint_path.waypoints.front(), up_);
+  EXPECT_EQ(solution.waypoint_path.waypoints.back(), up_);
 }
 
-TEST_F(ColumnInTheWay, WhereTheMotionEndsNothingHoldsTheWaypoint) {
+TEST_F(ColumnOnPath, WhereTheMotionEndsNothingHoldsTheWaypoint) {
   ExpectLegal(Solve({in_column_, up_, up_, in_column_}, {true, true}));
   EXPECT_FALSE(Solve({in_column_, up_, up_, in_column_}, {true, false}).feasible);
   EXPECT_FALSE(Solve({in_column_, up_, up_, in_column_}, {false, true}).feasible);
 }
 
 // If nothing has to move, no points are added.
-TEST(PathSolver, AStraightWayThatWillDoIsKept) {
+TEST(PathSolver, ValidStraightPathIsKept) {
   const test::TemporaryFolder folder;
   const auto dataset = Dataset::Load(test::SyntheticFolder(folder.path()).path());
   ProblemSolver solver(dataset);

@@ -25,7 +25,7 @@ class Solve : public ::testing::Test {
   }
 
   /// Returns a method that cannot succeed: one penalty value, one iteration.
-  static Method Hopeless(int multi_starts) {
+  static Method FailingMethod(int multi_starts) {
     Method method;
     method.multi_starts = multi_starts;
     std::get<SqpOptions>(method.options).max_iterations = 1;
@@ -83,7 +83,7 @@ TEST_F(Solve, RestartsAreUsedOnlyAfterFailure) {
   Method method;
   method.multi_starts = 10;
   EXPECT_EQ(Run(method).restarts, 0);
-  const SolveOutcome hopeless = Run(Hopeless(4));
+  const SolveOutcome hopeless = Run(FailingMethod(4));
   EXPECT_EQ(hopeless.restarts, 4);
   EXPECT_NE(hopeless.status, SolveStatus::kConvergedFeasible);
   EXPECT_FALSE(hopeless.message.empty());
@@ -93,9 +93,9 @@ TEST_F(Solve, RestartsAreUsedOnlyAfterFailure) {
 TEST_F(Solve, SameSeedSameBits) {
   SolveSettings settings;
   settings.experiment_seed = 42;
-  const SolveOutcome first = Run(Hopeless(3), settings);
+  const SolveOutcome first = Run(FailingMethod(3), settings);
   Run({}, {}, Initialization::kInCollision);  // earlier solves must have no effect
-  const SolveOutcome second = Run(Hopeless(3), settings);
+  const SolveOutcome second = Run(FailingMethod(3), settings);
   EXPECT_EQ(first.waypoints[0], second.waypoints[0]);
   EXPECT_EQ(first.iterations, second.iterations);
   EXPECT_EQ(first.term_evaluations, second.term_evaluations);
@@ -110,19 +110,19 @@ TEST_F(Solve, EffortIsCounted) {
   EXPECT_GT(once.term_evaluations, once.iterations) << "several terms at each trial point";
   EXPECT_GE(once.collision_queries, once.iterations) << "each trial point is looked at";
   EXPECT_LT(once.collision_queries, once.term_evaluations) << "one term of a waypoint is that of collisions";
-  const SolveOutcome hopeless = Run(Hopeless(4));
+  const SolveOutcome hopeless = Run(FailingMethod(4));
   EXPECT_EQ(hopeless.starts, 5) << "the first attempt and its restarts";
   EXPECT_EQ(Run(Method::Of("best")).starts, 1 + std::get<BestOptions>(Method::Of("best").options).refinements);
 }
 
 TEST_F(Solve, SeedRepetitionAndStartChangeTheNoiseButNotTheFirstAttempt) {
   SolveSettings settings;
-  const SolveOutcome base = Run(Hopeless(1), settings);
+  const SolveOutcome base = Run(FailingMethod(1), settings);
   settings.experiment_seed = 2;
-  const SolveOutcome seeded = Run(Hopeless(1), settings);
+  const SolveOutcome seeded = Run(FailingMethod(1), settings);
   settings.experiment_seed = 1;
   settings.repetition = 1;
-  const SolveOutcome repeated = Run(Hopeless(1), settings);
+  const SolveOutcome repeated = Run(FailingMethod(1), settings);
   ASSERT_EQ(base.history.size(), 2u);
   EXPECT_EQ(base.history[0].cost, seeded.history[0].cost);
   EXPECT_NE(base.history[1].cost, seeded.history[1].cost);
@@ -130,10 +130,10 @@ TEST_F(Solve, SeedRepetitionAndStartChangeTheNoiseButNotTheFirstAttempt) {
 }
 
 TEST_F(Solve, OptionsDoNotChangeTheNoise) {
-  Method other = Hopeless(1);
+  Method other = FailingMethod(1);
   other.continuous_weight *= 2;  // a posture has no path
-  ASSERT_NE(other.Hash(), Hopeless(1).Hash());
-  const SolveOutcome a = Run(Hopeless(1)), b = Run(other);
+  ASSERT_NE(other.Hash(), FailingMethod(1).Hash());
+  const SolveOutcome a = Run(FailingMethod(1)), b = Run(other);
   ASSERT_EQ(a.history.size(), 2u);
   ASSERT_EQ(b.history.size(), 2u);
   EXPECT_EQ(a.history[1].cost, b.history[1].cost) << "of the restart";
@@ -142,10 +142,10 @@ TEST_F(Solve, OptionsDoNotChangeTheNoise) {
 TEST_F(Solve, CancelAndTimeLimit) {
   SolveSettings settings;
   settings.cancelled = [] { return true; };
-  EXPECT_EQ(Run(Hopeless(5), settings).status, SolveStatus::kCancelled);
+  EXPECT_EQ(Run(FailingMethod(5), settings).status, SolveStatus::kCancelled);
   settings.cancelled = nullptr;
   settings.wall_limit_s = 1e-9;
-  const SolveOutcome late = Run(Hopeless(5), settings);
+  const SolveOutcome late = Run(FailingMethod(5), settings);
   EXPECT_EQ(late.status, SolveStatus::kTimeLimit);
   EXPECT_EQ(late.restarts, 0);
   EXPECT_EQ(late.waypoints.size(), 1u);
@@ -153,10 +153,10 @@ TEST_F(Solve, CancelAndTimeLimit) {
 
 // The solve ends at the same point, however long it takes.
 TEST_F(Solve, EffortEndsASolveAtTheSamePoint) {
-  const SolveOutcome whole = Run(Hopeless(30));
+  const SolveOutcome whole = Run(FailingMethod(30));
   SolveSettings settings;
   settings.effort_limit = whole.term_evaluations / 2;
-  const SolveOutcome half = Run(Hopeless(30), settings), again = Run(Hopeless(30), settings);
+  const SolveOutcome half = Run(FailingMethod(30), settings), again = Run(FailingMethod(30), settings);
   EXPECT_EQ(half.status, SolveStatus::kEffortLimit);
   EXPECT_GE(half.term_evaluations, settings.effort_limit);
   EXPECT_LT(half.term_evaluations, whole.term_evaluations);
@@ -165,7 +165,7 @@ TEST_F(Solve, EffortEndsASolveAtTheSamePoint) {
   EXPECT_EQ(half.waypoints[0], again.waypoints[0]);
   EXPECT_EQ(half.term_evaluations, again.term_evaluations);
   settings.effort_limit = whole.term_evaluations + 1;
-  EXPECT_EQ(Run(Hopeless(30), settings).status, whole.status) << "a limit that is not reached changes nothing";
+  EXPECT_EQ(Run(FailingMethod(30), settings).status, whole.status) << "a limit that is not reached changes nothing";
 }
 
 TEST_F(Solve, ProgressCountsAttempts) {
@@ -175,7 +175,7 @@ TEST_F(Solve, ProgressCountsAttempts) {
     done.push_back(d);
     EXPECT_EQ(total, 4);
   };
-  Run(Hopeless(3), settings);
+  Run(FailingMethod(3), settings);
   EXPECT_EQ(done, (std::vector<int>{1, 2, 3, 4}));
 }
 

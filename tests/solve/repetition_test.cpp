@@ -83,7 +83,7 @@ TEST_P(Repetition, SameJobSameBits) {
 }
 
 // A program caches nearest features of shapes; a solver clears this cache.
-TEST_P(Repetition, ASolveHangsOnItsStartAlone) {
+TEST_P(Repetition, SolveDependsOnlyOnItsStart) {
   const auto dataset = Dataset::Load(SourceFolder() + "/data/garage-small");
   const Stance& stance = dataset->problems(Task::kPosture).front().stances.front();
   CollisionQuery query(dataset->collision_model());

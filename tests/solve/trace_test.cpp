@@ -143,7 +143,7 @@ TEST(TraceBytes, BecomeTheSameRecords) {
 TEST(TraceBytes, OfTheLongestTraceStayWithinTheMessage) {
   constexpr std::size_t kMostBytes = std::size_t{1} << 20;  // bus/result_fields.h
   std::mt19937_64 random(1);
-  Records records(kMostTraceRecords);
+  Records records(kMaxTraceRecords);
   for (IterationRecord& record : records) {
     record.cost = std::bit_cast<double>(random());
     record.violation = std::bit_cast<double>(random());

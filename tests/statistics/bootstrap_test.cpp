@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "legopt/random_draws.h"
+#include "legopt/random_numbers.h"
 #include "legopt/statistics/charged_times.h"
 #include "legopt/statistics/checks.h"
 #include "tests/statistics/refusal.h"
@@ -187,7 +187,7 @@ TEST(Bootstrap, AllFailedIsInfiniteOnBothSides) {
 // Lognormal ratios of times of 30 problems: the interval of their geometric mean.
 TEST(Bootstrap, CoversByTheLevel) {
   std::mt19937_64 generator(23);
-  NormalDraws normal;
+  NormalRandom normal;
   constexpr int kSamples = 600;
   int covered = 0;
   for (int sample = 0; sample < kSamples; ++sample) {

@@ -26,21 +26,21 @@ TEST(Distributions, NormalQuantileInvertsTheTailsFarOut) {
 }
 
 TEST(Distributions, FairCoinIsExact) {
-  EXPECT_EQ(FairCoinPoint(0, 0), 1.0);
+  EXPECT_EQ(FairCoinPmf(0, 0), 1.0);
   EXPECT_EQ(FairCoinCdf(0, 0), 1.0);
-  EXPECT_EQ(FairCoinPoint(2, 4), 0.375);
+  EXPECT_EQ(FairCoinPmf(2, 4), 0.375);
   EXPECT_EQ(FairCoinCdf(1, 8), 9.0 / 256.0);
-  EXPECT_EQ(FairCoinPoint(3, 60), FairCoinPoint(57, 60));
+  EXPECT_EQ(FairCoinPmf(3, 60), FairCoinPmf(57, 60));
   for (const int n : {1, 7, 40, 301, 2000}) {
     double sum = 0.0;
     for (int k = 0; k <= n; ++k) {
-      sum += FairCoinPoint(k, n);
+      sum += FairCoinPmf(k, n);
       EXPECT_NEAR(FairCoinCdf(k, n), sum, 1e-13) << k << " of " << n;
     }
   }
-  EXPECT_GT(FairCoinPoint(0, 1000), 0.0);  // 2^-1000
-  EXPECT_EQ(FairCoinPoint(0, 100'000), 0.0);
-  EXPECT_NEAR(FairCoinPoint(50'000, 100'000), 0.0025231262141967, 1e-13);
+  EXPECT_GT(FairCoinPmf(0, 1000), 0.0);  // 2^-1000
+  EXPECT_EQ(FairCoinPmf(0, 100'000), 0.0);
+  EXPECT_NEAR(FairCoinPmf(50'000, 100'000), 0.0025231262141967, 1e-13);
 }
 
 TEST(Distributions, ChiSquareHasItsClosedForms) {
@@ -68,7 +68,7 @@ TEST(Distributions, FHasItsClosedForms) {
 TEST(Distributions, RefuseWhatIsOutOfRange) {
   EXPECT_REFUSED(NormalQuantile(1.5), "NormalQuantile: p: must lie in [0, 1] (got '1.5')");
   EXPECT_REFUSED(NormalQuantile(kNaN), "NormalQuantile");
-  EXPECT_REFUSED(FairCoinPoint(4, 3), "k: must lie in [0, n] (got '4')");
+  EXPECT_REFUSED(FairCoinPmf(4, 3), "k: must lie in [0, n] (got '4')");
   EXPECT_REFUSED(FairCoinCdf(0, -1), "n: must not be below 0");
   EXPECT_REFUSED(ChiSquareUpperTail(-1.0, 2), "x: must not be negative");
   EXPECT_REFUSED(ChiSquareUpperTail(kNaN, 2), "x");

@@ -8,7 +8,7 @@
 #include <limits>
 #include <random>
 
-#include "legopt/random_draws.h"
+#include "legopt/random_numbers.h"
 #include "legopt/statistics/checks.h"
 #include "legopt/statistics/distributions.h"
 #include "tests/statistics/refusal.h"
@@ -32,7 +32,7 @@ TEST(Holm, IsMonotoneAndBetweenPlainAndBonferroni) {
   std::mt19937_64 generator(2);
   for (int sample = 0; sample < 200; ++sample) {
     std::vector<double> p(static_cast<std::size_t>(1 + sample % 30));
-    for (double& value : p) value = std::pow(UniformDraw(generator), 3.0);
+    for (double& value : p) value = std::pow(UniformRandom(generator), 3.0);
     const std::vector<double> adjusted = HolmAdjusted(p);
     for (std::size_t i = 0; i < p.size(); ++i) {
       EXPECT_GE(adjusted[i], p[i]);
@@ -149,7 +149,7 @@ TEST(Friedman, OfSolvedAndFailedIsCochransQ) {
   std::vector<std::vector<int>> solved;
   for (int problem = 0; problem < 30; ++problem) {
     std::vector<int> row;
-    for (const double chance : {0.9, 0.6, 0.5, 0.7}) row.push_back(UniformDraw(generator) < chance ? 1 : 0);
+    for (const double chance : {0.9, 0.6, 0.5, 0.7}) row.push_back(UniformRandom(generator) < chance ? 1 : 0);
     solved.push_back(row);
     std::vector<double>& of_problem = values.emplace_back();
     for (const int ends : row) of_problem.push_back(ends == 1 ? 1.0 : kInfinity);

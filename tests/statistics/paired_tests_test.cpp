@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "legopt/random_draws.h"
+#include "legopt/random_numbers.h"
 #include "legopt/statistics/checks.h"
 #include "legopt/statistics/distributions.h"
 #include "legopt/statistics/ranks.h"
@@ -53,7 +53,7 @@ TEST(SignedRank, OfDarwinsMaize) {
   const SignedRankTest test = SignedRank(kDarwin);
   EXPECT_EQ(test.negative_sum, 24.0);
   EXPECT_EQ(test.two_sided_p, 0.041259765625);
-  const SignedRankTest normal = SignedRank(kDarwin, {.most_exact_pairs = 0});
+  const SignedRankTest normal = SignedRank(kDarwin, {.max_exact_pairs = 0});
   EXPECT_FALSE(normal.exact);
   EXPECT_NEAR(normal.two_sided_p, 0.040888, 5e-7);
 }
@@ -99,7 +99,7 @@ TEST(SignedRank, IsExactWithTiesAndZeros) {
   std::mt19937_64 generator(3);
   for (int sample = 0; sample < 60; ++sample) {
     std::vector<double> differences(static_cast<std::size_t>(1 + sample % 11));
-    for (double& d : differences) d = std::floor(9.0 * UniformDraw(generator)) - 3.0;
+    for (double& d : differences) d = std::floor(9.0 * UniformRandom(generator)) - 3.0;
     for (const ZeroRule zeros : {ZeroRule::kDrop, ZeroRule::kPratt}) {
       const SignedRankTest test = SignedRank(differences, {.zeros = zeros});
       if (test.pairs == 0) continue;
@@ -141,11 +141,11 @@ TEST(SignedRank, OfDifferencesThatAreAllTied) {
 
 TEST(SignedRank, NormalAndExactMeetAtTheChange) {
   std::mt19937_64 generator(5);
-  NormalDraws normal;
+  NormalRandom normal;
   std::vector<double> differences(200);
   for (double& d : differences) d = 0.1 + normal.Next(generator);
   const SignedRankTest exact = SignedRank(differences);
-  const SignedRankTest approximate = SignedRank(differences, {.most_exact_pairs = 199});
+  const SignedRankTest approximate = SignedRank(differences, {.max_exact_pairs = 199});
   EXPECT_TRUE(exact.exact);
   EXPECT_FALSE(approximate.exact);
   EXPECT_NEAR(exact.two_sided_p, approximate.two_sided_p, 1e-3);
@@ -157,7 +157,7 @@ TEST(SignedRank, RejectsAsOftenAsItSaysUnderTheNull) {
   int rejected = 0;
   for (int sample = 0; sample < kSamples; ++sample) {
     std::vector<double> differences(20);
-    for (double& d : differences) d = std::floor(14.0 * UniformDraw(generator)) - 6.5;  // symmetric, with many ties
+    for (double& d : differences) d = std::floor(14.0 * UniformRandom(generator)) - 6.5;  // symmetric, with many ties
     if (SignedRank(differences).two_sided_p <= 0.05) ++rejected;
   }
   EXPECT_NEAR(static_cast<double>(rejected) / kSamples, 0.047, 0.011);
@@ -166,8 +166,8 @@ TEST(SignedRank, RejectsAsOftenAsItSaysUnderTheNull) {
 TEST(SignedRank, RefusesBadInput) {
   EXPECT_REFUSED(SignedRank(std::vector<double>{1.0, std::nan("")}), "SignedRank: differences[1]: must be a finite");
   EXPECT_REFUSED(SignedRank(std::vector<double>{kInfinity}), "got 'inf'");
-  EXPECT_REFUSED(SignedRank({}, {.most_exact_pairs = -1}), "most_exact_pairs: must not be below 0");
-  EXPECT_REFUSED(SignedRank({}, {.most_exact_pairs = 1001}), "most_exact_pairs: must not be above 1000");
+  EXPECT_REFUSED(SignedRank({}, {.max_exact_pairs = -1}), "most_exact_pairs: must not be below 0");
+  EXPECT_REFUSED(SignedRank({}, {.max_exact_pairs = 1001}), "most_exact_pairs: must not be above 1000");
 }
 
 // Hollander and Wolfe's own interval, of the level 96.1 %, is (0.010, 0.786).
@@ -226,7 +226,7 @@ double CoverageOf(int count, int samples) {
   int covered = 0;
   for (int sample = 0; sample < samples; ++sample) {
     std::vector<double> differences(static_cast<std::size_t>(count));
-    for (double& d : differences) d = std::tan(3.0 * (UniformDraw(generator) - 0.5));  // long tails around 0
+    for (double& d : differences) d = std::tan(3.0 * (UniformRandom(generator) - 0.5));  // long tails around 0
     const Interval interval = HodgesLehmann(differences).interval;
     if (interval.lower <= 0.0 && 0.0 <= interval.upper) ++covered;
   }
@@ -242,7 +242,8 @@ TEST(HodgesLehmann, RefusesBadInput) {
   EXPECT_REFUSED(HodgesLehmann(std::vector<double>{kInfinity}),
                  "HodgesLehmann: differences[0]: must be a finite number");
   EXPECT_REFUSED(HodgesLehmann({}, 2.0), "level");
-  EXPECT_REFUSED(HodgesLehmann(std::vector<double>(kMostLocated + 1)), "must not be more than 10000 (got '10001')");
+  EXPECT_REFUSED(HodgesLehmann(std::vector<double>(kMaxHodgesLehmann + 1)),
+                 "must not be more than 10000 (got '10001')");
 }
 
 }  // namespace

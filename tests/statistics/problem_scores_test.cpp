@@ -18,15 +18,15 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 constexpr Repetition kQueued{};
 
-Repetition Solved(double value) { return {.end = RunEnd::kSolved, .value = value}; }
-Repetition Failed(double value) { return {.end = RunEnd::kFailed, .value = value}; }
+Repetition Solved(double value) { return {.end = RunOutcome::kSolved, .value = value}; }
+Repetition Failed(double value) { return {.end = RunOutcome::kFailed, .value = value}; }
 
 ProblemScore Score(std::initializer_list<Repetition> runs) { return ScoreOf(std::vector<Repetition>(runs)); }
 
 TEST(ProblemScores, RepetitionsAreAveraged) {
   const ProblemScore score = Score({Solved(2.0), Failed(10.0), Solved(4.0), Failed(20.0)});
   EXPECT_EQ(score.Share(), 0.5);
-  EXPECT_EQ(score.MeanOfSolved(), 3.0);
+  EXPECT_EQ(score.MeanSolvedValue(), 3.0);
   EXPECT_EQ(score.Charged(100.0), 51.5);
   EXPECT_EQ(score.Charged(kInfinity), kInfinity);
   EXPECT_EQ(score.Spent(), 9.0);
@@ -35,7 +35,7 @@ TEST(ProblemScores, RepetitionsAreAveraged) {
 
 TEST(ProblemScores, MissingIsNotFailed) {
   const ProblemScore score =
-      Score({Solved(2.0), kQueued, Failed(8.0), {.end = RunEnd::kMissing, .value = std::nan("")}});
+      Score({Solved(2.0), kQueued, Failed(8.0), {.end = RunOutcome::kMissing, .value = std::nan("")}});
   EXPECT_EQ(score.missing, 2);
   EXPECT_EQ(score.finished(), 2);
   EXPECT_EQ(score.Share(), 0.5);
@@ -46,7 +46,7 @@ TEST(ProblemScores, AProblemThatNeverRanHasNoNumbers) {
   for (const ProblemScore& score : {ScoreOf({}), Score({kQueued, kQueued})}) {
     EXPECT_EQ(score.finished(), 0);
     EXPECT_TRUE(std::isnan(score.Share()));
-    EXPECT_TRUE(std::isnan(score.MeanOfSolved()));
+    EXPECT_TRUE(std::isnan(score.MeanSolvedValue()));
     EXPECT_TRUE(std::isnan(score.Charged(1.0)));
     EXPECT_TRUE(std::isnan(score.Spent()));
   }
@@ -55,7 +55,7 @@ TEST(ProblemScores, AProblemThatNeverRanHasNoNumbers) {
 TEST(ProblemScores, AProblemThatAlwaysFailedNeverArrives) {
   const ProblemScore score = Score({Failed(3.0), Failed(5.0)});
   EXPECT_EQ(score.Share(), 0.0);
-  EXPECT_EQ(score.MeanOfSolved(), kInfinity);
+  EXPECT_EQ(score.MeanSolvedValue(), kInfinity);
   EXPECT_EQ(score.Spent(), 4.0);
 }
 
@@ -111,9 +111,9 @@ TEST(ProblemScores, RefuseBadInput) {
 
 TEST(ProblemScores, ChargesAreAveragedOverProblems) {
   const std::vector<ProblemScore> problems = {
-      ScoreOf(std::vector<Repetition>{{RunEnd::kSolved, 1.0}, {RunEnd::kFailed, 50.0}}),
-      ScoreOf(std::vector<Repetition>{{RunEnd::kSolved, 3.0}, {RunEnd::kMissing, 0.0}}),
-      ScoreOf(std::vector<Repetition>{{RunEnd::kMissing, 0.0}})};
+      ScoreOf(std::vector<Repetition>{{RunOutcome::kSolved, 1.0}, {RunOutcome::kFailed, 50.0}}),
+      ScoreOf(std::vector<Repetition>{{RunOutcome::kSolved, 3.0}, {RunOutcome::kMissing, 0.0}}),
+      ScoreOf(std::vector<Repetition>{{RunOutcome::kMissing, 0.0}})};
   EXPECT_DOUBLE_EQ(MeanCharged(problems, 1000.0), ((1.0 + 1000.0) / 2 + 3.0) / 2);
   EXPECT_TRUE(std::isnan(MeanCharged(std::span(problems).last(1), 1000.0)));
 }

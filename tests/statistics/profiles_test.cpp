@@ -87,8 +87,8 @@ TEST(Distribution, OfNothingAndOfFailures) {
 TEST(Distribution, OfRunsGivesEachProblemOneWeight) {
   const Repetition queued{};
   const std::vector<std::vector<Repetition>> problems{
-      {{.end = RunEnd::kSolved, .value = 1.0}, {.end = RunEnd::kFailed, .value = 50.0}, queued},
-      {{.end = RunEnd::kSolved, .value = 3.0}},
+      {{.end = RunOutcome::kSolved, .value = 1.0}, {.end = RunOutcome::kFailed, .value = 50.0}, queued},
+      {{.end = RunOutcome::kSolved, .value = 3.0}},
       {queued},  // not counted
       {}};
   const StepCurve curve = RuntimeDistribution(problems);
@@ -100,17 +100,17 @@ TEST(Distribution, OfRunsGivesEachProblemOneWeight) {
 TEST(Distribution, OfSingleRunsIsTheSame) {
   std::vector<std::vector<Repetition>> problems;
   for (const double time : ToyColumn(1)) {
-    problems.push_back({std::isfinite(time) ? Repetition{.end = RunEnd::kSolved, .value = time}
-                                            : Repetition{.end = RunEnd::kFailed, .value = 100.0}});
+    problems.push_back({std::isfinite(time) ? Repetition{.end = RunOutcome::kSolved, .value = time}
+                                            : Repetition{.end = RunOutcome::kFailed, .value = 100.0}});
   }
   EXPECT_EQ(RuntimeDistribution(problems).at, Distribution(ToyColumn(1)).at);
   EXPECT_EQ(RuntimeDistribution(problems).share, Distribution(ToyColumn(1)).share);
 }
 
 TEST(Distribution, ThirdsAddUpToNoMoreThanAll) {
-  const std::vector<std::vector<Repetition>> problems(7, {{.end = RunEnd::kSolved, .value = 1},
-                                                          {.end = RunEnd::kSolved, .value = 2},
-                                                          {.end = RunEnd::kSolved, .value = 3}});
+  const std::vector<std::vector<Repetition>> problems(7, {{.end = RunOutcome::kSolved, .value = 1},
+                                                          {.end = RunOutcome::kSolved, .value = 2},
+                                                          {.end = RunOutcome::kSolved, .value = 3}});
   EXPECT_LE(RuntimeDistribution(problems).share.back(), 1.0);
   EXPECT_NEAR(RuntimeDistribution(problems).share.back(), 1.0, 1e-15);
 }

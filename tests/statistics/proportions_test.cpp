@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "legopt/random_draws.h"
+#include "legopt/random_numbers.h"
 #include "legopt/statistics/distributions.h"
 #include "tests/statistics/refusal.h"
 
@@ -123,7 +123,7 @@ TEST(PairedShareDifference, CoversByTheLevel) {
   for (int sample = 0; sample < kSamples; ++sample) {
     PairCounts counts;
     for (int problem = 0; problem < 50; ++problem) {
-      const double u = UniformDraw(generator);
+      const double u = UniformRandom(generator);
       ++(u < 0.7 ? counts.both : u < 0.85 ? counts.only_first : u < 0.9 ? counts.only_second : counts.neither);
     }
     const Interval interval = PairedShareDifference(counts).interval;
@@ -175,8 +175,8 @@ TEST(McNemar, TurnsRoundAndKeepsItsLevel) {
       const McNemarTest test = McNemar(b, n - b);
       EXPECT_EQ(test.exact_p, McNemar(n - b, b).exact_p);
       EXPECT_LE(test.mid_p, test.exact_p);
-      if (test.exact_p <= 0.05) exact_level += FairCoinPoint(b, n);
-      if (test.mid_p <= 0.05) mid_level += FairCoinPoint(b, n);
+      if (test.exact_p <= 0.05) exact_level += FairCoinPmf(b, n);
+      if (test.mid_p <= 0.05) mid_level += FairCoinPmf(b, n);
     }
     EXPECT_LE(exact_level, 0.05) << n;
     EXPECT_LE(mid_level, 0.08) << n;  // given n; it may exceed 0.05 a little, but not on average over n

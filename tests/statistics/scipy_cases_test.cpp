@@ -28,13 +28,13 @@ namespace {
 
 using nlohmann::json;
 
-double NumberOf(const json& value) {
+double EnumNumber(const json& value) {
   return value.is_null() ? std::numeric_limits<double>::infinity() : value.get<double>();
 }
 
 std::vector<double> NumbersOf(const json& values) {
   std::vector<double> numbers;
-  for (const json& value : values) numbers.push_back(NumberOf(value));
+  for (const json& value : values) numbers.push_back(EnumNumber(value));
   return numbers;
 }
 
@@ -61,7 +61,7 @@ json ExactSignedRank(const json& given) { return PValues(SignedRank(NumbersOf(gi
 
 json NormalSignedRank(const json& given) {
   const ZeroRule zeros = given["zeros"] == "pratt" ? ZeroRule::kPratt : ZeroRule::kDrop;
-  return PValues(SignedRank(NumbersOf(given["differences"]), {.zeros = zeros, .most_exact_pairs = 0}), false);
+  return PValues(SignedRank(NumbersOf(given["differences"]), {.zeros = zeros, .max_exact_pairs = 0}), false);
 }
 
 json BootstrapOf(const json& given) {
@@ -136,7 +136,7 @@ const std::map<std::string, std::function<json(const json& given)>> kOurs{
      }},
     {"fair_coin",
      [](const json& g) {
-       return json{{"point", FairCoinPoint(g["k"].get<int>(), g["n"].get<int>())},
+       return json{{"point", FairCoinPmf(g["k"].get<int>(), g["n"].get<int>())},
                    {"cdf", FairCoinCdf(g["k"].get<int>(), g["n"].get<int>())}};
      }},
     {"wilson",

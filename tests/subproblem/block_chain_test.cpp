@@ -159,7 +159,7 @@ TEST(BlockChainDeathTest, RefusesWhatItHasNoRoomFor) {
   BlockChain<double> chain;
   chain.Reset(3, 4, true);
   EXPECT_DEATH(chain.SetCoupling(2, false, 0), "coupled with the next one");
-  EXPECT_DEATH(chain.SetCoupling(0, true, kernels::kMostRowsBeside + 1), "few rows");
+  EXPECT_DEATH(chain.SetCoupling(0, true, kernels::kMaxExtraRows + 1), "few rows");
 }
 
 TYPED_TEST(BlockChainOf, SaysWhenAFactorIsNotFinite) {

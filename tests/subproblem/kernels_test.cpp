@@ -66,8 +66,8 @@ class Blocks {
     const RowMajor before = m;
     kernels.add_squares({{&all, 1}, columns, scratch}, m.data(), m.data(), stride_);
     std::vector<kernels::WeightedRows<Real>> runs;
-    for (int k = 0; k < Squares::kMostRuns; ++k) {
-      const int begin = count * k / Squares::kMostRuns, end = count * (k + 1) / Squares::kMostRuns;
+    for (int k = 0; k < Squares::kMaxRuns; ++k) {
+      const int begin = count * k / Squares::kMaxRuns, end = count * (k + 1) / Squares::kMaxRuns;
       runs.push_back({packed.data() + begin * packed.cols(), weights_.data() + begin, end - begin});
     }
     RowMajor again = before;

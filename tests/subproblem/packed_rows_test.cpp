@@ -181,7 +181,7 @@ void ExpectSquares(const PackedRows& rows, const Eigen::VectorXd& weights, const
       }
     }
     if (t + 2 == kAllBlocks) continue;
-    chain.SetCoupling(t, rows.num_between(t) <= kernels::kMostRowsBeside, rows.num_between(t));
+    chain.SetCoupling(t, rows.num_between(t) <= kernels::kMaxExtraRows, rows.num_between(t));
     rows.SetCouplingRows(t, coefficients.data(), d.data(), chain);
     for (int i = 0; i < stride; ++i) {
       for (int j = 0; j < stride; ++j) {

@@ -120,7 +120,7 @@ TEST(SweptCollision, ShapeOfTheTerm) {
   EXPECT_TRUE(transition.Residuals().empty()) << "no configuration yet";
 }
 
-TEST(SweptCollision, WhatHardlyMovesHasNoRows) {
+TEST(SweptCollision, NearlyStaticLinksHaveNoRows) {
   const RobotModel robot = FlyingFoot();
   const Scene scene{{BoxAt("floor", {3, 3, 1}, {0, 0, -0.5})}};
   for (const SceneRepresentation which : kAll) {
@@ -135,7 +135,7 @@ TEST(SweptCollision, WhatHardlyMovesHasNoRows) {
     EXPECT_EQ(transition.term().num_steps(0), 2);
     EXPECT_FALSE(transition.Residuals().empty());
     transition.Set(FootAt(0, 0, buried), FootAt(100, 0, buried));
-    EXPECT_EQ(transition.term().num_steps(0), SweptCollisionTerm::kMostSteps);
+    EXPECT_EQ(transition.term().num_steps(0), SweptCollisionTerm::kMaxSteps);
   }
 }
 
@@ -164,7 +164,7 @@ TEST(SweptCollision, AFixedFirstWaypointLeavesTheSecondAUsefulGradient) {
     ASSERT_LE(model.rows(), 1);
     if (model.rows() == 0 || model.value(0) <= 0.0) break;
     const Eigen::Map<const Eigen::Matrix<double, 6, 1>> first(model.row(0, 0)), second(model.row(1, 0));
-    EXPECT_GE(second.head<3>().norm(), first.head<3>().norm() / SweptCollisionTerm::kMostSteps);
+    EXPECT_GE(second.head<3>().norm(), first.head<3>().norm() / SweptCollisionTerm::kMaxSteps);
     EXPECT_GT(second.head<3>().norm(), 0.2) << "the obstacle is half-way";
     // A Newton step only on the second waypoint's height.
     ASSERT_LT(second[2], 0.0);
@@ -202,7 +202,7 @@ void CheckSteps(Transition& transition, const Eigen::VectorXd& a, const Eigen::V
     const CollisionModel::Ball& ball = transition.query().model().link_ball(link);
     const int steps = transition.term().num_steps(link);
     EXPECT_EQ(steps & (steps - 1), 0);
-    if (ball.radius < 0.0 || steps == SweptCollisionTerm::kMostSteps) continue;
+    if (ball.radius < 0.0 || steps == SweptCollisionTerm::kMaxSteps) continue;
     before.Update(a);
     for (int k = 1; k <= steps; ++k) {
       InterpolateConfiguration(robot, a, b, static_cast<double>(k) / steps, x);

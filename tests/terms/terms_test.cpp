@@ -227,7 +227,7 @@ TEST(Terms, ASolutionCostsItsTransitionsOnceOrItsWindows) {
 }
 
 // Collision terms at the waypoints and between them.
-TEST(Terms, WhatIsSetAsideHasNoRowsUntilItIsBack) {
+TEST(Terms, DisabledTermsHaveNoRows) {
   const test::TemporaryFolder temporary;
   const test::SyntheticFolder folder(temporary.path() / "dataset");
   const auto dataset = Dataset::Load(folder.path());
@@ -250,7 +250,7 @@ TEST(Terms, WhatIsSetAsideHasNoRowsUntilItIsBack) {
   for (const auto& term : program->terms()) {
     const std::vector<double> before = rows_of(*term);
     const std::int64_t queries = query.queries();
-    if (term->SetAside(true)) {
+    if (term->SetDisabled(true)) {
       aside.insert(term->shape().name);
       LinearModel model;
       std::vector<int> keys;
@@ -261,7 +261,7 @@ TEST(Terms, WhatIsSetAsideHasNoRowsUntilItIsBack) {
     } else {
       EXPECT_EQ(rows_of(*term), before) << term->shape().name;
     }
-    term->SetAside(false);
+    term->SetDisabled(false);
     EXPECT_EQ(rows_of(*term), before) << term->shape().name;
     if (term->shape().name == "collision" && term->shape().waypoint == 0) {
       EXPECT_FALSE(before.empty());
@@ -272,12 +272,12 @@ TEST(Terms, WhatIsSetAsideHasNoRowsUntilItIsBack) {
 
 // Feet relax their margin completely at once, since the judge checks the same numbers; collisions relax theirs by
 // shares. Terms of fixed waypoints have no margin.
-TEST(Terms, FeetAndCollisionsHaveAReserve) {
+TEST(Terms, FeetAndCollisionsHaveMargins) {
   const test::TemporaryFolder temporary;
   const test::SyntheticFolder folder(temporary.path() / "dataset");
   const auto dataset = Dataset::Load(folder.path());
   CollisionQuery query(dataset->collision_model());
-  const ContactOptions contacts{.margin_m = 1e-3, .spent_margin_m = -2e-3, .range_m = 0.5};
+  const ContactOptions contacts{.margin_m = 1e-3, .relaxed_margin_m = -2e-3, .range_m = 0.5};
   const auto program =
       MakeTaskProgram(Task::kMotion, *dataset, query, dataset->problems(Task::kMotion)[0].stances, contacts, true);
   const Eigen::VectorXd x = test::StandingUpright().replicate(program->num_waypoints(), 1);
@@ -288,20 +288,20 @@ TEST(Terms, FeetAndCollisionsHaveAReserve) {
     term->Evaluate(kept);
     const bool fixed = term->shape().waypoint == 0 && term->shape().num_waypoints == 1;
     for (const double share : {0.5, 1.0, 0.0}) {
-      const bool any = term->SpendReserve(share);
+      const bool any = term->RelaxMargin(share);
       spent.clear();
       term->Evaluate(spent);
       if (any) with_reserve.insert(term->shape().name);
       ASSERT_EQ(spent.size(), kept.size());
       for (size_t i = 0; i < kept.size(); ++i) {
         const double in_use = any && !fixed ? share : 0.0;
-        const double foot = in_use > 0.0 ? FootPoseTerm::kSpentWeight * kept[i] : kept[i];
+        const double foot = in_use > 0.0 ? FootPoseTerm::kRelaxedWeight * kept[i] : kept[i];
         const double expected = term->shape().kind == TermKind::kEquality ? foot : kept[i] - 3e-3 * in_use;
         EXPECT_NEAR(spent[i], expected, 1e-15) << term->shape().name << " of waypoint " << term->shape().waypoint;
       }
     }
   }
-  for (const auto& term : program->terms()) term->SpendReserve(0.5);
+  for (const auto& term : program->terms()) term->RelaxMargin(0.5);
   TermDerivatives(dataset->robot(), *program).CheckAt(x);
   EXPECT_TRUE(with_reserve.contains("collision"));
   EXPECT_GE(with_reserve.size(), 2u);

@@ -35,7 +35,7 @@ using ::testing::IsEmpty;
 using End = FetchedDataset::End;
 
 /// A simulated server that sends one archive, in pieces, in virtual time.
-class PlayedLink final : public ServerLink {
+class FakeServerLink final : public ServerLink {
  public:
   microseconds now() const override { return now_; }
   void Call(bus::MessageType type, std::string body, microseconds timeout,
@@ -71,7 +71,7 @@ class PlayedLink final : public ServerLink {
     constexpr std::size_t kPiece = 1000;
     if (calls == new_archive_after) archive += "made anew";
     legopt_msg::dataset_reply reply{};
-    reply.status = NumberOf(known ? DatasetStatus::kFound : DatasetStatus::kUnknown);
+    reply.status = EnumNumber(known ? DatasetStatus::kFound : DatasetStatus::kUnknown);
     if (!known) return reply;
     const std::string piece = archive.substr(static_cast<std::size_t>(request.offset), kPiece);
     reply.archive_bytes = static_cast<std::int64_t>(archive.size());
@@ -87,7 +87,7 @@ class PlayedLink final : public ServerLink {
 const std::string kHash(64, 'a');
 
 TEST(DatasetFetch, PiecesBecomeTheArchive) {
-  PlayedLink link;
+  FakeServerLink link;
   for (int i = 0; i < 2500; ++i) link.archive += static_cast<char>(i);
   const FetchedDataset fetched = FetchDataset(link, kHash, {});
   EXPECT_EQ(fetched.end, End::kFetched);
@@ -96,7 +96,7 @@ TEST(DatasetFetch, PiecesBecomeTheArchive) {
 }
 
 TEST(DatasetFetch, AServerThatIsAwayForAWhileIsWaitedFor) {
-  PlayedLink link;
+  FakeServerLink link;
   link.archive = std::string(2500, 'x');
   link.silent = 2;
   int told = 0;
@@ -107,7 +107,7 @@ TEST(DatasetFetch, AServerThatIsAwayForAWhileIsWaitedFor) {
 }
 
 TEST(DatasetFetch, AServerThatStaysAwayEndsIt) {
-  PlayedLink link;
+  FakeServerLink link;
   link.silent = 1000;
   DatasetFetchOptions options;
   options.wait_server = std::chrono::seconds(20);
@@ -116,14 +116,14 @@ TEST(DatasetFetch, AServerThatStaysAwayEndsIt) {
 }
 
 TEST(DatasetFetch, AnArchiveThatWasMadeAnewIsFetchedFromItsBeginning) {
-  PlayedLink link;
+  FakeServerLink link;
   link.archive = std::string(2500, 'x');
   link.new_archive_after = 2;
   EXPECT_EQ(FetchDataset(link, kHash, {}).archive, std::string(2500, 'x') + "made anew");
 }
 
 TEST(DatasetFetch, WhatTheServerDoesNotHandOutIsSaid) {
-  PlayedLink link;
+  FakeServerLink link;
   link.known = false;
   const FetchedDataset fetched = FetchDataset(link, kHash, {});
   EXPECT_EQ(fetched.end, End::kUnknown);
@@ -135,7 +135,7 @@ TEST(DatasetFetch, WhatTheServerDoesNotHandOutIsSaid) {
 }
 
 TEST(DatasetFetch, AnOrderToStopEndsIt) {
-  PlayedLink link;
+  FakeServerLink link;
   link.silent = 1000;
   std::array<int, 2> order{};
   ASSERT_EQ(pipe(order.data()), 0);
@@ -197,7 +197,7 @@ class FetchedDatasetsTest : public DatasetCacheTest {
  protected:
   bool Fetch(const std::string& hash) { return datasets_.Fetch(hash, link_, {}, {stop_, *logger_, "nowhere"}); }
 
-  PlayedLink link_;
+  FakeServerLink link_;
   programs::StopSignals stop_;
   std::ostringstream log_;
   std::shared_ptr<spdlog::logger> logger_ =

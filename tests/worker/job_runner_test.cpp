@@ -140,9 +140,9 @@ TEST_F(JobRunnerTest, ALaterWindowIsNumberedAsInTheWholeMotion) {
 TEST_F(JobRunnerTest, ABudgetThatIsSpentIsAResultAndATimeLimitIsNone) {
   JobResult result = RunJob(dataset_, job_);
   result.solve.status = SolveStatus::kTimeLimit;
-  EXPECT_EQ(ToMessage(result).outcome, NumberOf(ReportedOutcome::kTimeLimit));
+  EXPECT_EQ(ToMessage(result).outcome, EnumNumber(ReportedOutcome::kTimeLimit));
   result.solve.budget_spent = true;
-  EXPECT_EQ(ToMessage(result).outcome, NumberOf(ReportedOutcome::kFinished));
+  EXPECT_EQ(ToMessage(result).outcome, EnumNumber(ReportedOutcome::kFinished));
   EXPECT_EQ(ToMessage(result).solver_status, "time_limit") << "its mark";
 }
 

@@ -18,8 +18,8 @@
 
 #include "legopt/input_error.h"
 #include "programs/isolated_call.h"
+#include "tests/worker/fake_server.h"
 #include "tests/worker/misbehaviour.h"
-#include "tests/worker/played_server.h"
 #include "worker/child_process.h"
 #include "worker/job_process.h"
 #include "worker/outcome.h"
@@ -153,7 +153,7 @@ class MisbehavingExecutor final : public JobExecutor {
 };
 
 int Supervise(const char* program) {
-  PlayedServer server;
+  FakeServer server;
   server.Queue(Misbehaviour::kLoop, std::chrono::hours(1));
   SupervisorOptions options;
   options.pool = TestPoolOptions(1);

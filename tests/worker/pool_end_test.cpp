@@ -171,7 +171,7 @@ TEST(PoolEndTest, ResultsForAServerThatStaysSilentDoNotHoldTheWorkerForEver) {
 
 // --- Draining --------------------------------------------------------------------------------------------------------
 
-TEST(PoolDrainTest, WhatStillRunsAfterTheDrainIsKilledAndGivenBack) {
+TEST(PoolDrainTest, JobsRunningAfterTheDrainAreKilledAndReleased) {
   PoolHarness harness(WithDrain(seconds(30)));
   harness.StartJobs({SampleLease(1)});
   ASSERT_EQ(harness.Take<AssignJob>().size(), 1U);
@@ -236,7 +236,7 @@ TEST(PoolDrainTest, AfterTheDrainASecondSignalStillEndsItAtOnce) {
 
 // A worker that leaves for another reason, e.g. a changed dataset, lets its jobs finish. A first signal then gives
 // them the usual drain time.
-TEST(PoolDrainTest, TheFirstSignalIsTheFirstWhateverTheWorkerLeavesFor) {
+TEST(PoolDrainTest, FirstSignalStartsTheDrainOfALeavingWorker) {
   PoolHarness harness(WithDrain(seconds(5)));
   harness.StartJobs({SampleLease(1)});
   harness.ReplyLease({}, LeaseStatus::kDatasetMismatch);

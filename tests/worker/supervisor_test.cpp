@@ -16,7 +16,7 @@
 
 #include "programs/exit_codes.h"
 #include "tests/folders.h"
-#include "tests/worker/played_server.h"
+#include "tests/worker/fake_server.h"
 
 namespace legopt::worker {
 namespace {
@@ -56,7 +56,7 @@ class SupervisorTest : public testing::Test {
 
   static int Code(ReportedOutcome outcome) { return static_cast<int>(outcome); }
 
-  PlayedServer server_;
+  FakeServer server_;
   std::ostringstream log_;
 };
 
