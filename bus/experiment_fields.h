@@ -4,7 +4,7 @@
 #include "bus/field_limits.h"
 #include "bus/field_rules.h"
 #include "bus/messages.h"
-#include "words/reply.h"
+#include "legopt/types/reply.h"
 
 /// @file
 /// Fields of the clients' calls: submit, store_dataset, status, query, cancel and control. PROTOCOL.md, section 9.

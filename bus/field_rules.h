@@ -11,7 +11,7 @@
 
 #include "bus/field_check.h"
 #include "bus/text.h"
-#include "words/enum_names.h"
+#include "legopt/types/enum_names.h"
 
 /// @file
 /// Rules for the values of fields. Each rule checks a value with Check(). Some also correct values before sending with

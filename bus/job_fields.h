@@ -4,8 +4,8 @@
 #include "bus/field_limits.h"
 #include "bus/field_rules.h"
 #include "bus/messages.h"
-#include "words/reply.h"
-#include "words/task.h"
+#include "legopt/types/reply.h"
+#include "legopt/types/task.h"
 
 /// @file
 /// Fields of the calls by which workers receive and keep jobs: lease, method, dataset and heartbeat. PROTOCOL.md,

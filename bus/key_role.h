@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "bus/messages.h"
-#include "words/enum_names.h"
+#include "legopt/types/enum_names.h"
 
 /// @file
 /// Roles of keys, and the calls that each role permits. PROTOCOL.md, section 11. Thread rule: none, types and

@@ -16,8 +16,8 @@
 
 #include "bus/bus_error.h"
 #include "bus/wire.h"
-#include "files/file_error.h"
-#include "files/written_file.h"
+#include "legopt/files/file_error.h"
+#include "legopt/files/written_file.h"
 
 namespace legopt::bus {
 namespace {

@@ -18,7 +18,7 @@
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
 #include "bus/multicast_interface.h"
-#include "files/file_error.h"
+#include "legopt/files/file_error.h"
 
 namespace legopt::bus {
 namespace {

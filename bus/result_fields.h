@@ -7,8 +7,8 @@
 #include "bus/field_limits.h"
 #include "bus/field_rules.h"
 #include "bus/messages.h"
-#include "words/job.h"
-#include "words/reply.h"
+#include "legopt/types/job.h"
+#include "legopt/types/reply.h"
 
 /// @file
 /// Fields of the call result, which reports the outcome of an attempt. PROTOCOL.md, section 9.

@@ -4,7 +4,7 @@
 #include "bus/field_limits.h"
 #include "bus/field_rules.h"
 #include "bus/messages.h"
-#include "words/reply.h"
+#include "legopt/types/reply.h"
 
 /// @file
 /// Fields of the calls that start and end sessions: probe, hello and shutdown.

@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "programs/exit_codes.h"
+#include "app/exit_codes.h"
 
 namespace legopt::client {
 

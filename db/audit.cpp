@@ -11,8 +11,8 @@
 #include "db/connection.h"
 #include "db/migrations.h"
 #include "db/read_only_database.h"
-#include "files/file_error.h"
-#include "files/written_file.h"
+#include "legopt/files/file_error.h"
+#include "legopt/files/written_file.h"
 
 namespace legopt::db {
 namespace {

@@ -14,8 +14,8 @@
 #include "db/file_state.h"
 #include "db/migrations.h"
 #include "db/read_only_database.h"
-#include "files/file_error.h"
-#include "files/written_file.h"
+#include "legopt/files/file_error.h"
+#include "legopt/files/written_file.h"
 
 namespace legopt::db {
 namespace {

@@ -12,7 +12,7 @@
 #include <system_error>
 #include <utility>
 
-#include "files/file_error.h"
+#include "legopt/files/file_error.h"
 
 namespace legopt::db {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "db/store_error.h"
-#include "words/enum_names.h"
+#include "legopt/types/enum_names.h"
 
 struct sqlite3;
 struct sqlite3_stmt;

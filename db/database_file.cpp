@@ -12,9 +12,9 @@
 
 #include "db/file_system.h"
 #include "db/store_error.h"
-#include "files/file_error.h"
-#include "files/written_file.h"
-#include "legopt/classic_stream.h"
+#include "legopt/files/file_error.h"
+#include "legopt/files/written_file.h"
+#include "legopt/types/classic_stream.h"
 
 namespace legopt::db {
 namespace {

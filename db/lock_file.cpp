@@ -13,9 +13,9 @@
 #include <string_view>
 
 #include "db/store_error.h"
-#include "files/file_error.h"
-#include "files/lock_file.h"
-#include "legopt/classic_stream.h"
+#include "legopt/files/file_error.h"
+#include "legopt/files/lock_file.h"
+#include "legopt/types/classic_stream.h"
 
 namespace legopt::db {
 namespace {

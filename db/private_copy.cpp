@@ -11,7 +11,7 @@
 #include <system_error>
 
 #include "db/store_error.h"
-#include "files/file_error.h"
+#include "legopt/files/file_error.h"
 
 namespace legopt::db {
 namespace {

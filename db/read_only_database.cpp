@@ -13,8 +13,8 @@
 #include "db/file_state.h"
 #include "db/migrations.h"
 #include "db/private_copy.h"
-#include "files/file_error.h"
-#include "legopt/nearest_name.h"
+#include "legopt/files/file_error.h"
+#include "legopt/types/nearest_name.h"
 
 namespace legopt::db {
 namespace {

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "db/result_record.h"
-#include "words/collision.h"
-#include "words/job.h"
-#include "words/task.h"
+#include "legopt/types/collision.h"
+#include "legopt/types/job.h"
+#include "legopt/types/task.h"
 
 /// Rows of the database as values. Times (`_at_us`) are wall-clock microseconds since 1970; they are informative only,
 /// no decision depends on them. Identifiers are positive and chosen by the caller (the scheduler), never by the store.

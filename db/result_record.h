@@ -9,7 +9,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "words/result.h"
+#include "legopt/types/result.h"
 
 /// A result, and the columns of the table `results`, each described once in kResultColumns. It generates the SQL that
 /// writes results, the binding of values, the checks before storing, the columns of `stale_results`, the copying from a
@@ -46,7 +46,7 @@ struct ResultRecord {
   double self_depth_strict_m = 0;
   double solid_depth_m = 0;   ///< penetration depth under the physical rule, >= 0
   double longest_step_m = 0;  ///< longest step of any point of the robot between consecutive waypoints, >= 0
-  // Values between consecutive waypoints, see legopt/evaluate/interpolation.h; not finite if the task has none.
+  // Values between consecutive waypoints, see legopt/judge/interpolation.h; not finite if the task has none.
   double interpolation_environment_depth_m = std::numeric_limits<double>::quiet_NaN();
   double interpolation_self_depth_m = std::numeric_limits<double>::quiet_NaN();
   double interpolation_free_share = std::numeric_limits<double>::quiet_NaN();  ///< share of collision-free transitions,

@@ -253,7 +253,7 @@ struct ArchiveFacts {
 };
 
 /// Persistent storage of the server. Implementations: OpenSqliteStore (db/sqlite_store.h) and MemoryStore
-/// (db/memory_store.h); tests/db/store_conformance_test.cpp tests that both behave identically.
+/// (tests/doubles/memory_store.h); tests/db/store_conformance_test.cpp tests that both behave identically.
 ///
 /// Thread rule: one thread at a time. Not to be used across fork().
 class Store {

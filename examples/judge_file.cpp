@@ -1,9 +1,9 @@
 // Judges every solution of a LegOpt solution file: judge_file DATASET SOLUTIONS.json
 #include <cstdio>
 
-#include "legopt/evaluate/judge.h"
-#include "legopt/evaluate/solution_file.h"
-#include "legopt/input_error.h"
+#include "legopt/judge/judge.h"
+#include "legopt/judge/solution_file.h"
+#include "legopt/types/input_error.h"
 
 int main(int argc, char** argv) {
   if (argc != 3) {

@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "legopt/evaluate/judge.h"
-#include "legopt/input_error.h"
-#include "legopt/optimize/solver.h"
-#include "legopt/solve/problem_solver.h"
+#include "legopt/judge/judge.h"
+#include "legopt/types/input_error.h"
+#include "legopt/solvers/solver.h"
+#include "legopt/planning/problem_solver.h"
 
 namespace {
 

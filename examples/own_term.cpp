@@ -3,12 +3,12 @@
 #include <cstdio>
 #include <memory>
 
-#include "legopt/collision/collision_query.h"
-#include "legopt/input_error.h"
-#include "legopt/methods/method.h"
-#include "legopt/optimize/solver.h"
-#include "legopt/terms/initial_guess.h"
-#include "legopt/terms/task_program.h"
+#include "legopt/geometry/collision_query.h"
+#include "legopt/types/input_error.h"
+#include "legopt/solvers/methods/method.h"
+#include "legopt/solvers/solver.h"
+#include "legopt/problem/terms/initial_guess.h"
+#include "legopt/problem/terms/task_program.h"
 
 namespace {
 

@@ -2,9 +2,9 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "legopt/evaluate/judge.h"
-#include "legopt/input_error.h"
-#include "legopt/solve/problem_solver.h"
+#include "legopt/judge/judge.h"
+#include "legopt/types/input_error.h"
+#include "legopt/planning/problem_solver.h"
 
 int main(int argc, char** argv) {
   if (argc < 2) {

@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "legopt/input/json.h"
-#include "words/collision.h"
-#include "words/enum_names.h"
+#include "legopt/types/collision.h"
+#include "legopt/types/enum_names.h"
 
 namespace legopt::server {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "db/records.h"
 #include "legopt_msg/hello_request.hpp"
-#include "words/capability.h"
+#include "legopt/types/capability.h"
 
 /// @file
 /// Matching of jobs and workers: requirements of jobs and capabilities of workers. Thread rule: none, values.

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "db/store.h"
-#include "programs/notifier.h"
+#include "app/notifier.h"
 
 namespace legopt::server {
 

@@ -3,10 +3,10 @@
 #include <iostream>
 #include <utility>
 
-#include "bridge/access_file.h"
+#include "bus/bridge/access_file.h"
 #include "bus/bus_error.h"
-#include "programs/network_flags.h"
-#include "programs/printable.h"
+#include "app/network_flags.h"
+#include "app/printable.h"
 
 namespace legopt::server {
 

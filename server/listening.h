@@ -6,10 +6,10 @@
 #include <optional>
 #include <string>
 
-#include "bridge/bridge.h"
-#include "bridge/link_socket.h"
+#include "bus/bridge/bridge.h"
+#include "bus/bridge/link_socket.h"
 #include "bus/lcm_transport.h"
-#include "programs/command_line.h"
+#include "app/command_line.h"
 
 namespace legopt::server {
 

@@ -1,6 +1,6 @@
 #include "server/permission.h"
 
-#include "words/reply.h"
+#include "legopt/types/reply.h"
 
 namespace legopt::server {
 namespace {

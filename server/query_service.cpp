@@ -17,7 +17,7 @@
 #include "db/query_json.h"
 #include "db/read_only_database.h"
 #include "server/query_queue.h"
-#include "words/reply.h"
+#include "legopt/types/reply.h"
 
 namespace legopt::server {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "bus/messages.h"
 #include "legopt/input/json.h"
-#include "words/reply.h"
+#include "legopt/types/reply.h"
 
 namespace legopt::server {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "legopt/input/name.h"
 #include "server/scheduler.h"
-#include "words/reply.h"
+#include "legopt/types/reply.h"
 
 namespace legopt::server {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "bus/messages.h"
 #include "server/scheduler.h"
-#include "words/reply.h"
+#include "legopt/types/reply.h"
 
 namespace legopt::server {
 namespace {

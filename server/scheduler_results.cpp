@@ -5,7 +5,7 @@
 
 #include "server/result_message.h"
 #include "server/scheduler.h"
-#include "words/reply.h"
+#include "legopt/types/reply.h"
 
 namespace legopt::server {
 namespace {

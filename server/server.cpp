@@ -9,7 +9,7 @@
 #include "legopt/input/json.h"
 #include "server/permission.h"
 #include "server/status.h"
-#include "words/reply.h"
+#include "legopt/types/reply.h"
 
 namespace legopt::server {
 namespace {

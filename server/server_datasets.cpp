@@ -9,7 +9,7 @@
 #include "bus/field_limits.h"
 #include "server/budget.h"
 #include "server/server.h"
-#include "words/reply.h"
+#include "legopt/types/reply.h"
 
 namespace legopt::server {
 namespace {

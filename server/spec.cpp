@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "bus/spec_limits.h"
-#include "legopt/blake2b.h"
+#include "legopt/math/blake2b.h"
 #include "legopt/input/json.h"
 #include "legopt/input/name.h"
-#include "legopt/input_error.h"
-#include "words/split.h"
+#include "legopt/types/input_error.h"
+#include "legopt/types/split.h"
 
 namespace legopt::server {
 namespace {

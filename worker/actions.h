@@ -12,7 +12,7 @@
 #include "legopt_msg/lease_request.hpp"
 #include "legopt_msg/method_request.hpp"
 #include "legopt_msg/result_request.hpp"
-#include "programs/exit_codes.h"
+#include "app/exit_codes.h"
 
 namespace legopt::worker {
 

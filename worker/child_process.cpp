@@ -16,7 +16,7 @@
 #include <system_error>
 #include <utility>
 
-#include "programs/processes.h"
+#include "app/processes.h"
 #include "worker/outcome.h"
 #include "worker/process_guards.h"
 

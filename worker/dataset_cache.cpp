@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "legopt/dataset/dataset_archive.h"
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt::worker {
 namespace {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "legopt/read_guard.h"
+#include "legopt/types/read_guard.h"
 
 namespace legopt::worker {
 

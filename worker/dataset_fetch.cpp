@@ -7,7 +7,7 @@
 #include "bus/codec.h"
 #include "legopt_msg/dataset_reply.hpp"
 #include "legopt_msg/dataset_request.hpp"
-#include "words/reply.h"
+#include "legopt/types/reply.h"
 
 namespace legopt::worker {
 namespace {

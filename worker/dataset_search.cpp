@@ -4,11 +4,11 @@
 #include <string>
 
 #include "legopt/dataset/dataset_archive.h"
-#include "legopt/input_error.h"
-#include "programs/data_folder.h"
-#include "programs/dataset_cache_folder.h"
-#include "programs/isolated_call.h"
-#include "programs/printable.h"
+#include "legopt/types/input_error.h"
+#include "app/data_folder.h"
+#include "app/dataset_cache_folder.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
 
 namespace legopt::worker {
 namespace {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "programs/exit_codes.h"
-#include "programs/stop_signals.h"
+#include "app/exit_codes.h"
+#include "app/stop_signals.h"
 #include "worker/dataset_cache.h"
 #include "worker/dataset_fetch.h"
 #include "worker/pool.h"

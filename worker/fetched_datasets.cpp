@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 #include "worker/dataset_fetch.h"
 
 namespace legopt::worker {

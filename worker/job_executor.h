@@ -8,7 +8,7 @@
 
 #include "legopt_msg/lease.hpp"
 #include "legopt_msg/result_request.hpp"
-#include "words/capability.h"
+#include "legopt/types/capability.h"
 
 namespace legopt::worker {
 

@@ -14,8 +14,8 @@
 #include <string>
 
 #include "bus/codec.h"
-#include "programs/external/solver_confinement.h"
-#include "programs/process_limits.h"
+#include "worker/external/solver_confinement.h"
+#include "app/process_limits.h"
 #include "worker/child_protocol.h"
 #include "worker/job_slot.h"
 #include "worker/outcome.h"

@@ -1,5 +1,5 @@
-#include "legopt/solve/numeric_fingerprint.h"
-#include "programs/program_main.h"
+#include "legopt/planning/numeric_fingerprint.h"
+#include "app/program_main.h"
 #include "worker/solve_executor.h"
 #include "worker/worker_main.h"
 

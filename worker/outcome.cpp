@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "programs/printable.h"
+#include "app/printable.h"
 
 namespace legopt::worker {
 std::string PrintableText(std::string_view text, std::size_t max_bytes) {

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "legopt_msg/result_request.hpp"
-#include "words/job.h"
+#include "legopt/types/job.h"
 
 namespace legopt::worker {
 

@@ -4,9 +4,9 @@
 #include <cstdlib>
 #include <utility>
 
-#include "legopt/number_text.h"
-#include "programs/exit_codes.h"
-#include "words/reply.h"
+#include "legopt/types/number_text.h"
+#include "app/exit_codes.h"
+#include "legopt/types/reply.h"
 #include "worker/child_protocol.h"
 #include "worker/outcome.h"
 

@@ -16,7 +16,7 @@
 #include "legopt_msg/lease_reply.hpp"
 #include "legopt_msg/method_reply.hpp"
 #include "legopt_msg/result_reply.hpp"
-#include "words/task.h"
+#include "legopt/types/task.h"
 #include "worker/actions.h"
 #include "worker/job_executor.h"
 #include "worker/job_slot.h"

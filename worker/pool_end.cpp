@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "programs/exit_codes.h"
+#include "app/exit_codes.h"
 #include "worker/outcome.h"
 #include "worker/pool.h"
 

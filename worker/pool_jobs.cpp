@@ -5,9 +5,9 @@
 #include <csignal>
 #include <utility>
 
-#include "programs/exit_codes.h"
-#include "programs/signal_meaning.h"
-#include "words/reply.h"
+#include "app/exit_codes.h"
+#include "app/signal_meaning.h"
+#include "legopt/types/reply.h"
 #include "worker/outcome.h"
 #include "worker/pool.h"
 

@@ -21,7 +21,7 @@
 #include <cstring>
 #include <new>
 
-#include "programs/processes.h"
+#include "app/processes.h"
 #include "worker/job_slot.h"
 
 namespace legopt::worker {

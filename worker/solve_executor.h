@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "legopt/solve/job_runner.h"
-#include "programs/external/external_solvers.h"
+#include "legopt/planning/job_runner.h"
+#include "worker/external/external_solvers.h"
 #include "worker/job_executor.h"
 #include "worker/worker_main.h"
 

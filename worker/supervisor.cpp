@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "bus/codec.h"
-#include "programs/affinity.h"
+#include "app/affinity.h"
 #include "worker/outcome.h"
 
 namespace legopt::worker {

@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include "programs/build_identity.h"
-#include "programs/process_start.h"
+#include "app/build_identity.h"
+#include "app/process_start.h"
 #include "worker/job_executor.h"
 
 namespace legopt::worker {

@@ -10,9 +10,9 @@
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "db/restore.h"
-#include "legopt/number_text.h"
-#include "programs/command_line.h"
-#include "programs/printable.h"
+#include "legopt/types/number_text.h"
+#include "app/command_line.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 namespace {

@@ -4,9 +4,9 @@
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
-#include "programs/checks.h"
-#include "programs/command_line.h"
-#include "words/reply.h"
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "legopt/types/reply.h"
 
 namespace legopt::client {
 namespace {

@@ -14,14 +14,14 @@
 #include "client/report/replaced_file.h"
 #include "client/service/interrupt.h"
 #include "client/suite/chosen_files.h"
-#include "files/name_lock.h"
-#include "legopt/certify/certificate.h"
-#include "legopt/certify/dataset_certifier.h"
-#include "legopt/certify/stance_catalogue.h"
+#include "legopt/files/name_lock.h"
+#include "legopt/planning/certify/certificate.h"
+#include "legopt/planning/certify/dataset_certifier.h"
+#include "legopt/planning/certify/stance_catalogue.h"
 #include "legopt/dataset/dataset.h"
-#include "programs/checks.h"
-#include "programs/command_line.h"
-#include "programs/isolated_call.h"
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/isolated_call.h"
 
 namespace legopt::client {
 namespace {

@@ -8,13 +8,13 @@
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "db/store_error.h"
-#include "legopt/certify/certificate.h"
-#include "legopt/input_error.h"
-#include "programs/arguments.h"
-#include "programs/data_folder.h"
-#include "programs/exit_codes.h"
-#include "programs/log_format.h"
-#include "programs/program_main.h"
+#include "legopt/planning/certify/certificate.h"
+#include "legopt/types/input_error.h"
+#include "app/arguments.h"
+#include "app/data_folder.h"
+#include "app/exit_codes.h"
+#include "app/log_format.h"
+#include "app/program_main.h"
 
 namespace legopt::client {
 namespace {

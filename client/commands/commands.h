@@ -3,8 +3,8 @@
 #include <functional>
 
 #include "client/client_error.h"
-#include "programs/build_identity.h"
-#include "programs/command_line.h"
+#include "app/build_identity.h"
+#include "app/command_line.h"
 
 namespace legopt::client {
 

@@ -5,8 +5,8 @@
 #include "client/commands/options.h"
 #include "client/compare/comparison_report.h"
 #include "client/compare/figures.h"
-#include "programs/checks.h"
-#include "programs/command_line.h"
+#include "app/checks.h"
+#include "app/command_line.h"
 
 namespace legopt::client {
 namespace {

@@ -18,9 +18,9 @@
 #include "legopt/import/dataset_check.h"
 #include "legopt/input/json.h"
 #include "legopt/robot/dof_names.h"
-#include "programs/command_line.h"
-#include "programs/isolated_call.h"
-#include "programs/printable.h"
+#include "app/command_line.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 namespace {

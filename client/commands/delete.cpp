@@ -10,10 +10,10 @@
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "client/service/experiment_status.h"
-#include "programs/checks.h"
-#include "programs/command_line.h"
-#include "programs/printable.h"
-#include "words/reply.h"
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/printable.h"
+#include "legopt/types/reply.h"
 
 namespace legopt::client {
 namespace {

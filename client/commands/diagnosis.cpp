@@ -17,12 +17,12 @@
 #include "db/audit.h"
 #include "db/read_only_database.h"
 #include "legopt/dataset/dataset.h"
-#include "legopt/input_error.h"
-#include "legopt/number_text.h"
-#include "programs/data_folder.h"
-#include "programs/isolated_call.h"
-#include "programs/printable.h"
-#include "words/task.h"
+#include "legopt/types/input_error.h"
+#include "legopt/types/number_text.h"
+#include "app/data_folder.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
+#include "legopt/types/task.h"
 
 namespace legopt::client {
 namespace {

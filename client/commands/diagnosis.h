@@ -7,7 +7,7 @@
 #include "client/client_error.h"
 #include "client/report/listing.h"
 #include "client/service/server_connection.h"
-#include "programs/build_identity.h"
+#include "app/build_identity.h"
 
 namespace legopt::client {
 

@@ -5,7 +5,7 @@
 #include "client/commands/diagnosis.h"
 #include "client/commands/options.h"
 #include "client/report/terminal.h"
-#include "programs/command_line.h"
+#include "app/command_line.h"
 
 namespace legopt::client {
 namespace {

@@ -8,9 +8,9 @@
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "legopt/input/json.h"
-#include "programs/command_line.h"
-#include "programs/printable.h"
-#include "words/reply.h"
+#include "app/command_line.h"
+#include "app/printable.h"
+#include "legopt/types/reply.h"
 
 namespace legopt::client {
 namespace {

@@ -8,8 +8,8 @@
 #include "client/report/json_text.h"
 #include "client/report/progress.h"
 #include "client/suite/experiment_spec.h"
-#include "legopt/number_text.h"
-#include "programs/printable.h"
+#include "legopt/types/number_text.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 namespace {

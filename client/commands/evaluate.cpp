@@ -8,10 +8,10 @@
 #include "client/report/evaluation_report.h"
 #include "client/suite/chosen_files.h"
 #include "client/suite/input_files.h"
-#include "programs/checks.h"
-#include "programs/command_line.h"
-#include "programs/isolated_call.h"
-#include "programs/printable.h"
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 namespace {

@@ -10,10 +10,10 @@
 #include "client/report/listing.h"
 #include "client/service/interrupt.h"
 #include "legopt/input/json.h"
-#include "programs/checks.h"
-#include "programs/command_line.h"
-#include "programs/printable.h"
-#include "programs/value_list.h"
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/printable.h"
+#include "app/value_list.h"
 
 namespace legopt::client {
 namespace {

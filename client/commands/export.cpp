@@ -7,11 +7,11 @@
 #include "client/report/exported_solutions.h"
 #include "client/report/result_dataset.h"
 #include "client/suite/chosen_files.h"
-#include "files/written_file.h"
-#include "programs/checks.h"
-#include "programs/command_line.h"
-#include "programs/isolated_call.h"
-#include "programs/printable.h"
+#include "legopt/files/written_file.h"
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 namespace {

@@ -15,14 +15,14 @@
 #include "client/service/interrupt.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/text_file.h"
-#include "legopt/generate/dataset_builder.h"
-#include "legopt/generate/scenario.h"
-#include "legopt/generate/source_check.h"
-#include "legopt/input_error.h"
-#include "programs/checks.h"
-#include "programs/command_line.h"
-#include "programs/data_folder.h"
-#include "programs/isolated_call.h"
+#include "legopt/worldgen/dataset_builder.h"
+#include "legopt/worldgen/scenario.h"
+#include "legopt/worldgen/source_check.h"
+#include "legopt/types/input_error.h"
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/data_folder.h"
+#include "app/isolated_call.h"
 
 namespace legopt::client {
 namespace {

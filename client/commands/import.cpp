@@ -12,13 +12,13 @@
 #include "client/report/json_text.h"
 #include "client/report/terminal.h"
 #include "client/suite/input_files.h"
-#include "files/written_file.h"
+#include "legopt/files/written_file.h"
 #include "legopt/dataset/text_file.h"
 #include "legopt/import/importer.h"
-#include "legopt/input_error.h"
-#include "programs/command_line.h"
-#include "programs/isolated_call.h"
-#include "programs/printable.h"
+#include "legopt/types/input_error.h"
+#include "app/command_line.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 namespace {

@@ -6,8 +6,8 @@
 #include "bus/message_key.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
-#include "programs/command_line.h"
-#include "programs/printable.h"
+#include "app/command_line.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "client/report/result_source.h"
-#include "words/task.h"
+#include "legopt/types/task.h"
 
 namespace legopt::client {
 

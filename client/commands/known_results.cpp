@@ -7,7 +7,7 @@
 #include <tuple>
 
 #include "legopt/input/json.h"
-#include "words/job.h"
+#include "legopt/types/job.h"
 
 namespace legopt::client {
 namespace {

@@ -10,12 +10,12 @@
 #include "client/report/method_filter.h"
 #include "client/service/experiment_status.h"
 #include "legopt/input/json.h"
-#include "legopt/nearest_name.h"
-#include "programs/checks.h"
-#include "programs/command_line.h"
-#include "words/job.h"
-#include "words/result.h"
-#include "words/task.h"
+#include "legopt/types/nearest_name.h"
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "legopt/types/job.h"
+#include "legopt/types/result.h"
+#include "legopt/types/task.h"
 
 namespace legopt::client {
 namespace {

@@ -7,10 +7,10 @@
 #include "client/report/attempt_list.h"
 #include "client/report/json_text.h"
 #include "legopt/input/json.h"
-#include "programs/checks.h"
-#include "programs/command_line.h"
-#include "programs/printable.h"
-#include "words/job.h"
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/printable.h"
+#include "legopt/types/job.h"
 
 namespace legopt::client {
 namespace {

@@ -1,7 +1,7 @@
 #include "client/commands/commands.h"
-#include "legopt/solve/numeric_fingerprint.h"
-#include "programs/build_identity.h"
-#include "programs/program_main.h"
+#include "legopt/planning/numeric_fingerprint.h"
+#include "app/build_identity.h"
+#include "app/program_main.h"
 
 int main(int argc, char** argv) {
   return legopt::programs::RunProgram("legopt", legopt::programs::ProcessKind::kCommand, [&] {

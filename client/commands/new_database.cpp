@@ -6,7 +6,7 @@
 
 #include "client/report/result_source.h"
 #include "db/lock_file.h"
-#include "files/written_file.h"
+#include "legopt/files/written_file.h"
 
 namespace legopt::client {
 namespace {

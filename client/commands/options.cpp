@@ -11,9 +11,9 @@
 #include "client/plot/plot_image.h"
 #include "client/plot/plot_text.h"
 #include "client/report/replaced_file.h"
-#include "programs/checks.h"
-#include "programs/command_line.h"
-#include "words/task.h"
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "legopt/types/task.h"
 
 namespace legopt::client {
 namespace {

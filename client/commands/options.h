@@ -13,7 +13,7 @@
 #include "client/report/terminal.h"
 #include "client/service/server_connection.h"
 #include "client/suite/suite.h"
-#include "programs/command_line.h"
+#include "app/command_line.h"
 
 namespace legopt::client {
 

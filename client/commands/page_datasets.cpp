@@ -5,7 +5,7 @@
 #include "client/client_error.h"
 #include "client/report/result_dataset.h"
 #include "client/suite/chosen_files.h"
-#include "programs/isolated_call.h"
+#include "app/isolated_call.h"
 
 namespace legopt::client {
 namespace {

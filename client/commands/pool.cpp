@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "bridge/access_file.h"
+#include "bus/bridge/access_file.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
@@ -25,9 +25,9 @@
 #include "client/report/listing.h"
 #include "client/report/progress.h"
 #include "client/service/interrupt.h"
-#include "programs/command_line.h"
-#include "programs/printable.h"
-#include "programs/shell_word.h"
+#include "app/command_line.h"
+#include "app/printable.h"
+#include "app/shell_word.h"
 
 namespace legopt::client {
 namespace {

@@ -10,8 +10,8 @@
 #include "client/report/listing_writer.h"
 #include "client/report/terminal.h"
 #include "legopt/input/utf8.h"
-#include "programs/checks.h"
-#include "programs/command_line.h"
+#include "app/checks.h"
+#include "app/command_line.h"
 
 namespace legopt::client {
 namespace {

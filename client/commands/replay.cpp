@@ -11,14 +11,14 @@
 #include "client/report/result_dataset.h"
 #include "client/suite/chosen_files.h"
 #include "client/suite/input_files.h"
-#include "legopt/input_error.h"
-#include "programs/build_identity.h"
-#include "programs/checks.h"
-#include "programs/command_line.h"
-#include "programs/external/external_solvers.h"
-#include "programs/granted_processors.h"
-#include "programs/isolated_call.h"
-#include "programs/printable.h"
+#include "legopt/types/input_error.h"
+#include "app/build_identity.h"
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "worker/external/external_solvers.h"
+#include "app/granted_processors.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 namespace {

@@ -9,11 +9,11 @@
 #include "client/page/page_report.h"
 #include "client/report/replaced_file.h"
 #include "client/suite/chosen_files.h"
-#include "legopt/number_text.h"
-#include "programs/checks.h"
-#include "programs/command_line.h"
-#include "programs/isolated_call.h"
-#include "programs/printable.h"
+#include "legopt/types/number_text.h"
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 namespace {

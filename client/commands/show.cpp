@@ -9,10 +9,10 @@
 #include "client/report/json_text.h"
 #include "db/result_record.h"
 #include "legopt/input/json.h"
-#include "legopt/input_error.h"
-#include "programs/checks.h"
-#include "programs/command_line.h"
-#include "programs/printable.h"
+#include "legopt/types/input_error.h"
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 namespace {

@@ -13,10 +13,10 @@
 #include "client/suite/chosen_files.h"
 #include "client/suite/input_files.h"
 #include "legopt/dataset/dataset.h"
-#include "programs/command_line.h"
-#include "programs/external/external_solvers.h"
-#include "programs/external/solver_check.h"
-#include "programs/isolated_call.h"
+#include "app/command_line.h"
+#include "worker/external/external_solvers.h"
+#include "worker/external/solver_check.h"
+#include "app/isolated_call.h"
 
 namespace legopt::client {
 namespace {

@@ -8,9 +8,9 @@
 #include "client/report/progress.h"
 #include "client/report/status_table.h"
 #include "client/report/terminal.h"
-#include "programs/checks.h"
-#include "programs/command_line.h"
-#include "programs/printable.h"
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 namespace {

@@ -9,17 +9,17 @@
 #include "client/suite/chosen_files.h"
 #include "client/suite/experiment_spec.h"
 #include "client/suite/input_files.h"
-#include "files/written_file.h"
+#include "legopt/files/written_file.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/dataset_file.h"
 #include "legopt/import/plausibility.h"
 #include "legopt/input/json.h"
 #include "legopt/input/name.h"
-#include "legopt/input_error.h"
-#include "programs/external/declaration.h"
-#include "programs/external/external_solvers.h"
-#include "programs/isolated_call.h"
-#include "programs/printable.h"
+#include "legopt/types/input_error.h"
+#include "worker/external/declaration.h"
+#include "worker/external/external_solvers.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 namespace {

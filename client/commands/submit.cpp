@@ -12,11 +12,11 @@
 #include "client/suite/experiment_spec.h"
 #include "legopt/dataset/dataset_archive.h"
 #include "legopt/input/json.h"
-#include "legopt/input_error.h"
-#include "programs/command_line.h"
-#include "programs/isolated_call.h"
-#include "programs/printable.h"
-#include "words/reply.h"
+#include "legopt/types/input_error.h"
+#include "app/command_line.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
+#include "legopt/types/reply.h"
 
 namespace legopt::client {
 namespace {

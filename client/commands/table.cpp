@@ -11,9 +11,9 @@
 #include "client/report/method_filter.h"
 #include "client/report/paper_table.h"
 #include "client/report/reading.h"
-#include "programs/checks.h"
-#include "programs/command_line.h"
-#include "programs/data_folder.h"
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/data_folder.h"
 
 namespace legopt::client {
 namespace {

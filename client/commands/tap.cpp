@@ -18,9 +18,9 @@
 #include "client/service/interrupt.h"
 #include "client/tap/captured_datagram.h"
 #include "client/tap/traffic_rates.h"
-#include "legopt/nearest_name.h"
-#include "programs/checks.h"
-#include "programs/command_line.h"
+#include "legopt/types/nearest_name.h"
+#include "app/checks.h"
+#include "app/command_line.h"
 
 namespace legopt::client {
 namespace {

@@ -6,9 +6,9 @@
 #include "client/commands/options.h"
 #include "client/replay/stored_trace.h"
 #include "legopt/dataset/text_file.h"
-#include "programs/checks.h"
-#include "programs/command_line.h"
-#include "programs/printable.h"
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 namespace {

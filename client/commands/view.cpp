@@ -16,12 +16,12 @@
 #include "client/report/replaced_file.h"
 #include "client/report/result_dataset.h"
 #include "client/suite/chosen_files.h"
-#include "files/file_error.h"
-#include "files/written_file.h"
-#include "programs/checks.h"
-#include "programs/command_line.h"
-#include "programs/isolated_call.h"
-#include "programs/printable.h"
+#include "legopt/files/file_error.h"
+#include "legopt/files/written_file.h"
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
 
 extern char** environ;
 

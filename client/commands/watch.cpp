@@ -8,8 +8,8 @@
 #include "client/report/watch_json.h"
 #include "client/report/watching.h"
 #include "client/service/interrupt.h"
-#include "programs/checks.h"
-#include "programs/command_line.h"
+#include "app/checks.h"
+#include "app/command_line.h"
 
 namespace legopt::client {
 namespace {

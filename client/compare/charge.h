@@ -6,7 +6,7 @@
 #include <string>
 
 #include "client/compare/solves.h"
-#include "words/task.h"
+#include "legopt/types/task.h"
 
 namespace legopt::client {
 

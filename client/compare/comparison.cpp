@@ -6,7 +6,7 @@
 #include <map>
 
 #include "client/client_error.h"
-#include "legopt/number_text.h"
+#include "legopt/types/number_text.h"
 #include "legopt/statistics/bootstrap.h"
 #include "legopt/statistics/charged_times.h"
 #include "legopt/statistics/checks.h"

@@ -10,7 +10,7 @@
 #include "legopt/statistics/paired_tests.h"
 #include "legopt/statistics/profiles.h"
 #include "legopt/statistics/proportions.h"
-#include "words/comparison.h"
+#include "legopt/types/comparison.h"
 
 /// Comparison of two methods on the same problems. All values describe B relative to A: differences are B - A, ratios B
 /// / A.

@@ -9,8 +9,8 @@
 #include "client/report/inner_starts.h"
 #include "client/report/json_text.h"
 #include "client/report/listing.h"
-#include "legopt/number_text.h"
-#include "programs/printable.h"
+#include "legopt/types/number_text.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 namespace {

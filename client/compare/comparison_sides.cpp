@@ -9,7 +9,7 @@
 #include "client/client_error.h"
 #include "client/compare/method_choice.h"
 #include "legopt/input/utf8.h"
-#include "legopt/number_text.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt::client {
 namespace {

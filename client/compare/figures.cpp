@@ -6,8 +6,8 @@
 #include "client/compare/comparison_report.h"
 #include "client/report/grouped_table.h"
 #include "client/report/inner_starts.h"
-#include "legopt/number_text.h"
-#include "programs/printable.h"
+#include "legopt/types/number_text.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 namespace {

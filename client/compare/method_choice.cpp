@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "client/client_error.h"
-#include "legopt/nearest_name.h"
-#include "programs/value_list.h"
-#include "words/method_name.h"
+#include "legopt/types/nearest_name.h"
+#include "app/value_list.h"
+#include "legopt/types/method_name.h"
 
 namespace legopt::client {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "client/report/inner_starts.h"
 #include "client/report/reading.h"
-#include "words/job.h"
+#include "legopt/types/job.h"
 
 namespace legopt::client {
 namespace {

@@ -11,8 +11,8 @@
 #include "client/report/result_origins.h"
 #include "client/report/result_source.h"
 #include "legopt/statistics/problem_scores.h"
-#include "words/collision.h"
-#include "words/result.h"
+#include "legopt/types/collision.h"
+#include "legopt/types/result.h"
 
 namespace legopt::client {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "legopt/collision/mesh.h"
+#include "legopt/geometry/mesh.h"
 
 /// Binary data of a page: blocks of bytes, compressed by gzip and encoded as base64 (docs/page-data.md).
 namespace legopt::client {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "legopt/collision/convex_surfaces.h"
+#include "legopt/geometry/convex_surfaces.h"
 #include "legopt/dataset/support_polygon.h"
 #include "legopt/robot/dof_names.h"
 #include "legopt/robot/kinematics.h"

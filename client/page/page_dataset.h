@@ -6,7 +6,7 @@
 
 #include "client/page/page_block.h"
 #include "legopt/dataset/dataset.h"
-#include "words/task.h"
+#include "legopt/types/task.h"
 
 namespace legopt::client {
 

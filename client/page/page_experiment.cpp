@@ -11,7 +11,7 @@
 #include "client/report/grouped_table.h"
 #include "client/report/reading.h"
 #include "legopt/input/json.h"
-#include "words/job.h"
+#include "legopt/types/job.h"
 
 namespace legopt::client {
 namespace {

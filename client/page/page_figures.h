@@ -12,8 +12,8 @@
 #include "client/page/page_experiment.h"
 #include "client/report/result_source.h"
 #include "legopt/dataset/dataset.h"
-#include "programs/build_identity.h"
-#include "words/result.h"
+#include "app/build_identity.h"
+#include "legopt/types/result.h"
 
 namespace legopt::client {
 

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "legopt/evaluate/waypoint_inspector.h"
+#include "legopt/judge/waypoint_inspector.h"
 
 namespace legopt::client {
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "client/report/result_source.h"
-#include "legopt/evaluate/waypoint_inspector.h"
-#include "words/task.h"
+#include "legopt/judge/waypoint_inspector.h"
+#include "legopt/types/task.h"
 
 namespace legopt::client {
 

@@ -10,8 +10,8 @@
 #include "client/page/page_solutions.h"
 #include "client/report/result_source.h"
 #include "legopt/dataset/dataset.h"
-#include "programs/build_identity.h"
-#include "words/task.h"
+#include "app/build_identity.h"
+#include "legopt/types/task.h"
 
 namespace legopt::client {
 

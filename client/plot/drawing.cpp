@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "legopt/classic_stream.h"
+#include "legopt/types/classic_stream.h"
 
 namespace legopt::client {
 namespace {

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "legopt/number_text.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt::client {
 namespace {

@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "client/client_error.h"
-#include "programs/processes.h"
+#include "app/processes.h"
 
 namespace legopt::client {
 namespace {

@@ -7,8 +7,8 @@
 #include "client/pool/pool_script.h"
 #include "client/pool/script_quoting.h"
 #include "client/pool/worker_command.h"
-#include "legopt/classic_stream.h"
-#include "legopt/input_error.h"
+#include "legopt/types/classic_stream.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt::client {
 namespace {

@@ -5,10 +5,10 @@
 #include <system_error>
 
 #include "client/client_error.h"
-#include "files/written_file.h"
+#include "legopt/files/written_file.h"
 #include "legopt/dataset/dataset_archive.h"
-#include "programs/isolated_call.h"
-#include "programs/offered_datasets.h"
+#include "app/isolated_call.h"
+#include "app/offered_datasets.h"
 
 namespace legopt::client {
 

@@ -5,7 +5,7 @@
 
 namespace legopt::client {
 
-/// A dataset archive in a folder of datasets that a server offers (programs/offered_datasets.h).
+/// A dataset archive in a folder of datasets that a server offers (app/offered_datasets.h).
 struct PackedDataset {
   std::string hash;
   std::filesystem::path archive;

@@ -7,12 +7,12 @@
 #include <string_view>
 
 #include "client/suite/yaml_map.h"
-#include "legopt/classic_stream.h"
+#include "legopt/types/classic_stream.h"
 #include "legopt/input/file_text.h"
 #include "legopt/input/yaml.h"
-#include "legopt/input_error.h"
-#include "legopt/nearest_name.h"
-#include "programs/checks.h"
+#include "legopt/types/input_error.h"
+#include "legopt/types/nearest_name.h"
+#include "app/checks.h"
 
 namespace legopt::client {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "words/enum_names.h"
+#include "legopt/types/enum_names.h"
 
 namespace legopt::client {
 

@@ -7,10 +7,10 @@
 #include <optional>
 
 #include "client/client_error.h"
-#include "files/file_error.h"
-#include "files/written_file.h"
-#include "programs/processes.h"
-#include "words/enum_names.h"
+#include "legopt/files/file_error.h"
+#include "legopt/files/written_file.h"
+#include "app/processes.h"
+#include "legopt/types/enum_names.h"
 
 namespace legopt::client {
 namespace {

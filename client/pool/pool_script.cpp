@@ -9,7 +9,7 @@
 #include "client/client_error.h"
 #include "client/pool/script_quoting.h"
 #include "client/pool/worker_command.h"
-#include "programs/shell_word.h"
+#include "app/shell_word.h"
 
 namespace legopt::client {
 namespace {

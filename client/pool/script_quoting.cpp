@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt::client {
 namespace {

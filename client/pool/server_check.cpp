@@ -3,9 +3,9 @@
 #include <chrono>
 #include <thread>
 
-#include "bridge/access_file.h"
-#include "bridge/bridge.h"
-#include "bridge/link_socket.h"
+#include "bus/bridge/access_file.h"
+#include "bus/bridge/bridge.h"
+#include "bus/bridge/link_socket.h"
 #include "bus/endpoint.h"
 #include "bus/message_key.h"
 #include "client/client_error.h"

@@ -7,8 +7,8 @@
 #include <thread>
 
 #include "client/client_error.h"
-#include "legopt/classic_stream.h"
-#include "programs/printable.h"
+#include "legopt/types/classic_stream.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 namespace {

@@ -8,8 +8,8 @@
 #include <system_error>
 #include <utility>
 
-#include "bridge/access_file.h"
-#include "bridge/link_socket.h"
+#include "bus/bridge/access_file.h"
+#include "bus/bridge/link_socket.h"
 #include "bus/message_key.h"
 #include "client/client_error.h"
 #include "client/pool/packed_dataset.h"
@@ -17,10 +17,10 @@
 #include "client/pool/worker_key.h"
 #include "client/service/interrupt.h"
 #include "legopt/dataset/dataset_archive.h"
-#include "legopt/input_error.h"
-#include "programs/data_folder.h"
-#include "programs/isolated_call.h"
-#include "programs/printable.h"
+#include "legopt/types/input_error.h"
+#include "app/data_folder.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 namespace {

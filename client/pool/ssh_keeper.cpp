@@ -10,10 +10,10 @@
 #include <system_error>
 #include <thread>
 
-#include "files/file_error.h"
-#include "files/written_file.h"
-#include "legopt/classic_stream.h"
-#include "legopt/number_text.h"
+#include "legopt/files/file_error.h"
+#include "legopt/files/written_file.h"
+#include "legopt/types/classic_stream.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt::client {
 namespace {

@@ -12,7 +12,7 @@
 #include "client/client_error.h"
 #include "client/pool/engine_call.h"
 #include "client/service/managed_program.h"
-#include "files/written_file.h"
+#include "legopt/files/written_file.h"
 
 namespace legopt::client {
 namespace {

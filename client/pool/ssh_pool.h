@@ -11,7 +11,7 @@
 #include "client/pool/pool_file.h"
 #include "client/pool/pool_script.h"
 #include "client/service/child_process.h"
-#include "programs/processes.h"
+#include "app/processes.h"
 
 namespace legopt::client {
 

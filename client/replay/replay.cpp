@@ -10,10 +10,10 @@
 #include <thread>
 
 #include "legopt/input/json.h"
-#include "legopt/number_text.h"
-#include "legopt/read_guard.h"
-#include "legopt/solve/trace.h"
-#include "programs/isolated_call.h"
+#include "legopt/types/number_text.h"
+#include "legopt/types/read_guard.h"
+#include "legopt/planning/trace.h"
+#include "app/isolated_call.h"
 
 namespace legopt::client {
 namespace {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "client/replay/stored_job.h"
-#include "legopt/solve/job_runner.h"
-#include "words/reproduction.h"
+#include "legopt/planning/job_runner.h"
+#include "legopt/types/reproduction.h"
 
 namespace legopt::client {
 
@@ -23,7 +23,7 @@ struct Replay {
 /// Compares the stored result with the result of solving the job again. Times are not compared.
 Replay CompareResults(const StoredJob& stored, const JobResult& now);
 
-/// Returns a description of the first difference between a stored trace (legopt/solve/trace.h) and a new one: the first
+/// Returns a description of the first difference between a stored trace (legopt/planning/trace.h) and a new one: the first
 /// stored step that differs in anything except time. Empty: no difference, or no stored trace.
 std::string FirstDivergence(std::span<const IterationRecord> stored, std::span<const IterationRecord> now);
 

@@ -7,7 +7,7 @@
 #include "client/client_error.h"
 #include "client/replay/stored_trace.h"
 #include "legopt/input/json.h"
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt::client {
 namespace {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "client/report/result_source.h"
-#include "legopt/solve/job_runner.h"
-#include "words/result.h"
+#include "legopt/planning/job_runner.h"
+#include "legopt/types/result.h"
 
 namespace legopt::client {
 

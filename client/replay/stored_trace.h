@@ -5,7 +5,7 @@
 
 #include "client/report/listing.h"
 #include "client/report/result_source.h"
-#include "legopt/optimize/solve_outcome.h"
+#include "legopt/solvers/solve_outcome.h"
 
 namespace legopt::client {
 

@@ -15,11 +15,11 @@
 #include "client/report/listing.h"
 #include "client/report/result_origins.h"
 #include "client/report/text_layout.h"
-#include "words/collision.h"
-#include "words/feasibility.h"
-#include "words/result.h"
-#include "words/split.h"
-#include "words/task.h"
+#include "legopt/types/collision.h"
+#include "legopt/types/feasibility.h"
+#include "legopt/types/result.h"
+#include "legopt/types/split.h"
+#include "legopt/types/task.h"
 
 namespace legopt::client {
 

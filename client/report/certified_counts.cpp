@@ -6,8 +6,8 @@
 #include <string>
 #include <utility>
 
-#include "programs/data_folder.h"
-#include "words/feasibility.h"
+#include "app/data_folder.h"
+#include "legopt/types/feasibility.h"
 
 namespace legopt::client {
 namespace {

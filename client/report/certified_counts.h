@@ -6,7 +6,7 @@
 #include "client/report/benchmark_table.h"
 #include "client/report/reading.h"
 #include "client/report/result_source.h"
-#include "legopt/certify/certificate.h"
+#include "legopt/planning/certify/certificate.h"
 
 namespace legopt::client {
 

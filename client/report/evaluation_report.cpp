@@ -7,8 +7,8 @@
 #include "client/report/grouped_table.h"
 #include "client/report/json_text.h"
 #include "client/report/listing.h"
-#include "legopt/classic_stream.h"
-#include "programs/printable.h"
+#include "legopt/types/classic_stream.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 namespace {

@@ -7,7 +7,7 @@
 #include "client/client_error.h"
 #include "client/report/result_origins.h"
 #include "legopt/robot/dof_names.h"
-#include "words/result.h"
+#include "legopt/types/result.h"
 
 namespace legopt::client {
 namespace {

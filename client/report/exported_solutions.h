@@ -8,9 +8,9 @@
 #include "client/report/method_filter.h"
 #include "client/report/result_source.h"
 #include "legopt/dataset/dataset.h"
-#include "legopt/evaluate/solution_file.h"
-#include "words/collision.h"
-#include "words/task.h"
+#include "legopt/judge/solution_file.h"
+#include "legopt/types/collision.h"
+#include "legopt/types/task.h"
 
 namespace legopt::client {
 

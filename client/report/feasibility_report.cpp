@@ -4,9 +4,9 @@
 #include <optional>
 
 #include "client/report/json_text.h"
-#include "legopt/certify/dataset_certifier.h"
-#include "words/feasibility.h"
-#include "words/task.h"
+#include "legopt/planning/certify/dataset_certifier.h"
+#include "legopt/types/feasibility.h"
+#include "legopt/types/task.h"
 
 namespace legopt::client {
 namespace {

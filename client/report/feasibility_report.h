@@ -3,8 +3,8 @@
 #include <string>
 
 #include "client/report/listing.h"
-#include "legopt/certify/certificate.h"
-#include "legopt/certify/stance_catalogue.h"
+#include "legopt/planning/certify/certificate.h"
+#include "legopt/planning/certify/stance_catalogue.h"
 #include "legopt/dataset/dataset.h"
 
 namespace legopt::client {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "client/report/listing.h"
-#include "programs/printable.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 namespace {

@@ -6,7 +6,7 @@
 #include <iostream>
 
 #include "client/report/progress.h"
-#include "legopt/classic_stream.h"
+#include "legopt/types/classic_stream.h"
 
 namespace legopt::client {
 

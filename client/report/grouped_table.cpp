@@ -4,7 +4,7 @@
 #include <cctype>
 
 #include "client/report/markup_text.h"
-#include "programs/printable.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "client/report/text_layout.h"
-#include "words/task.h"
+#include "legopt/types/task.h"
 
 namespace legopt::client {
 

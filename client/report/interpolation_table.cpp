@@ -6,7 +6,7 @@
 #include "client/report/grouped_table.h"
 #include "client/report/inner_starts.h"
 #include "client/report/json_text.h"
-#include "legopt/number_text.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt::client {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "client/report/benchmark_table.h"
 #include "client/report/listing.h"
-#include "words/split.h"
+#include "legopt/types/split.h"
 
 namespace legopt::client {
 

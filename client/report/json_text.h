@@ -3,7 +3,7 @@
 #include <string>
 
 #include "legopt/input/json.h"
-#include "programs/printable.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 

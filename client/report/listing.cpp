@@ -12,10 +12,10 @@
 #include "client/report/listing_text.h"
 #include "client/report/markup_text.h"
 #include "legopt/input/json.h"
-#include "legopt/nearest_name.h"
-#include "legopt/number_text.h"
-#include "programs/printable.h"
-#include "programs/value_list.h"
+#include "legopt/types/nearest_name.h"
+#include "legopt/types/number_text.h"
+#include "app/printable.h"
+#include "app/value_list.h"
 
 namespace legopt::client {
 namespace {

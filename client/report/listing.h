@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "client/report/text_layout.h"
-#include "words/enum_names.h"
+#include "legopt/types/enum_names.h"
 
 namespace legopt::client {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
-#include "programs/printable.h"
-#include "words/job.h"
+#include "app/printable.h"
+#include "legopt/types/job.h"
 
 namespace legopt::client {
 namespace {

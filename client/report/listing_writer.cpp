@@ -7,8 +7,8 @@
 #include "client/client_error.h"
 #include "client/report/json_text.h"
 #include "client/report/listing.h"
-#include "programs/program_main.h"
-#include "programs/value_list.h"
+#include "app/program_main.h"
+#include "app/value_list.h"
 
 namespace legopt::client {
 

@@ -7,10 +7,10 @@
 
 #include "client/client_error.h"
 #include "legopt/input/json.h"
-#include "legopt/nearest_name.h"
-#include "programs/checks.h"
-#include "programs/command_line.h"
-#include "words/method_name.h"
+#include "legopt/types/nearest_name.h"
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "legopt/types/method_name.h"
 
 namespace legopt::client {
 namespace {

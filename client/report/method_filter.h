@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "client/report/result_source.h"
-#include "programs/command_line.h"
-#include "words/collision.h"
+#include "app/command_line.h"
+#include "legopt/types/collision.h"
 
 namespace legopt::client {
 

@@ -12,7 +12,7 @@
 #include <optional>
 #include <vector>
 
-#include "programs/processes.h"
+#include "app/processes.h"
 
 namespace legopt::client {
 namespace {

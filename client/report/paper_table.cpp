@@ -4,9 +4,9 @@
 #include <cctype>
 #include <charconv>
 
-#include "legopt/classic_stream.h"
+#include "legopt/types/classic_stream.h"
 #include "legopt/input/file_text.h"
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt::client {
 namespace {

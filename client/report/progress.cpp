@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <vector>
 
-#include "legopt/number_text.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt::client {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <cstdio>
 
-#include "legopt/number_text.h"
-#include "programs/printable.h"
+#include "legopt/types/number_text.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 namespace {

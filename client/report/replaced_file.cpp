@@ -1,8 +1,8 @@
 #include "client/report/replaced_file.h"
 
 #include "client/client_error.h"
-#include "files/file_error.h"
-#include "files/written_file.h"
+#include "legopt/files/file_error.h"
+#include "legopt/files/written_file.h"
 
 namespace legopt::client {
 

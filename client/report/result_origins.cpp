@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "legopt/number_text.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt::client {
 namespace {

@@ -10,9 +10,9 @@
 #include "client/report/listing.h"
 #include "client/report/listing_writer.h"
 #include "client/service/server_connection.h"
-#include "words/job.h"
-#include "words/result.h"
-#include "words/split.h"
+#include "legopt/types/job.h"
+#include "legopt/types/result.h"
+#include "legopt/types/split.h"
 
 namespace legopt::client {
 

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "legopt/dataset/problem_file.h"
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 #include "legopt/robot/dof_names.h"
 
 namespace legopt::client {

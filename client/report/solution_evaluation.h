@@ -3,11 +3,11 @@
 #include <string>
 #include <vector>
 
-#include "legopt/evaluate/judge.h"
-#include "legopt/evaluate/solution_file.h"
-#include "legopt/evaluate/summary.h"
-#include "words/result.h"
-#include "words/task.h"
+#include "legopt/judge/judge.h"
+#include "legopt/judge/solution_file.h"
+#include "legopt/judge/summary.h"
+#include "legopt/types/result.h"
+#include "legopt/types/task.h"
 
 namespace legopt {
 namespace client {

@@ -9,8 +9,8 @@
 #include "client/report/progress.h"
 #include "client/report/text_layout.h"
 #include "legopt/input/json.h"
-#include "legopt/number_text.h"
-#include "programs/printable.h"
+#include "legopt/types/number_text.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 namespace {

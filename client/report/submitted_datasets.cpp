@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <system_error>
 
-#include "programs/data_folder.h"
-#include "programs/dataset_cache_folder.h"
+#include "app/data_folder.h"
+#include "app/dataset_cache_folder.h"
 
 namespace legopt::client {
 namespace {

@@ -6,7 +6,7 @@
 
 /// @file
 /// Locations of the datasets of this user's submissions by content hash: symbolic links in the user's cache, beside the
-/// datasets fetched by workers (programs/dataset_cache_folder.h). They are used to find datasets of results whose
+/// datasets fetched by workers (app/dataset_cache_folder.h). They are used to find datasets of results whose
 /// database does not contain them. Thread-safe.
 
 namespace legopt::client {

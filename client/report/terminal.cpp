@@ -12,7 +12,7 @@
 #include <string_view>
 
 #include "client/report/pager.h"
-#include "programs/printable.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 namespace {

@@ -10,7 +10,7 @@
 #include "client/client_error.h"
 #include "client/report/progress_printer.h"
 #include "client/service/interrupt.h"
-#include "programs/printable.h"
+#include "app/printable.h"
 
 namespace legopt::client {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "client/page/page_figures.h"
 #include "client/serve/http_server.h"
-#include "legopt/evaluate/waypoint_inspector.h"
+#include "legopt/judge/waypoint_inspector.h"
 
 namespace legopt::client {
 

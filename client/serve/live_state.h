@@ -11,7 +11,7 @@
 
 #include "client/report/result_source.h"
 #include "client/service/server_connection.h"
-#include "words/result.h"
+#include "legopt/types/result.h"
 
 namespace legopt::client {
 

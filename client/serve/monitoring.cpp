@@ -8,7 +8,7 @@
 #include "client/service/experiment_status.h"
 #include "client/service/server_connection.h"
 #include "legopt/input/json.h"
-#include "words/job.h"
+#include "legopt/types/job.h"
 
 namespace legopt::client {
 namespace {

@@ -15,9 +15,9 @@
 #include <utility>
 
 #include "client/client_error.h"
-#include "files/file_error.h"
-#include "programs/process_start.h"
-#include "programs/signal_meaning.h"
+#include "legopt/files/file_error.h"
+#include "app/process_start.h"
+#include "app/signal_meaning.h"
 
 namespace legopt::client {
 namespace {

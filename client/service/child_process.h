@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "programs/processes.h"
+#include "app/processes.h"
 
 namespace legopt::client {
 

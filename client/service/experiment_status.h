@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "words/job.h"
-#include "words/result.h"
-#include "words/task.h"
+#include "legopt/types/job.h"
+#include "legopt/types/result.h"
+#include "legopt/types/task.h"
 
 namespace legopt::client {
 

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "programs/stop_signals.h"
+#include "app/stop_signals.h"
 
 namespace legopt::client {
 namespace {

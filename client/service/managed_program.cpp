@@ -8,9 +8,9 @@
 #include <optional>
 
 #include "client/client_error.h"
-#include "files/file_error.h"
-#include "legopt/classic_stream.h"
-#include "programs/data_folder.h"
+#include "legopt/files/file_error.h"
+#include "legopt/types/classic_stream.h"
+#include "app/data_folder.h"
 
 namespace legopt::client {
 namespace {

@@ -20,7 +20,7 @@
 #include "client/service/experiment_status.h"
 #include "client/service/interrupt.h"
 #include "client/service/submit_call.h"
-#include "words/reply.h"
+#include "legopt/types/reply.h"
 
 namespace legopt::client {
 namespace {

@@ -8,11 +8,11 @@
 #include <optional>
 #include <string>
 
-#include "bridge/uplink.h"
+#include "bus/bridge/uplink.h"
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
 #include "bus/typed_calls.h"
-#include "programs/network_flags.h"
+#include "app/network_flags.h"
 
 namespace legopt::client {
 

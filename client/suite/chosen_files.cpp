@@ -5,9 +5,9 @@
 
 #include "client/client_error.h"
 #include "client/suite/input_files.h"
-#include "files/written_file.h"
-#include "legopt/nearest_name.h"
-#include "programs/data_folder.h"
+#include "legopt/files/written_file.h"
+#include "legopt/types/nearest_name.h"
+#include "app/data_folder.h"
 
 namespace legopt::client {
 namespace {

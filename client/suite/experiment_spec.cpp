@@ -11,11 +11,11 @@
 
 #include "bus/text.h"
 #include "client/client_error.h"
-#include "legopt/blake2b.h"
+#include "legopt/math/blake2b.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/input/json.h"
 #include "legopt/input/name.h"
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt::client {
 namespace {

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "client/client_error.h"
-#include "files/written_file.h"
+#include "legopt/files/written_file.h"
 #include "legopt/input/file_text.h"
 
 namespace legopt::client {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt::client {
 

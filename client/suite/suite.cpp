@@ -9,14 +9,14 @@
 
 #include "bus/spec_limits.h"
 #include "client/suite/yaml_map.h"
-#include "files/written_file.h"
+#include "legopt/files/written_file.h"
 #include "legopt/input/file_text.h"
 #include "legopt/input/name.h"
 #include "legopt/input/yaml.h"
-#include "legopt/input_error.h"
-#include "legopt/nearest_name.h"
-#include "programs/external/external_solvers.h"
-#include "programs/value_list.h"
+#include "legopt/types/input_error.h"
+#include "legopt/types/nearest_name.h"
+#include "worker/external/external_solvers.h"
+#include "app/value_list.h"
 
 namespace legopt::client {
 namespace {

@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "legopt/methods/method.h"
-#include "legopt/methods/registry.h"
-#include "words/job.h"
-#include "words/result.h"
-#include "words/split.h"
-#include "words/task.h"
+#include "legopt/solvers/methods/method.h"
+#include "legopt/solvers/methods/registry.h"
+#include "legopt/types/job.h"
+#include "legopt/types/result.h"
+#include "legopt/types/split.h"
+#include "legopt/types/task.h"
 
 namespace legopt::client {
 
@@ -47,7 +47,7 @@ constexpr EnumArray<Task, Value> DefaultLimits(Value TaskDescription::*member) {
 ///         sample_size: 100             # percent, or a list
 ///         incremental: false
 ///         collision: solid             # collision model of obstacles, or a list; not with the suite's key
-///         options: {}                  # solver options, see legopt/methods/method.h
+///         options: {}                  # solver options, see legopt/solvers/methods/method.h
 ///     limits: {effort_limit: 1000000, memory_mb: 1024}   # per job; or effort_limit: {posture: 1000000, ...}
 ///     max_attempts: 3                  # number of attempts before a job is dead
 ///     rule: solid                      # rule that counts successes in tables (default), or strict, literal

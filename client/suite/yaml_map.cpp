@@ -8,8 +8,8 @@
 
 #include "bus/spec_limits.h"
 #include "legopt/input/name.h"
-#include "legopt/nearest_name.h"
-#include "legopt/number_text.h"
+#include "legopt/types/nearest_name.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt::client {
 namespace {

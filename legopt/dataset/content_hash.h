@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "legopt/collision/scene.h"
+#include "legopt/geometry/scene.h"
 #include "legopt/dataset/dataset_file.h"
 #include "legopt/robot/robot_model.h"
 

@@ -6,14 +6,14 @@
 #include <tuple>
 #include <utility>
 
-#include "legopt/collision/mesh.h"
+#include "legopt/geometry/mesh.h"
 #include "legopt/dataset/content_hash.h"
 #include "legopt/dataset/link_box.h"
 #include "legopt/dataset/problem_file.h"
 #include "legopt/dataset/scene_file.h"
-#include "legopt/input_error.h"
-#include "legopt/nearest_name.h"
-#include "legopt/number_text.h"
+#include "legopt/types/input_error.h"
+#include "legopt/types/nearest_name.h"
+#include "legopt/types/number_text.h"
 #include "legopt/robot/kinematics.h"
 
 namespace legopt {

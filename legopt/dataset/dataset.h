@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "legopt/collision/collision_model.h"
-#include "legopt/collision/scene.h"
+#include "legopt/geometry/collision_model.h"
+#include "legopt/geometry/scene.h"
 #include "legopt/dataset/dataset_file.h"
 #include "legopt/dataset/stance.h"
 #include "legopt/robot/robot_model.h"
-#include "words/task.h"
+#include "legopt/types/task.h"
 
 namespace legopt {
 

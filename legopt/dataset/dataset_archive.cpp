@@ -9,14 +9,14 @@
 #include <utility>
 #include <vector>
 
-#include "files/file_error.h"
-#include "files/written_file.h"
+#include "legopt/files/file_error.h"
+#include "legopt/files/written_file.h"
 #include "legopt/dataset/content_hash.h"
 #include "legopt/dataset/dataset_file.h"
 #include "legopt/input/file_text.h"
 #include "legopt/input/json.h"
-#include "legopt/input_error.h"
-#include "legopt/number_text.h"
+#include "legopt/types/input_error.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt {
 namespace {

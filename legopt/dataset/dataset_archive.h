@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "legopt/read_guard.h"
+#include "legopt/types/read_guard.h"
 
 /// @file
 /// Conversion between a dataset and a sequence of bytes, for transfer: docs/datasets.md, "Archives".

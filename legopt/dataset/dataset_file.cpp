@@ -7,8 +7,8 @@
 #include "legopt/dataset/yaml_fields.h"
 #include "legopt/input/name.h"
 #include "legopt/input/yaml.h"
-#include "legopt/input_error.h"
-#include "legopt/number_text.h"
+#include "legopt/types/input_error.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "legopt/dataset/scene_file.h"
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "legopt/collision/mesh.h"
+#include "legopt/geometry/mesh.h"
 
 namespace legopt {
 namespace {

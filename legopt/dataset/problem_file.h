@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "legopt/dataset/stance.h"
-#include "words/task.h"
+#include "legopt/types/task.h"
 
 namespace legopt {
 

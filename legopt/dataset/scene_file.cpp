@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "legopt/collision/collada_up_axis.h"
+#include "legopt/geometry/collada_up_axis.h"
 #include "legopt/dataset/yaml_fields.h"
 #include "legopt/input/yaml.h"
-#include "legopt/nearest_name.h"
-#include "legopt/number_text.h"
+#include "legopt/types/nearest_name.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "legopt/collision/scene.h"
+#include "legopt/geometry/scene.h"
 
 namespace legopt {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstddef>
 
-#include "legopt/input_error.h"
-#include "legopt/number_text.h"
+#include "legopt/types/input_error.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt {
 namespace {

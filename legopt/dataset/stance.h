@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "words/task.h"
+#include "legopt/types/task.h"
 
 namespace legopt {
 

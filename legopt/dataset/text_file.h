@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "files/name_lock.h"
+#include "legopt/files/name_lock.h"
 
 namespace legopt {
 

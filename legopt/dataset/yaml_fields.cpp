@@ -4,9 +4,9 @@
 #include <cmath>
 #include <utility>
 
-#include "legopt/input_error.h"
-#include "legopt/nearest_name.h"
-#include "legopt/number_text.h"
+#include "legopt/types/input_error.h"
+#include "legopt/types/nearest_name.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt {
 

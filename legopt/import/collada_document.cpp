@@ -11,9 +11,9 @@
 
 #include "legopt/import/degree.h"
 #include "legopt/input/file_text.h"
-#include "legopt/input_error.h"
-#include "legopt/number_text.h"
-#include "legopt/numeric_locale.h"
+#include "legopt/types/input_error.h"
+#include "legopt/types/number_text.h"
+#include "legopt/types/numeric_locale.h"
 
 namespace legopt {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "legopt/collision/mesh.h"
+#include "legopt/geometry/mesh.h"
 #include "legopt/import/collada_document.h"
 #include "legopt/import/collada_robot.h"
 

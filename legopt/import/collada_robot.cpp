@@ -9,7 +9,7 @@
 #include "legopt/import/collada_document.h"
 #include "legopt/import/collada_geometry.h"
 #include "legopt/import/degree.h"
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt {
 namespace {

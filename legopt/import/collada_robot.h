@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "legopt/collision/mesh.h"
+#include "legopt/geometry/mesh.h"
 #include "legopt/import/dataset_diagnostic.h"
 #include "legopt/robot/robot_model.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "legopt/collision/scene_solids.h"
+#include "legopt/geometry/scene_solids.h"
 #include "legopt/import/plausibility.h"
 #include "legopt/import/quaternion_order.h"
 

@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "legopt/collision/terrain.h"
+#include "legopt/geometry/terrain.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/import/dataset_diagnostic.h"
 #include "legopt/import/footholds.h"

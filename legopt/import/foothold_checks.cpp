@@ -4,10 +4,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "legopt/collision/collision_query.h"
+#include "legopt/geometry/collision_query.h"
 #include "legopt/import/dataset_check.h"
 #include "legopt/import/ground.h"
-#include "legopt/number_text.h"
+#include "legopt/types/number_text.h"
 #include "legopt/robot/kinematics.h"
 
 namespace legopt {

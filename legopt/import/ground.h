@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "legopt/collision/terrain.h"
+#include "legopt/geometry/terrain.h"
 
 namespace legopt {
 

@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "legopt/collision/scene_solids.h"
-#include "legopt/collision/terrain.h"
+#include "legopt/geometry/scene_solids.h"
+#include "legopt/geometry/terrain.h"
 #include "legopt/dataset/content_hash.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/dataset_writer.h"
@@ -22,9 +22,9 @@
 #include "legopt/import/robot_files.h"
 #include "legopt/import/scene_files.h"
 #include "legopt/input/json.h"
-#include "legopt/input_error.h"
-#include "legopt/number_text.h"
-#include "legopt/output_file.h"
+#include "legopt/types/input_error.h"
+#include "legopt/types/number_text.h"
+#include "legopt/files/output_file.h"
 #include "legopt/robot/kinematics.h"
 
 namespace legopt {

@@ -8,7 +8,7 @@
 
 #include "legopt/import/dataset_diagnostic.h"
 #include "legopt/import/source_layout.h"
-#include "legopt/read_guard.h"
+#include "legopt/types/read_guard.h"
 
 namespace legopt {
 

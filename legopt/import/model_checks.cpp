@@ -6,13 +6,13 @@
 #include <map>
 #include <set>
 
-#include "legopt/collision/collada_up_axis.h"
-#include "legopt/collision/collision_query.h"
-#include "legopt/collision/mesh_faults.h"
+#include "legopt/geometry/collada_up_axis.h"
+#include "legopt/geometry/collision_query.h"
+#include "legopt/geometry/mesh_faults.h"
 #include "legopt/import/dataset_check.h"
-#include "legopt/number_text.h"
+#include "legopt/types/number_text.h"
 #include "legopt/robot/kinematics.h"
-#include "legopt/terms/initial_guess.h"
+#include "legopt/problem/terms/initial_guess.h"
 
 namespace legopt {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "legopt/number_text.h"
+#include "legopt/types/number_text.h"
 #include "legopt/robot/urdf_review.h"
 
 namespace legopt {

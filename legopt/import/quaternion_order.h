@@ -3,7 +3,7 @@
 #include <span>
 #include <string>
 
-#include "legopt/collision/terrain.h"
+#include "legopt/geometry/terrain.h"
 #include "legopt/import/dataset_diagnostic.h"
 #include "legopt/import/footholds.h"
 

@@ -6,7 +6,7 @@
 
 #include "legopt/import/collada_robot.h"
 #include "legopt/import/dataset_diagnostic.h"
-#include "legopt/read_guard.h"
+#include "legopt/types/read_guard.h"
 
 namespace legopt {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "legopt/import/dataset_diagnostic.h"
-#include "legopt/read_guard.h"
+#include "legopt/types/read_guard.h"
 
 namespace legopt {
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "words/task.h"
+#include "legopt/types/task.h"
 
 namespace legopt {
 

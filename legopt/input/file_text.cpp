@@ -8,7 +8,7 @@
 #include <cstring>
 #include <system_error>
 
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt {
 namespace {

@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "legopt/input/utf8.h"
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt {
 namespace {

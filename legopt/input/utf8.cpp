@@ -4,7 +4,7 @@
 #include <array>
 #include <optional>
 
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt {
 namespace {

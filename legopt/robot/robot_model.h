@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "legopt/read_guard.h"
+#include "legopt/types/read_guard.h"
 
 namespace legopt {
 

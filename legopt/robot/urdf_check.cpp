@@ -10,8 +10,8 @@
 
 #include "legopt/input/file_text.h"
 #include "legopt/input/utf8.h"
-#include "legopt/input_error.h"
-#include "legopt/nearest_name.h"
+#include "legopt/types/input_error.h"
+#include "legopt/types/nearest_name.h"
 #include "legopt/robot/urdf_rules.h"
 #include "legopt/robot/urdf_tree.h"
 #include "legopt/robot/urdf_values.h"

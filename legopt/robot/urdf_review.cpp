@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "legopt/numeric_locale.h"
+#include "legopt/types/numeric_locale.h"
 #include "legopt/robot/urdf_values.h"
 
 namespace legopt {

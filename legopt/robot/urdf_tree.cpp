@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt {
 namespace {

@@ -10,9 +10,9 @@
 #include <string_view>
 #include <utility>
 
-#include "legopt/input_error.h"
-#include "legopt/isolated_result.h"
-#include "legopt/numeric_locale.h"
+#include "legopt/types/input_error.h"
+#include "legopt/types/isolated_result.h"
+#include "legopt/types/numeric_locale.h"
 
 namespace legopt {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "legopt/read_guard.h"
+#include "legopt/types/read_guard.h"
 #include "legopt/robot/robot_model.h"
 #include "legopt/robot/urdf_check.h"
 

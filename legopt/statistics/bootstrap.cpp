@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "legopt/random_numbers.h"
+#include "legopt/math/random_numbers.h"
 #include "legopt/statistics/charged_times.h"
 #include "legopt/statistics/checks.h"
 #include "legopt/statistics/distributions.h"

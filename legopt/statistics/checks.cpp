@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "legopt/classic_stream.h"
-#include "legopt/input_error.h"
+#include "legopt/types/classic_stream.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt::statistics {
 namespace {

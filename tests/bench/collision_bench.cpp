@@ -7,15 +7,15 @@
 #include <memory>
 #include <vector>
 
-#include "legopt/collision/collision_model.h"
-#include "legopt/collision/collision_query.h"
-#include "legopt/collision/exact_collision.h"
-#include "legopt/collision/model_data.h"
-#include "legopt/collision/ode_runtime.h"
-#include "legopt/collision/signed_distance.h"
-#include "legopt/terms/swept_collision_term.h"
-#include "tests/collision/atlas_data.h"
-#include "tests/collision/test_shapes.h"
+#include "legopt/geometry/collision_model.h"
+#include "legopt/geometry/collision_query.h"
+#include "legopt/geometry/exact_collision.h"
+#include "legopt/geometry/model_data.h"
+#include "legopt/geometry/ode_runtime.h"
+#include "legopt/geometry/signed_distance.h"
+#include "legopt/problem/terms/swept_collision_term.h"
+#include "tests/geometry/atlas_data.h"
+#include "tests/geometry/test_shapes.h"
 
 namespace legopt::test {
 namespace {

@@ -7,8 +7,8 @@
 
 #include <algorithm>
 
-#include "legopt/evaluate/judge.h"
-#include "legopt/solve/problem_solver.h"
+#include "legopt/judge/judge.h"
+#include "legopt/planning/problem_solver.h"
 #include "tests/folders.h"
 
 namespace legopt {

@@ -5,7 +5,7 @@
 #include <chrono>
 #include <limits>
 
-#include "legopt/subproblem/block_kernels.h"
+#include "legopt/solvers/subproblem/block_kernels.h"
 
 namespace legopt {
 

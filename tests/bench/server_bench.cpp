@@ -12,7 +12,7 @@
 
 #include "bus/codec.h"
 #include "bus/lcm_transport.h"
-#include "db/memory_store.h"
+#include "tests/doubles/memory_store.h"
 #include "db/sqlite_store.h"
 #include "server/server.h"
 #include "tests/db/store_samples.h"

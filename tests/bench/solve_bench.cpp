@@ -5,8 +5,8 @@
 
 #include <filesystem>
 
-#include "legopt/evaluate/judge.h"
-#include "legopt/solve/problem_solver.h"
+#include "legopt/judge/judge.h"
+#include "legopt/planning/problem_solver.h"
 #include "tests/folders.h"
 
 namespace legopt {

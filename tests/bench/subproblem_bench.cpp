@@ -6,9 +6,9 @@
 
 #include <algorithm>
 
-#include "legopt/subproblem/interior_point.h"
+#include "legopt/solvers/subproblem/interior_point.h"
 #include "tests/bench/peak_flops.h"
-#include "tests/subproblem/random_subproblem.h"
+#include "tests/solvers/subproblem/random_subproblem.h"
 
 namespace legopt {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "bus/endpoint.h"
-#include "bus/simulated_network.h"
+#include "tests/doubles/simulated_network.h"
 #include "bus/wire.h"
 #include "tests/bus/test_bed.h"
 

@@ -15,7 +15,7 @@
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
 #include "bus/message_key.h"
-#include "bus/simulated_network.h"
+#include "tests/doubles/simulated_network.h"
 #include "bus/typed_calls.h"
 
 namespace legopt::bus {

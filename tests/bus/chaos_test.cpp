@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "bus/endpoint.h"
-#include "bus/simulated_network.h"
+#include "tests/doubles/simulated_network.h"
 #include "tests/bus/test_bed.h"
 
 namespace legopt::bus {

@@ -11,7 +11,7 @@
 #include <string>
 
 #include "tests/bus/sample_messages.h"
-#include "words/reply.h"
+#include "legopt/types/reply.h"
 
 namespace legopt::bus {
 namespace {

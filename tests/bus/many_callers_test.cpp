@@ -7,7 +7,7 @@
 
 #include "bus/endpoint.h"
 #include "bus/retry_policy.h"
-#include "bus/simulated_network.h"
+#include "tests/doubles/simulated_network.h"
 #include "tests/bus/test_bed.h"
 
 namespace legopt::bus {

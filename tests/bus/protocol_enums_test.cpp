@@ -1,5 +1,5 @@
 // The documentation of the protocol agrees with the code: PROTOCOL.md lists the calls of messages.def, and the comment
-// of every field that holds an enumeration lists the values defined in words/.
+// of every field that holds an enumeration lists the values defined in legopt/types/.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 #include "bus/key_role.h"
 #include "bus/message_fields.h"
 #include "tests/folders.h"
-#include "words/result.h"
+#include "legopt/types/result.h"
 
 namespace legopt::bus {
 namespace {

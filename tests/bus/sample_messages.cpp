@@ -1,7 +1,7 @@
 #include "tests/bus/sample_messages.h"
 
 #include "bus/wire.h"
-#include "words/reply.h"
+#include "legopt/types/reply.h"
 
 namespace legopt::bus::sample_internal {
 

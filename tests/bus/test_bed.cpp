@@ -15,10 +15,10 @@
 #include <list>
 #include <stdexcept>
 
-#include "bridge/bridge.h"
-#include "bridge/link_socket.h"
+#include "bus/bridge/bridge.h"
+#include "bus/bridge/link_socket.h"
 #include "bus/lcm_transport.h"
-#include "bus/simulated_network.h"
+#include "tests/doubles/simulated_network.h"
 
 namespace legopt::bus {
 namespace {

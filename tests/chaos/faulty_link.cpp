@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "bridge/link_socket.h"
+#include "bus/bridge/link_socket.h"
 #include "tests/chaos/fault_injector.h"
 #include "tests/guarded_main.h"
 

@@ -13,9 +13,9 @@
 
 #include "client/report/benchmark_table.h"
 #include "client/report/reading.h"
-#include "legopt/certify/certificate.h"
+#include "legopt/planning/certify/certificate.h"
 #include "program_run.h"
-#include "programs/exit_codes.h"
+#include "app/exit_codes.h"
 #include "table_parsers.h"
 #include "test_database.h"
 #include "tests/dataset/test_data.h"

@@ -7,9 +7,9 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "files/name_lock.h"
+#include "legopt/files/name_lock.h"
 #include "program_run.h"
-#include "programs/exit_codes.h"
+#include "app/exit_codes.h"
 #include "tests/dataset/test_data.h"
 #include "tests/folders.h"
 

@@ -8,7 +8,7 @@
 #include <cstdlib>
 
 #include "client/commands/submission.h"
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt::client {
 namespace {

@@ -4,10 +4,10 @@
 #include <signal.h>
 
 #include "program_run.h"
-#include "programs/exit_codes.h"
+#include "app/exit_codes.h"
 #include "tests/dataset/test_data.h"
 #include "tests/folders.h"
-#include "tests/generate/plain_dataset.h"
+#include "tests/worldgen/plain_dataset.h"
 
 namespace legopt::client {
 namespace {

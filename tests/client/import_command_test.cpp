@@ -10,7 +10,7 @@
 #include "bus/lcm_transport.h"
 #include "client/report/result_source.h"
 #include "program_run.h"
-#include "programs/exit_codes.h"
+#include "app/exit_codes.h"
 #include "tests/folders.h"
 #include "tests/import/clone_folder.h"
 

@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "client/client_error.h"
-#include "words/job.h"
+#include "legopt/types/job.h"
 
 namespace legopt::client {
 namespace {

@@ -17,7 +17,7 @@
 #include "client/report/reading.h"
 #include "client/report/replaced_file.h"
 #include "legopt/robot/kinematics.h"
-#include "legopt/terms/initial_guess.h"
+#include "legopt/problem/terms/initial_guess.h"
 #include "page_fixture.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/folders.h"

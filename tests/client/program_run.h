@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "programs/exit_codes.h"
+#include "app/exit_codes.h"
 
 namespace legopt::client {
 

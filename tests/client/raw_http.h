@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "programs/processes.h"
+#include "app/processes.h"
 
 namespace legopt::test {
 

@@ -10,8 +10,8 @@
 #include "bus/lcm_transport.h"
 #include "client/replay/stored_trace.h"
 #include "command_line_fixture.h"
-#include "legopt/blake2b.h"
-#include "legopt/solve/trace.h"
+#include "legopt/math/blake2b.h"
+#include "legopt/planning/trace.h"
 
 namespace legopt::client {
 namespace {

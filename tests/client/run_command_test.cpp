@@ -18,7 +18,7 @@
 #include "client/report/result_source.h"
 #include "client/service/local_pool.h"
 #include "program_run.h"
-#include "programs/data_folder.h"
+#include "app/data_folder.h"
 #include "test_database.h"
 
 namespace legopt::client {

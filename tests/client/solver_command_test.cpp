@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "program_run.h"
-#include "programs/exit_codes.h"
+#include "app/exit_codes.h"
 #include "tests/dataset/test_data.h"
 #include "tests/folders.h"
 

@@ -7,7 +7,7 @@
 
 #include "client/suite/experiment_spec.h"
 #include "client/suite/suite.h"
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 #include "server/spec.h"
 
 namespace legopt::client {

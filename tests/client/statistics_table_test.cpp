@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "client/client_error.h"
-#include "legopt/methods/method.h"
+#include "legopt/solvers/methods/method.h"
 #include "toy_experiment.h"
 
 namespace legopt::client {

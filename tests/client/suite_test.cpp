@@ -10,8 +10,8 @@
 #include <string>
 
 #include "client/report/paper_table.h"
-#include "legopt/blake2b.h"
-#include "legopt/input_error.h"
+#include "legopt/math/blake2b.h"
+#include "legopt/types/input_error.h"
 #include "tests/folders.h"
 
 namespace legopt::client {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "tests/temporary_folder.h"
-#include "words/result.h"
+#include "legopt/types/result.h"
 
 namespace legopt::client {
 

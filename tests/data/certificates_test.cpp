@@ -7,12 +7,12 @@
 #include <filesystem>
 #include <optional>
 
-#include "legopt/certify/certificate.h"
-#include "legopt/certify/dataset_certifier.h"
-#include "legopt/certify/stance_catalogue.h"
-#include "legopt/certify/stance_certifier.h"
+#include "legopt/planning/certify/certificate.h"
+#include "legopt/planning/certify/dataset_certifier.h"
+#include "legopt/planning/certify/stance_catalogue.h"
+#include "legopt/planning/certify/stance_certifier.h"
 #include "legopt/dataset/dataset.h"
-#include "programs/data_folder.h"
+#include "app/data_folder.h"
 
 namespace legopt {
 namespace {

@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "legopt/collision/collision_model.h"
-#include "legopt/collision/collision_query.h"
-#include "legopt/collision/scene.h"
+#include "legopt/geometry/collision_model.h"
+#include "legopt/geometry/collision_query.h"
+#include "legopt/geometry/scene.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/robot/robot_model.h"

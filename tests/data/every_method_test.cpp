@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "legopt/evaluate/judge.h"
-#include "legopt/methods/method.h"
-#include "legopt/solve/problem_solver.h"
+#include "legopt/judge/judge.h"
+#include "legopt/solvers/methods/method.h"
+#include "legopt/planning/problem_solver.h"
 #include "legopt/statistics/proportions.h"
 #include "tests/folders.h"
 

@@ -7,12 +7,12 @@
 #include <string>
 #include <utility>
 
-#include "legopt/collision/exact_collision.h"
+#include "legopt/geometry/exact_collision.h"
 #include "legopt/dataset/dataset.h"
-#include "legopt/evaluate/judge.h"
-#include "legopt/evaluate/solution_file.h"
+#include "legopt/judge/judge.h"
+#include "legopt/judge/solution_file.h"
 #include "legopt/robot/kinematics.h"
-#include "programs/data_folder.h"
+#include "app/data_folder.h"
 #include "tests/folders.h"
 
 namespace legopt {

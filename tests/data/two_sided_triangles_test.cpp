@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "legopt/evaluate/judge.h"
-#include "legopt/methods/method.h"
-#include "legopt/solve/problem_solver.h"
+#include "legopt/judge/judge.h"
+#include "legopt/solvers/methods/method.h"
+#include "legopt/planning/problem_solver.h"
 #include "tests/folders.h"
 
 namespace legopt {

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/temporary_folder.h"
 

@@ -5,7 +5,7 @@
 
 #include <thread>
 
-#include "legopt/blake2b.h"
+#include "legopt/math/blake2b.h"
 #include "legopt/dataset/content_hash.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"

@@ -11,7 +11,7 @@
 #include "legopt/dataset/dataset_writer.h"
 #include "legopt/input/file_text.h"
 #include "legopt/input/json.h"
-#include "legopt/number_text.h"
+#include "legopt/types/number_text.h"
 #include "legopt/robot/urdf_check.h"
 #include "legopt/robot/urdf_review.h"
 #include "tests/dataset/synthetic_dataset.h"

@@ -5,9 +5,9 @@
 
 #include <random>
 
-#include "legopt/enum_input.h"
+#include "legopt/types/enum_input.h"
 #include "tests/dataset/test_data.h"
-#include "words/task.h"
+#include "legopt/types/task.h"
 
 namespace legopt {
 namespace {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 #include "tests/folders.h"
 #include "tests/temporary_folder.h"
 

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "db/memory_store.h"
+#include "tests/doubles/memory_store.h"
 #include "db/sqlite_store.h"
 #include "tests/db/store_samples.h"
 

@@ -8,8 +8,8 @@
 
 #include "bus/typed_calls.h"
 #include "tests/figures/findings.h"
-#include "words/reply.h"
-#include "words/result.h"
+#include "legopt/types/reply.h"
+#include "legopt/types/result.h"
 
 namespace legopt::figures {
 namespace {

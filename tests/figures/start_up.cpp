@@ -12,7 +12,7 @@
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
 #include "client/service/child_process.h"
-#include "programs/exit_codes.h"
+#include "app/exit_codes.h"
 #include "tests/figures/figures.h"
 #include "tests/service/deployment.h"
 

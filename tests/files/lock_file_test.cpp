@@ -1,6 +1,6 @@
 // Policy: only a file that can be a lock file of this program is opened as one, and no other file is changed.
 
-#include "files/lock_file.h"
+#include "legopt/files/lock_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <fstream>
 #include <string>
 
-#include "files/file_error.h"
+#include "legopt/files/file_error.h"
 #include "tests/temporary_folder.h"
 
 namespace legopt::files {

@@ -1,5 +1,5 @@
 // Policy: one holder at a time; what happens to holder or file never locks others out for good.
-#include "files/name_lock.h"
+#include "legopt/files/name_lock.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

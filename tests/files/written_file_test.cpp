@@ -1,7 +1,7 @@
 // Policy: files appear complete under their name or not at all, planted links are never written through, and a file
 // that could not be written leaves nothing behind.
 
-#include "files/written_file.h"
+#include "legopt/files/written_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 #include <set>
 #include <string>
 
-#include "files/file_error.h"
+#include "legopt/files/file_error.h"
 #include "tests/temporary_folder.h"
 
 namespace legopt::files {

@@ -1,7 +1,7 @@
 // The reader of COLLADA robots: it reads, or throws InputError. Zip archives are .zae files, all other inputs .dae
 // files.
 #include "legopt/import/collada_robot.h"
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

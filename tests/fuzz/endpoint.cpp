@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "bus/simulated_network.h"
+#include "tests/doubles/simulated_network.h"
 #include "bus/wire.h"
 #include "tests/fuzz/fuzz_input.h"
 

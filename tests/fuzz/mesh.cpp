@@ -1,11 +1,11 @@
 // The reader of meshes: it reads, or throws InputError. The first byte chooses the suffix.
-#include "legopt/collision/mesh.h"
+#include "legopt/geometry/mesh.h"
 
 #include <array>
 #include <cmath>
 
-#include "legopt/input_error.h"
-#include "programs/isolated_call.h"
+#include "legopt/types/input_error.h"
+#include "app/isolated_call.h"
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,6 +1,6 @@
 // The reader of LegOpt problem files: it reads, or throws InputError.
 #include "legopt/dataset/problem_file.h"
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

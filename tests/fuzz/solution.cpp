@@ -1,6 +1,6 @@
 // The reader of LegOpt solution files: it reads, or throws InputError.
-#include "legopt/evaluate/solution_file.h"
-#include "legopt/input_error.h"
+#include "legopt/judge/solution_file.h"
+#include "legopt/types/input_error.h"
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -2,7 +2,7 @@
 // without messages. There is no guard: urdfdom itself must not crash on any checked text.
 #include <string>
 
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 #include "legopt/robot/urdf_tree.h"
 #include "tests/fuzz/fuzz_input.h"
 

@@ -45,8 +45,8 @@ class ArrowsTest(unittest.TestCase):
         self.assertEqual(self.check(), "")
 
     def test_an_optimiser_that_knows_robots_is_named(self):
-        self.plant("legopt/optimize/sqp_solver.cpp", '#include "legopt/robot/robot_model.h"\n')
-        self.assertRegex(self.check(), r"^legopt/optimize/sqp_solver.cpp:\d+: `legopt/optimize/` may not use `legopt/robot/`")
+        self.plant("legopt/solvers/sqp_solver.cpp", '#include "legopt/robot/robot_model.h"\n')
+        self.assertRegex(self.check(), r"^legopt/solvers/sqp_solver.cpp:\d+: `legopt/solvers/` may not use `legopt/robot/`")
 
     def test_a_generated_header_counts_as_its_room(self):
         self.plant("db/records.h", '#include "legopt_msg/lease.hpp"\n')
@@ -57,7 +57,7 @@ class ArrowsTest(unittest.TestCase):
         self.assertIn("no row for `utils/`", self.check())
 
     def test_a_circle_of_arrows_is_named(self):
-        self.edit_table("| `legopt/robot/` | `legopt/input/` |", "| `legopt/robot/` | `legopt/solve/` |")
+        self.edit_table("| `legopt/robot/` | `legopt/input/` |", "| `legopt/robot/` | `legopt/planning/` |")
         self.assertIn("in a circle", self.check())
 
     def test_a_row_that_leads_nowhere_is_named(self):

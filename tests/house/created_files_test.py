@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Policy: sources of this checkout create files only through files/, and scripts/check-created-files names violations.
+"""Policy: sources of this checkout create files only through legopt/files/, and scripts/check-created-files names violations.
 created_files_test.py CASE"""
 import os
 import subprocess

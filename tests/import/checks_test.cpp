@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "legopt/collision/mesh_faults.h"
-#include "legopt/collision/scene_solids.h"
+#include "legopt/geometry/mesh_faults.h"
+#include "legopt/geometry/scene_solids.h"
 #include "legopt/dataset/content_hash.h"
 #include "legopt/import/dataset_check.h"
 #include "legopt/import/quaternion_order.h"

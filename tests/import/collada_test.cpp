@@ -6,7 +6,7 @@
 #include "legopt/dataset/link_box.h"
 #include "legopt/import/collada_robot.h"
 #include "legopt/import/robot_files.h"
-#include "legopt/random_numbers.h"
+#include "legopt/math/random_numbers.h"
 #include "legopt/robot/kinematics.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/import/clone_folder.h"

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt::test {
 

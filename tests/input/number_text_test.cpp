@@ -1,5 +1,5 @@
 // Policy: numbers are read and written as by printf and strtod in the C locale, for every locale of the process.
-#include "legopt/number_text.h"
+#include "legopt/types/number_text.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <limits>
 
-#include "legopt/classic_stream.h"
+#include "legopt/types/classic_stream.h"
 
 namespace legopt::test {
 namespace {

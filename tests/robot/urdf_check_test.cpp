@@ -12,10 +12,10 @@
 #include <map>
 #include <set>
 
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 #include "legopt/robot/robot_model.h"
 #include "legopt/robot/urdf_rules.h"
-#include "programs/isolated_call.h"
+#include "app/isolated_call.h"
 #include "tests/folders.h"
 #include "tests/robot/complete_urdf.h"
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 #include "legopt/robot/robot_model.h"
 
 namespace legopt {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "bus/codec.h"
-#include "bus/simulated_network.h"
+#include "tests/doubles/simulated_network.h"
 
 namespace legopt::server {
 namespace {

@@ -3,7 +3,7 @@
 #include <ostream>
 
 #include "bus/messages.h"
-#include "words/reply.h"
+#include "legopt/types/reply.h"
 
 namespace legopt {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bus/messages.h"
-#include "db/memory_store.h"
+#include "tests/doubles/memory_store.h"
 #include "server/scheduler.h"
 #include "tests/server/reply_status.h"
 #include "tests/server/sample_spec.h"

@@ -10,7 +10,7 @@
 
 #include "bus/codec.h"
 #include "bus/field_limits.h"
-#include "bus/simulated_network.h"
+#include "tests/doubles/simulated_network.h"
 #include "server/permission.h"
 #include "server/server.h"
 #include "tests/server/scheduler_fixture.h"

@@ -11,7 +11,7 @@
 
 #include "db/read_only_database.h"
 #include "db/store_error.h"
-#include "programs/exit_codes.h"
+#include "app/exit_codes.h"
 #include "tests/figures/process_facts.h"
 #include "tests/service/deployment.h"
 #include "tests/temporary_folder.h"

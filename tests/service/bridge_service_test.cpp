@@ -9,9 +9,9 @@
 #include <fstream>
 #include <optional>
 
-#include "bridge/link_socket.h"
+#include "bus/bridge/link_socket.h"
 #include "bus/message_key.h"
-#include "programs/exit_codes.h"
+#include "app/exit_codes.h"
 #include "tests/service/deployment.h"
 #include "tests/service/posture_spec.h"
 #include "tests/temporary_folder.h"

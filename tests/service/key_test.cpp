@@ -10,7 +10,7 @@
 
 #include "bus/message_key.h"
 #include "client/client_error.h"
-#include "programs/exit_codes.h"
+#include "app/exit_codes.h"
 #include "tests/service/deployment.h"
 #include "tests/temporary_folder.h"
 

@@ -2,7 +2,7 @@
 
 #include "client/suite/experiment_spec.h"
 #include "legopt/dataset/dataset.h"
-#include "legopt/methods/method.h"
+#include "legopt/solvers/methods/method.h"
 #include "tests/folders.h"
 
 namespace legopt::service {

@@ -9,10 +9,10 @@
 
 #include "bus/lcm_transport.h"
 #include "db/audit.h"
-#include "programs/exit_codes.h"
+#include "app/exit_codes.h"
 #include "tests/service/deployment.h"
 #include "tests/service/stub_executor.h"
-#include "words/reply.h"
+#include "legopt/types/reply.h"
 
 namespace legopt::service {
 namespace {

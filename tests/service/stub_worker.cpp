@@ -2,7 +2,7 @@
 
 #include <cstdlib>
 
-#include "programs/program_main.h"
+#include "app/program_main.h"
 #include "tests/service/stub_executor.h"
 #include "worker/worker_main.h"
 

@@ -11,7 +11,7 @@
 #include <optional>
 
 #include "db/audit.h"
-#include "programs/exit_codes.h"
+#include "app/exit_codes.h"
 #include "tests/client/program_run.h"
 #include "tests/service/deployment.h"
 

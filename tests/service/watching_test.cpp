@@ -11,7 +11,7 @@
 
 #include "tests/client/program_run.h"
 #include "tests/service/deployment.h"
-#include "words/reply.h"
+#include "legopt/types/reply.h"
 
 namespace legopt::service {
 namespace {

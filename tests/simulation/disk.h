@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "db/memory_store.h"
+#include "tests/doubles/memory_store.h"
 #include "db/store.h"
 #include "tests/temporary_folder.h"
 

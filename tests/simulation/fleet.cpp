@@ -10,7 +10,7 @@
 #include "bus/codec.h"
 #include "bus/message_key.h"
 #include "tests/simulation/experiment_text.h"
-#include "words/reply.h"
+#include "legopt/types/reply.h"
 
 namespace legopt::simulation {
 namespace {

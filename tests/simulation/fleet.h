@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bus/endpoint.h"
-#include "bus/simulated_network.h"
+#include "tests/doubles/simulated_network.h"
 #include "db/store.h"
 #include "server/server.h"
 #include "tests/simulation/fleet_worker.h"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bus/endpoint.h"
-#include "bus/simulated_network.h"
+#include "tests/doubles/simulated_network.h"
 #include "worker/pool.h"
 #include "worker/pool_calls.h"
 #include "worker/server_link.h"

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "bus/simulated_network.h"
+#include "tests/doubles/simulated_network.h"
 #include "tests/simulation/world.h"
 
 namespace legopt::simulation {

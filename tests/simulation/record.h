@@ -11,8 +11,8 @@
 #include "legopt_msg/lease.hpp"
 #include "legopt_msg/result_request.hpp"
 #include "tests/simulation/disk.h"
-#include "words/job.h"
-#include "words/reply.h"
+#include "legopt/types/job.h"
+#include "legopt/types/reply.h"
 
 namespace legopt::simulation {
 

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "bus/typed_calls.h"
-#include "words/reply.h"
+#include "legopt/types/reply.h"
 
 namespace legopt::simulation {
 namespace {

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "bus/simulated_network.h"
+#include "tests/doubles/simulated_network.h"
 
 namespace legopt::simulation {
 

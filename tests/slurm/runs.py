@@ -12,7 +12,7 @@ import cluster as engine
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 PROGRAMS = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else "build").resolve()
-INTERRUPTED, UNREACHABLE, REFUSED = 8, 3, 14  # programs/exit_codes.h
+INTERRUPTED, UNREACHABLE, REFUSED = 8, 3, 14  # app/exit_codes.h
 CHARGED = "SELECT count(*) FROM jobs WHERE attempts - returned > 1 OR state = 'dead'"
 BITS = ("""SELECT job_id, solver_status, solver_cost, cost, iterations, term_evaluations, verdict_solid FROM results
     ORDER BY job_id""",

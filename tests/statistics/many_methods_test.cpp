@@ -8,7 +8,7 @@
 #include <limits>
 #include <random>
 
-#include "legopt/random_numbers.h"
+#include "legopt/math/random_numbers.h"
 #include "legopt/statistics/checks.h"
 #include "legopt/statistics/distributions.h"
 #include "tests/statistics/refusal.h"

@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "legopt/random_numbers.h"
+#include "legopt/math/random_numbers.h"
 #include "legopt/statistics/checks.h"
 #include "legopt/statistics/distributions.h"
 #include "legopt/statistics/ranks.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "legopt/random_numbers.h"
+#include "legopt/math/random_numbers.h"
 #include "legopt/statistics/distributions.h"
 #include "tests/statistics/refusal.h"
 

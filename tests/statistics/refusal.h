@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 
 /// Expects that the statement refuses its input with a message that contains `part`.
 #define EXPECT_REFUSED(statement, part) \

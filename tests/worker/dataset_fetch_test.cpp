@@ -15,13 +15,13 @@
 
 #include "bus/codec.h"
 #include "legopt/dataset/dataset_archive.h"
-#include "legopt/input_error.h"
+#include "legopt/types/input_error.h"
 #include "legopt_msg/dataset_reply.hpp"
 #include "legopt_msg/dataset_request.hpp"
-#include "programs/dataset_cache_folder.h"
+#include "app/dataset_cache_folder.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/temporary_folder.h"
-#include "words/reply.h"
+#include "legopt/types/reply.h"
 #include "worker/dataset_cache.h"
 #include "worker/fetched_datasets.h"
 

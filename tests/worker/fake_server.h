@@ -12,7 +12,7 @@
 #include "bus/codec.h"
 #include "tests/worker/misbehaviour.h"
 #include "tests/worker/sample_messages.h"
-#include "words/reply.h"
+#include "legopt/types/reply.h"
 #include "worker/pool.h"
 #include "worker/server_link.h"
 

@@ -1,6 +1,6 @@
 // A job on the embedded dataset: solve, then judge; and validation by the executor.
 
-#include "legopt/solve/job_runner.h"
+#include "legopt/planning/job_runner.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "legopt/input_error.h"
-#include "legopt/solve/trace.h"
+#include "legopt/types/input_error.h"
+#include "legopt/planning/trace.h"
 #include "tests/folders.h"
 #include "tests/worker/sample_messages.h"
 #include "worker/solve_executor.h"

@@ -5,7 +5,7 @@
 
 #include <csignal>
 
-#include "programs/exit_codes.h"
+#include "app/exit_codes.h"
 #include "tests/worker/pool_harness.h"
 
 namespace legopt::worker {

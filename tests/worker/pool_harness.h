@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "tests/worker/sample_messages.h"
-#include "words/reply.h"
+#include "legopt/types/reply.h"
 #include "worker/pool.h"
 
 namespace legopt::worker {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "programs/exit_codes.h"
+#include "app/exit_codes.h"
 #include "tests/worker/pool_harness.h"
 
 namespace legopt::worker {

@@ -14,7 +14,7 @@
 #include <cstdio>
 #include <sstream>
 
-#include "programs/exit_codes.h"
+#include "app/exit_codes.h"
 #include "tests/folders.h"
 #include "tests/worker/fake_server.h"
 

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <vector>
+
+#include "legopt/geometry/collision_model.h"
+#include "legopt/geometry/convex_shape.h"
+#include "legopt/geometry/link_pairs.h"
+#include "legopt/geometry/triangle_bvh.h"
+
+namespace legopt {
+
+/// Consecutive shapes in the model's array.
+struct ShapeRun {
+  int first = 0;  ///< index into `shapes`
+  int count = 0;
+  int end() const { return first + count; }  ///< one past the last
+};
+
+/// Shapes of one link per level of detail; empty if no pair needs that level.
+struct LinkShapes {
+  ShapeRun hulls;   ///< one hull or primitive per geometry
+  ShapeRun pieces;  ///< decomposed meshes
+  ShapeRun bodies;  ///< meshes decomposed body by body
+  /// Returns the shapes of a level of detail.
+  const ShapeRun& Of(PairResolution detail) const {
+    return detail == PairResolution::kHulls ? hulls : detail == PairResolution::kPieces ? pieces : bodies;
+  }
+  /// Shapes of the link's finest level of detail.
+  const ShapeRun& Finest() const { return bodies.count > 0 ? bodies : pieces.count > 0 ? pieces : hulls; }
+  /// Index into `shapes` of one hull around all pieces, which is tested first, or of the only piece; -1 if there is
+  /// neither.
+  int whole = -1;
+  CollisionModel::Ball ball;  ///< contains all shapes, link frame
+};
+
+/// Data of a CollisionModel. Points of links are in link frames, points of obstacles in the world.
+struct CollisionModel::Impl {
+  std::vector<LinkShapes> links;
+  std::vector<ConvexShape> shapes;        ///< shapes of all links and levels of detail, and their whole hulls
+  std::vector<PointArena::Range> ranges;  ///< range in link_points per shape
+  PointArena link_points;                 ///< points of all shapes, in their link's frame
+
+  // Obstacles: solids, or the triangles of the surface.
+  std::vector<ConvexShape> solids;           ///< empty for a surface
+  PointArena solid_points;                   ///< points of all obstacles, in the world
+  std::vector<SupportSet> solid_sets;        ///< per obstacle; refer to solid_points; bounds are exact
+  std::optional<TriangleBvh> triangle_tree;  ///< surfaces only
+  std::vector<HalfSpace> triangle_planes;    ///< surfaces only, per obstacle; zero normal for triangles without area
+  SceneRepresentation scene{};               ///< type of the obstacles
+
+  LinkPairRules pairs;
+
+  bool surface() const { return scene != SceneRepresentation::kSolid; }  ///< the scene is made of triangles
+  /// Returns the index of a link pair in LinkPairRules::status and LinkPairRules::detail.
+  size_t PairIndex(int a, int b) const { return static_cast<size_t>(a) * links.size() + static_cast<size_t>(b); }
+};
+
+}  // namespace legopt

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+
+#include "legopt/judge/foot_pose_error.h"
+
+namespace legopt {
+
+/// @file
+/// Texts of the judge's findings: numbers with four digits, lengths below a metre in mm.
+
+/// Formats a number.
+std::string NumberText(double value);
+/// Formats a length given in metres.
+std::string LengthText(double value_m);
+/// Describes a foot pose error: foot, component, magnitude and tolerance (quaternion component, m).
+std::string PoseErrorText(const std::string& link, const FootPoseError& error, double tolerance);
+/// Describes the distance of the centre of mass from the support polygon.
+std::string ComErrorText(double distance_m, double tolerance_m);
+
+}  // namespace legopt

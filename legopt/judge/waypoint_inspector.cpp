@@ -1,0 +1,124 @@
+#include "legopt/judge/waypoint_inspector.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "legopt/dataset/support_polygon.h"
+#include "legopt/judge/foot_pose_error.h"
+#include "legopt/judge/judge.h"
+#include "legopt/robot/interpolation.h"
+
+namespace legopt {
+namespace {
+
+// The original evaluator's rule counts only the first colliding link pair, in the order of ExactCollision.
+std::vector<OverlapDiagnostic> Classified(const std::vector<ExactCollision::Overlap>& overlaps) {
+  std::vector<OverlapDiagnostic> findings;
+  bool first_pair = true;
+  for (const ExactCollision::Overlap& overlap : overlaps) {
+    const bool counts = overlap.other_link < 0 || first_pair;
+    if (overlap.other_link >= 0 && !overlap.ignored && overlap.literal_m >= 0.0) first_pair = false;
+    OverlapDiagnostic& finding = findings.emplace_back(OverlapDiagnostic{.overlap = overlap, .fails = {}});
+    if (!overlap.ignored && counts && overlap.literal_m > kDepthTolerance_m) {
+      finding.fails = Rule::kLiteral;
+    } else if (!overlap.ignored && overlap.depth_m > kDepthTolerance_m) {
+      finding.fails = Rule::kStrict;
+    } else if (overlap.depth_m > kDepthTolerance_m || overlap.inside_m > kDepthTolerance_m) {
+      finding.fails = Rule::kSolid;
+    }
+  }
+  return findings;
+}
+
+}  // namespace
+
+WaypointInspector::WaypointInspector(std::shared_ptr<const Dataset> dataset)
+    : dataset_(std::move(dataset)),
+      kinematics_(dataset_->robot()),
+      previous_(dataset_->robot()),
+      collision_(dataset_->robot(), dataset_->scene(), dataset_->collision_model()) {}
+
+/// Clamps the joints to their limits, as for a verdict.
+bool WaypointInspector::SetState(const Eigen::VectorXd& x, Kinematics* kinematics) const {
+  const RobotModel& robot = dataset_->robot();
+  if (x.size() != robot.configuration_size() || !x.allFinite() || !(x.tail<4>().stableNorm() > 0)) return false;
+  const int n = robot.num_dofs();
+  Eigen::VectorXd clamped = x;
+  clamped.head(n) = x.head(n).cwiseMax(robot.lower_limits()).cwiseMin(robot.upper_limits());
+  clamped.tail<4>() = x.tail<4>().stableNormalized();
+  kinematics->Update(clamped);
+  return true;
+}
+
+void WaypointInspector::ListFeet(const Stance& stance, WaypointDiagnostics* findings) const {
+  std::vector<FootPlacement> placements;
+  for (const Foothold& foothold : stance.footholds) {
+    const Dataset::Foot& foot = dataset_->foot(foothold.link);
+    const Eigen::Isometry3d& actual = kinematics_.link_pose(foot.link_index);
+    placements.push_back({.box_F = foot.box, .X_WF = actual});
+    const FootPoseError error = ComputeFootPoseError(dataset_->FootTarget(foothold), actual);
+    findings->feet.push_back({.link = foothold.link,
+                              .violation = error.violation,
+                              .component = error.component,
+                              .violated = !(error.violation <= kPoseTolerance)});
+  }
+  findings->com_W = kinematics_.com();
+  const bool finite =
+      findings->com_W.allFinite() && std::ranges::all_of(placements, [](const FootPlacement& placement) {
+        return placement.X_WF.matrix().allFinite();
+      });
+  findings->com_m = std::numeric_limits<double>::infinity();
+  if (finite && !placements.empty()) {
+    findings->polygon_W = SupportPolygon(placements);
+    findings->com_m = SignedDistanceToPolygon(findings->polygon_W, findings->com_W.head<2>());
+  }
+  findings->com_violated = !(findings->com_m <= kComTolerance_m);
+}
+
+void WaypointInspector::ListLimits(const Eigen::VectorXd& x, WaypointDiagnostics* findings) const {
+  const RobotModel& robot = dataset_->robot();
+  for (int dof = 0; dof < robot.num_dofs(); ++dof) {
+    const double lower = std::max(robot.lower_limits()[dof], -kUnlimitedJoint);
+    const double upper = std::min(robot.upper_limits()[dof], kUnlimitedJoint);
+    const double below = lower - x[dof], above = x[dof] - upper;
+    const double excess = std::max(below, above);
+    if (excess < -kNearLimit) continue;
+    findings->limits.push_back({.dof = dof,
+                                .value = x[dof],
+                                .limit = below > above ? lower : upper,
+                                .excess = excess,
+                                .violated = x[dof] < lower - kLimitTolerance || x[dof] > upper + kLimitTolerance});
+  }
+}
+
+WaypointDiagnostics WaypointInspector::At(const Stance& stance, const Eigen::VectorXd& x,
+                                          const Eigen::VectorXd* before) {
+  WaypointDiagnostics findings;
+  if (!SetState(x, &kinematics_)) return findings;
+  ListFeet(stance, &findings);
+  ListLimits(x, &findings);
+  findings.overlaps = Classified(collision_.Overlaps(kinematics_));
+  if (before != nullptr && SetState(*before, &previous_)) {
+    const ExactCollision::Step step = collision_.LongestStep(previous_, kinematics_);
+    findings.step_m = step.distance_m;
+    findings.step_link = step.link;
+  }
+  return findings;
+}
+
+std::vector<OverlapDiagnostic> WaypointInspector::TransitionRule(const Eigen::VectorXd& from, const Eigen::VectorXd& to,
+                                                                 double s) {
+  // As in ScoreInterpolation, only the ends are clamped, not the configurations between them.
+  const RobotModel& robot = dataset_->robot();
+  const int n = robot.num_dofs();
+  if (from.size() != robot.configuration_size() || to.size() != from.size()) return {};
+  Eigen::VectorXd a = from, b = to, x(from.size());
+  a.head(n) = from.head(n).cwiseMax(robot.lower_limits()).cwiseMin(robot.upper_limits());
+  b.head(n) = to.head(n).cwiseMax(robot.lower_limits()).cwiseMin(robot.upper_limits());
+  if (!a.allFinite() || !b.allFinite() || !(a.tail<4>().norm() > 0) || !(b.tail<4>().norm() > 0)) return {};
+  InterpolateConfiguration(robot, a, b, s, x);
+  kinematics_.UpdatePoses(x);
+  return Classified(collision_.Overlaps(kinematics_));
+}
+
+}  // namespace legopt

@@ -1,0 +1,93 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "legopt/geometry/collision_query.h"
+#include "legopt/dataset/dataset.h"
+#include "legopt/solvers/solver.h"
+#include "legopt/robot/kinematics.h"
+#include "legopt/planning/multi_start.h"
+#include "legopt/planning/path_clearance.h"
+#include "legopt/problem/terms/task_program.h"
+#include "legopt/types/task.h"
+
+namespace legopt {
+
+/// A part of a continuous motion, from one waypoint to another.
+struct WaypointPath {
+  std::vector<const Stance*> stances;              ///< stances of its waypoints, at least two
+  std::vector<Eigen::VectorXd> waypoints;          ///< parallel to stances; n + 7 numbers each
+  std::vector<std::vector<Eigen::VectorXd>> ways;  ///< inner points of each segment, equally spaced in time
+  PathEnds ends = {};                              ///< whether its first and its last waypoint can move
+
+  size_t num_segments() const { return waypoints.size() - 1; }  ///< number of segments between waypoints
+};
+
+/// Result of PathSolver::Solve.
+struct PathSolution {
+  WaypointPath waypoint_path;                            ///< best path found
+  bool feasible = false;                                 ///< feasible according to the solver
+  SolveStatus status = SolveStatus::kConvergedFeasible;  ///< status of the last solve, or of a stop
+  double max_violation = 0.0;                            ///< violation in the last program
+  int restarts = 0;                                      ///< attempts beyond the first
+  Effort effort;                                         ///< effort of all attempts
+  std::string message;                                   ///< reason of a failure: the largest violation
+};
+
+/// Plans the path between the waypoints of a motion: planted feet stay on their targets, nothing collides and, for
+/// Between::kBalanced, the centre of mass stays over the planted feet (docs/readings.md#continuous-motions).
+///
+/// One segment: its waypoints do not move. A straight segment is kept if it is acceptable. Otherwise it is divided into
+/// pieces. Between points, planted feet leave their targets by the square of a piece's length, which determines the
+/// number of pieces. The method's own solver solves the program of the inner points (MakePathProgram) from the straight
+/// segment. If the result is infeasible, planted feet or the centre of mass still drift too far, or something collides
+/// between the points, the solve is repeated from there with twice as many pieces, up to kMaxPieces. Several
+/// segments: the same, from their current points; the waypoints between them move, and so do the ends that may.
+///
+/// A workspace; one thread.
+class PathSolver {
+ public:
+  /// All arguments must outlive this object. `contacts` is the same as in the motion's own programs.
+  PathSolver(const Dataset& dataset, CollisionQuery& query, Solver& solver, Task task, const ContactOptions& contacts);
+
+  /// Solves for the path from the points of `start`. `attempts` returns the settings used for windows, with generator
+  /// and perturb for this program's points.
+  PathSolution Solve(const WaypointPath& start, const std::function<MultiStartSettings()>& attempts);
+
+  /// Returns the number of term evaluations so far, including those of a running solve.
+  std::int64_t Evaluations() const;
+
+ private:
+  bool IsFree(const Eigen::VectorXd& points);
+  double Drift(const Eigen::VectorXd& points);
+  double ComDeviation(const Eigen::VectorXd& points);
+  template <class Visit>
+  void ForEachMiddle(const Eigen::VectorXd& points, Visit visit);
+  bool SolvePieces(const MultiStartSettings& attempts, Program& program, Eigen::VectorXd& points,
+                   PathSolution* solution);
+  bool IsAcceptable(const Eigen::VectorXd& points, PathSolution* solution);
+  int InitialPieces(const WaypointPath& start, const Eigen::VectorXd& ends);
+  Eigen::VectorXd Subdivided(const Eigen::VectorXd& points, int pieces) const;
+  Eigen::VectorXd PointsOf(const WaypointPath& waypoint_path, int pieces) const;
+  WaypointPath PathThroughPoints(const WaypointPath& start, const Eigen::VectorXd& points) const;
+  void BindPath(const WaypointPath& start);
+
+  const Dataset* dataset_;
+  CollisionQuery* query_;
+  Solver* solver_;
+  Task task_;
+  ContactOptions contacts_;
+  PathClearance clearance_;
+  Kinematics kinematics_;
+  Eigen::VectorXd x_;
+  // Data of the current path, one entry per segment.
+  std::vector<Stance> planted_;
+  std::vector<std::vector<Eigen::Vector2d>> polygons_;  ///< support polygons of the planted feet; may be empty
+  std::int64_t evaluations_ = 0;                        ///< evaluations of finished programs
+  const Program* program_ = nullptr;                    ///< program that is being solved
+};
+
+}  // namespace legopt

@@ -1,0 +1,181 @@
+#include "legopt/problem/terms/task_program.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+#include "legopt/problem/terms/velocity_term.h"
+#include "legopt/problem/terms/waypoint_terms.h"
+
+namespace legopt {
+namespace {
+
+double SumOfWindows(const RobotModel&, std::span<const Eigen::VectorXd>, double window_costs) { return window_costs; }
+
+/// Counts every transition once, although windows share some.
+double SumOfTransitions(const RobotModel& robot, std::span<const Eigen::VectorXd> waypoints, double) {
+  Eigen::VectorXd difference(robot.tangent_size());
+  double cost = 0.0;
+  for (std::size_t w = 1; w < waypoints.size(); ++w) {
+    ConfigurationDifference(robot, waypoints[w - 1], waypoints[w], difference);
+    cost += difference.squaredNorm();
+  }
+  return cost;
+}
+
+/// Inputs for adding the terms of a task to a program.
+struct TermInputs {
+  const Dataset& dataset;
+  CollisionQuery& query;
+  const ContactOptions& contacts;
+  std::span<const WaypointConstraints> demands;  ///< one entry per waypoint of the program
+};
+
+void AddTorqueCost(const TermInputs&, WaypointProgram& program) {
+  for (int t = program.num_waypoints() - 1; t >= 0; --t) {
+    program.Prepend(std::make_unique<TorqueCostTerm>(t, program.state(t)));
+  }
+}
+
+void AddTransitions(const TermInputs& of, WaypointProgram& program) {
+  constexpr int kVelocityUnit = 0;
+  for (int t = 0; t + 1 < program.num_waypoints(); ++t) {
+    WaypointState& from = program.state(t);
+    WaypointState& to = program.state(t + 1);
+    program.Append(std::make_unique<VelocityCostTerm>(t, kVelocityUnit, from, to));
+    if (of.contacts.continuous == ContinuousCollision::kNone) continue;
+    const bool preferred = of.contacts.continuous == ContinuousCollision::kPreferred;
+    program.Append(std::make_unique<SweptCollisionTerm>(t, from, to, of.dataset.robot(), of.query, of.contacts.margin_m,
+                                                        of.contacts.range_m,
+                                                        preferred ? of.contacts.continuous_weight : 0.0));
+  }
+}
+
+/// Adds balance over the planted feet to a waypoint, if they are fewer than its own: they carry the robot on the
+/// adjacent segment.
+void AddBalanceOnSegment(const Dataset& dataset, WaypointProgram& program, int waypoint, const Stance& own,
+                         const Stance& planted) {
+  if (planted.footholds.empty()) return;
+  if (planted.footholds.size() == own.footholds.size()) return;  // same as the waypoint's own constraint
+  program.Append(
+      std::make_unique<ComTerm>(waypoint, program.state(waypoint), Edges(TargetSupportPolygon(dataset, planted))));
+}
+
+void AddBalancedTransitions(const TermInputs& of, WaypointProgram& program) {
+  AddTransitions(of, program);
+  for (int t = 0; t + 1 < program.num_waypoints(); ++t) {
+    const Stance& from = *of.demands[static_cast<std::size_t>(t)].stance;
+    const Stance& to = *of.demands[static_cast<std::size_t>(t) + 1].stance;
+    const Stance planted = PlantedFeet(from, to);
+    AddBalanceOnSegment(of.dataset, program, t, from, planted);
+    AddBalanceOnSegment(of.dataset, program, t + 1, to, planted);
+  }
+}
+
+/// Windows and terms of a task's programs, without the constraints of the waypoints.
+struct TaskTerms {
+  Task task{};
+  int window_stances = 1;  ///< maximum number of stances in a window
+  int window_overlap = 0;  ///< stances shared with the previous window
+  decltype(AddTorqueCost)* add_terms = nullptr;
+  decltype(SumOfWindows)* solution_cost = nullptr;
+};
+
+/// In the order of the enumerators.
+constexpr std::array kTaskTerms = {
+    TaskTerms{.task = Task::kPosture, .add_terms = AddTorqueCost, .solution_cost = SumOfWindows},
+    TaskTerms{.task = Task::kMotion,
+              .window_stances = 6,
+              .window_overlap = 1,
+              .add_terms = AddTransitions,
+              .solution_cost = SumOfTransitions},
+    TaskTerms{.task = Task::kContinuous,
+              .window_stances = 6,
+              .window_overlap = 1,
+              .add_terms = AddTransitions,
+              .solution_cost = SumOfTransitions},
+    TaskTerms{.task = Task::kBalanced,
+              .window_stances = 6,
+              .window_overlap = 1,
+              .add_terms = AddBalancedTransitions,
+              .solution_cost = SumOfTransitions},
+};
+
+consteval bool InOrder() {
+  for (std::size_t i = 0; i < kTaskTerms.size(); ++i) {
+    if (kTaskTerms[i].task != kTasks[i].task) return false;
+  }
+  return kTaskTerms.size() == kTasks.size();
+}
+static_assert(InOrder());
+
+const TaskTerms& TermsOf(Task task) { return kTaskTerms.at(static_cast<std::size_t>(task)); }
+
+}  // namespace
+
+std::vector<StanceWindow> StanceWindows(Task task, int num_stances) {
+  const TaskTerms& terms = TermsOf(task);
+  std::vector<StanceWindow> windows;
+  int first = 0;
+  do {
+    windows.push_back({first, std::min(terms.window_stances, num_stances - first)});
+    first += terms.window_stances - terms.window_overlap;
+  } while (first + terms.window_overlap < num_stances);
+  return windows;
+}
+
+std::unique_ptr<WaypointProgram> MakeTaskProgram(Task task, const Dataset& dataset, CollisionQuery& query,
+                                                 std::span<const Stance> stances, const ContactOptions& contacts,
+                                                 bool fixed_first) {
+  std::vector<WaypointConstraints> demands;
+  for (const Stance& stance : stances) {
+    demands.insert(demands.end(), static_cast<std::size_t>(DescriptionOf(task).waypoints_per_stance),
+                   {.stance = &stance});
+  }
+  demands.front().fixed = fixed_first;
+  auto program = std::make_unique<WaypointProgram>(dataset, query, demands, contacts);
+  TermsOf(task).add_terms({dataset, query, contacts, demands}, *program);
+  return program;
+}
+
+std::unique_ptr<WaypointProgram> MakePathProgram(const Dataset& dataset, CollisionQuery& query,
+                                                 std::span<const Stance* const> stances, PathEnds ends, int pieces,
+                                                 bool balanced, const ContactOptions& contacts, double step_m,
+                                                 Sweep sweep) {
+  constexpr int kVelocityUnit = 0;
+  const auto ways = stances.size() - 1;
+  std::vector<Stance> planted;
+  for (std::size_t w = 0; w < ways; ++w) planted.push_back(PlantedFeet(*stances[w], *stances[w + 1]));
+  const WaypointConstraints fixed = {.stance = nullptr, .fixed = true};
+  std::vector<WaypointConstraints> demands = {{.stance = stances.front(), .on_segment = true}};
+  for (std::size_t w = 0; w < ways; ++w) {
+    const bool has_polygon = !planted[w].footholds.empty();
+    demands.insert(demands.end(), static_cast<std::size_t>(pieces) - 1,
+                   {.stance = &planted[w], .balanced = balanced && has_polygon, .on_segment = true});
+    demands.push_back({.stance = stances[w + 1], .on_segment = true});
+  }
+  if (!ends.first_moves) demands.front() = fixed;
+  if (!ends.last_moves) demands.back() = fixed;
+  auto program = std::make_unique<WaypointProgram>(dataset, query, demands, contacts);
+  const auto moves = [&](std::size_t w) { return w == 0 ? ends.first_moves : w < ways || ends.last_moves; };
+  for (std::size_t w = 0; balanced && w < ways; ++w) {
+    for (const std::size_t end : {w, w + 1}) {
+      if (moves(end)) AddBalanceOnSegment(dataset, *program, static_cast<int>(end) * pieces, *stances[end], planted[w]);
+    }
+  }
+  for (int t = 0; t + 1 < program->num_waypoints(); ++t) {
+    WaypointState& from = program->state(t);
+    WaypointState& to = program->state(t + 1);
+    program->Append(std::make_unique<VelocityCostTerm>(t, kVelocityUnit, from, to));
+    program->Append(std::make_unique<SweptCollisionTerm>(t, from, to, dataset.robot(), query, contacts.margin_m,
+                                                         contacts.range_m, 0.0, step_m, sweep));
+  }
+  return program;
+}
+
+double SolutionCost(Task task, const RobotModel& robot, std::span<const Eigen::VectorXd> waypoints,
+                    double window_costs) {
+  return TermsOf(task).solution_cost(robot, waypoints, window_costs);
+}
+
+}  // namespace legopt

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+
+#include "legopt/types/enum_names.h"
+
+namespace legopt {
+
+/// How the solver treats the obstacles of a scene. Links are always convex solids.
+enum class SceneRepresentation : std::uint8_t {
+  /// Convex solids that fill the scene. A link inside a solid is pushed out through the nearest face.
+  kSolid,
+  /// The paper's representation (docs/readings.md#two-sided-triangles): every triangle of the scene is a separate flat,
+  /// two-sided obstacle without an inside. A link that intersects a triangle is moved off it along the shortest path.
+  /// For a foot buried deeper than half its height that path leads down.
+  kSurface,
+  /// The same triangles, one-sided (docs/readings.md#one-sided-triangles): a link that intersects a triangle is always
+  /// moved to its front, even if the shortest path leads out at the back.
+  kOrientedSurface,
+};
+
+template <>
+inline constexpr auto kEnumNames<SceneRepresentation> =
+    MakeEnumNames<SceneRepresentation>({{SceneRepresentation::kSolid, "solid"},
+                                        {SceneRepresentation::kSurface, "surface"},
+                                        {SceneRepresentation::kOrientedSurface, "surface_oriented"}});
+
+/// How the solver treats collisions between consecutive waypoints. The paper's solver includes them although the task
+/// does not require it (paper, section V). A soft cost cannot make a window infeasible that the task's constraints
+/// allow.
+enum class ContinuousCollision : std::uint8_t {
+  kNone,       ///< ignored
+  kPreferred,  ///< soft cost with its own weight
+  kRequired    ///< hard constraint
+};
+
+template <>
+inline constexpr auto kEnumNames<ContinuousCollision> =
+    MakeEnumNames<ContinuousCollision>({{ContinuousCollision::kNone, "none"},
+                                        {ContinuousCollision::kPreferred, "preferred"},
+                                        {ContinuousCollision::kRequired, "required"}});
+
+/// Pairs of links checked for self-collision (docs/readings.md#ignored-link-pairs). Neighbouring links are never
+/// checked.
+enum class PairSelection : std::uint8_t {
+  kReference,  ///< pairs that do not touch in the dataset's reference pose, as in the original evaluator
+  kAll         ///< all pairs that joint motion can separate, as in the physical rule
+};
+
+template <>
+inline constexpr auto kEnumNames<PairSelection> =
+    MakeEnumNames<PairSelection>({{PairSelection::kReference, "reference"}, {PairSelection::kAll, "all"}});
+
+}  // namespace legopt

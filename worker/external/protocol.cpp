@@ -1,0 +1,257 @@
+#include "worker/external/protocol.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "legopt/input/json.h"
+#include "legopt/types/input_error.h"
+#include "worker/external/line_channel.h"
+#include "app/printable.h"
+
+namespace legopt::external {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kDeepest = 3;              // {"waypoints": [[..]]}
+constexpr std::size_t kShownBytes = 80;  // part of a line shown in a fault
+constexpr std::size_t kMaxNameBytes = 200;
+constexpr std::pair<std::string_view, ReportedStatus> kClaims[] = {
+    {"converged", ReportedStatus::kConverged}, {"limit", ReportedStatus::kLimit}, {"failed", ReportedStatus::kFailed}};
+
+std::string Excerpt(std::string_view line) {
+  const bool cut = line.size() > kShownBytes;
+  return "'" + programs::Printable(std::string(line.substr(0, kShownBytes))) + (cut ? "...'" : "'");
+}
+
+// Throws SolverFault if the text is no JSON object of the protocol; `what` names it.
+json ParseMessage(std::string_view text, const std::string& what) {
+  std::string why;
+  try {
+    json message = ParseJson(text, what, {.bytes = kMaxLineBytes, .depth = kDeepest});
+    if (message.is_object()) return message;
+    why = "it is no object";
+  } catch (const InputError& error) {
+    why = error.fault().message;
+    if (!error.fault().field.empty()) why = error.fault().field + ": " + why;
+  }
+  throw SolverFault(what + " that is no JSON object of the protocol (NaN and Infinity are no JSON): " + Excerpt(text) +
+                    "; " + why);
+}
+
+/// Fields of one message, with its type for faults.
+class MessageFields {
+ public:
+  explicit MessageFields(std::string_view line) {
+    object_ = ParseMessage(line, "sent a line");
+    const auto type = object_.find("type");
+    if (type == object_.end() || !type->is_string()) throw SolverFault("sent a line without a type: " + Excerpt(line));
+    type_ = type->get<std::string>();
+  }
+
+  const std::string& type() const { return type_; }
+
+  const json& Get(const char* key) const {
+    const auto found = object_.find(key);
+    if (found == object_.end()) throw SolverFault("sent '" + type_ + "' without '" + key + "'");
+    return *found;
+  }
+
+  [[noreturn]] void Refuse(const char* key, const std::string& rule) const {
+    const std::string value = Dump(object_.at(key));
+    throw SolverFault("sent '" + type_ + "' whose '" + key + "' is not " + rule + ": " + Excerpt(value));
+  }
+
+  double Number(const char* key) const {
+    const json& value = Get(key);
+    if (!value.is_number() || !std::isfinite(value.get<double>())) Refuse(key, "a finite number");
+    return value.get<double>();
+  }
+
+  std::int64_t Integer(const char* key) const {
+    const json& value = Get(key);
+    if (!value.is_number_integer()) Refuse(key, "a whole number");
+    return value.get<std::int64_t>();
+  }
+
+  bool Has(const char* key) const { return object_.contains(key); }
+
+  bool Boolean(const char* key) const {
+    const json& value = Get(key);
+    if (!value.is_boolean()) Refuse(key, "true or false");
+    return value.get<bool>();
+  }
+
+  std::string Name(const char* key) const {
+    const json& value = Get(key);
+    if (!value.is_string() || value.get_ref<const std::string&>().size() > kMaxNameBytes) {
+      Refuse(key, "a text of at most " + std::to_string(kMaxNameBytes) + " bytes");
+    }
+    return value.get<std::string>();
+  }
+
+  Eigen::VectorXd Vector(const char* key, int size) const {
+    const json& values = Get(key);
+    if (!values.is_array()) Refuse(key, "a list of numbers");
+    if (values.size() != static_cast<std::size_t>(size)) {
+      throw SolverFault("sent '" + type_ + "' with " + std::to_string(values.size()) + " numbers in '" + key +
+                        "' where the program has " + std::to_string(size) + " variables");
+    }
+    return Numbers(key, values);
+  }
+
+  std::vector<Eigen::VectorXd> Vectors(const char* key) const {
+    std::vector<Eigen::VectorXd> vectors;
+    if (!Get(key).is_array()) Refuse(key, "a list of lists of numbers");
+    for (const json& values : Get(key)) {
+      if (!values.is_array()) Refuse(key, "a list of lists of numbers");
+      vectors.push_back(Numbers(key, values));
+    }
+    return vectors;
+  }
+
+  ReportedStatus Status(const char* key) const {
+    const std::string word = Name(key);
+    for (const auto& [known, claim] : kClaims) {
+      if (word == known) return claim;
+    }
+    Refuse(key, "one of converged, limit, failed");
+  }
+
+ private:
+  Eigen::VectorXd Numbers(const char* key, const json& values) const {
+    Eigen::VectorXd vector(static_cast<Eigen::Index>(values.size()));
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const json& value = values[i];
+      if (!value.is_number() || !std::isfinite(value.get<double>())) Refuse(key, "a list of finite numbers");
+      vector[static_cast<Eigen::Index>(i)] = value.get<double>();
+    }
+    return vector;
+  }
+
+  json object_;
+  std::string type_;
+};
+
+Hello ReadHello(const MessageFields& fields) {
+  if (fields.Integer("protocol") != kProtocol) fields.Refuse("protocol", std::to_string(kProtocol));
+  return {fields.Name("name"), fields.Name("version")};
+}
+
+std::vector<double> Start(int num_variables) { return std::vector<double>(static_cast<std::size_t>(num_variables)); }
+
+SolutionReport ReadSolution(const MessageFields& fields, int num_variables) {
+  if (!fields.Has("waypoints")) return {fields.Vector("x", num_variables), fields.Status("status"), {}};
+  if (fields.Has("x")) throw SolverFault("sent 'solution' with both 'x' and 'waypoints'");
+  return {{}, fields.Status("status"), fields.Vectors("waypoints")};
+}
+
+json BoundsJson(const Eigen::VectorXd& bounds) {
+  json list = json::array();
+  for (const double bound : bounds) list.push_back(std::isfinite(bound) ? json(bound) : json());
+  return list;
+}
+
+const char* KindWord(TermKind kind) {
+  if (kind == TermKind::kEquality) return "equality";
+  return kind == TermKind::kInequality ? "inequality" : "preference";
+}
+
+json RowsJson(const std::vector<SlottedProgram::Row>& rows) {
+  json list = json::array();
+  for (const SlottedProgram::Row& row : rows) {
+    json item = {{"kind", KindWord(row.kind)}, {"first", row.first}, {"size", row.size}};
+    if (row.kind == TermKind::kPreference) item["weight"] = row.weight;
+    list.push_back(std::move(item));
+  }
+  return list;
+}
+
+std::vector<double> GradientOf(const SlottedProgram& program) {
+  const ConvexSubproblem& cost = program.cost();
+  std::vector<double> gradient;
+  for (int i = 0; i < program.num_variables(); ++i) {
+    const int padded = i / cost.block_size() * cost.stride() + i % cost.block_size();
+    gradient.push_back(cost.gradient()[static_cast<std::size_t>(padded)]);
+  }
+  return gradient;
+}
+
+json JacobianJson(const SlottedProgram& program) {
+  json list = json::array();
+  for (const SlottedProgram::Row& row : program.rows()) {
+    const auto begin = program.jacobian().begin() + static_cast<std::ptrdiff_t>(row.begin);
+    list.push_back(std::vector<double>(begin, begin + row.size));
+  }
+  return list;
+}
+
+}  // namespace
+
+SolverMessage ReadMessage(std::string_view line, int num_variables) {
+  const MessageFields fields(line);
+  if (fields.type() == "hello") return ReadHello(fields);
+  if (fields.type() == "evaluate") {
+    return EvaluateRequest{fields.Integer("id"), fields.Vector("x", num_variables), fields.Boolean("gradients"),
+                           fields.Has("contacts") && fields.Boolean("contacts")};
+  }
+  if (fields.type() == "progress") return ProgressReport{fields.Number("cost"), fields.Number("violation")};
+  if (fields.type() == "solution") return ReadSolution(fields, num_variables);
+  throw SolverFault("sent a message of the unknown type " + Excerpt(fields.type()));
+}
+
+std::string SolveLine(const SlottedProgram& program, int num_waypoints, const SolveTerms& terms) {
+  json line = {{"type", "solve"},
+               {"protocol", kProtocol},
+               {"variables", program.num_variables()},
+               {"waypoints", num_waypoints},
+               {"lower", BoundsJson(program.lower())},
+               {"upper", BoundsJson(program.upper())},
+               {"rows", RowsJson(program.rows())},
+               {"round", terms.round},
+               {"seed", terms.seed},
+               {"tolerance", terms.tolerance},
+               {"settings", terms.settings}};
+  if (!terms.robot.is_null()) line["robot"] = terms.robot;
+  if (!terms.at_start.is_null()) line["at_start"] = terms.at_start;
+  return Dump(line);
+}
+
+json EvaluationJson(const SlottedProgram& program, const EvaluateRequest& request, bool finite, json contacts) {
+  json answer = {{"type", "evaluation"}, {"id", request.id}, {"finite", finite}};
+  if (finite) {
+    answer["cost"] = program.value().cost;
+    answer["violation"] = program.value().max_violation;
+    answer["values"] = program.row_values();
+  }
+  if (finite && request.gradients) {
+    answer["gradient"] = GradientOf(program);
+    answer["jacobian"] = JacobianJson(program);
+  }
+  if (finite && request.contacts) answer["contacts"] = std::move(contacts);
+  return answer;
+}
+
+std::string CancelLine() { return Dump(json{{"type", "cancel"}}); }
+
+std::string HelloLine(const std::string& name) {
+  return Dump(json{{"type", "hello"}, {"protocol", kProtocol}, {"name", name}, {"version", ""}});
+}
+
+std::string SolutionLine(std::string_view file, int num_variables) {
+  json solution = ParseMessage(file, "left a solution file");
+  solution["type"] = "solution";
+  solution.emplace("status", "converged");
+  const bool pointless = !solution.contains("x") && !solution.contains("waypoints");
+  if (pointless && solution["status"] == "failed") solution["x"] = Start(num_variables);
+  return Dump(solution);
+}
+
+std::string StoppedLine(int num_variables) {
+  return Dump(json{{"type", "solution"}, {"x", Start(num_variables)}, {"status", "limit"}});
+}
+
+}  // namespace legopt::external
