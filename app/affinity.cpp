@@ -7,7 +7,7 @@
 #include <new>
 #include <set>
 
-namespace legopt::programs {
+namespace legopt::app {
 namespace {
 
 // The kernel rejects a mask smaller than its own, e.g. on machines with more than 1024 processors.
@@ -81,4 +81,4 @@ PinnedThread::~PinnedThread() {
   if (!before_.empty()) RunOn(before_);
 }
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

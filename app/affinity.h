@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace legopt::programs {
+namespace legopt::app {
 
 /// Processors on which this thread may run, ascending; empty: unknown.
 std::vector<int> AffinityMask();
@@ -32,4 +32,4 @@ class PinnedThread {
   std::vector<int> before_;
 };
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

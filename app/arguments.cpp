@@ -8,13 +8,13 @@
 #include <utility>
 #include <vector>
 
-#include "legopt/types/nearest_name.h"
 #include "app/command_line.h"
 #include "app/exit_codes.h"
 #include "app/printable.h"
 #include "app/program_main.h"
+#include "legopt/types/nearest_name.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 namespace {
 
 constexpr int kDone = StatusOf(ExitCode::kOk);
@@ -225,4 +225,4 @@ void ReportError(const std::string& program, const InputError& error) {
   for (const InputError::Fault& fault : error.faults()) ReportError(program, InputError::TextOf(fault));
 }
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

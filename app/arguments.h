@@ -6,7 +6,7 @@
 
 #include "legopt/types/input_error.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 
 class Program;
 
@@ -34,4 +34,4 @@ void ReportError(const std::string& program, const std::string& message);
 /// Prints one line for each fault.
 void ReportError(const std::string& program, const InputError& error);
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

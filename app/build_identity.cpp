@@ -5,7 +5,7 @@
 
 #include "legopt/math/blake2b.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 
 std::string BuildId(const BuildFacts& build) {
   constexpr std::size_t kDigits = 12;
@@ -44,4 +44,4 @@ std::string BuildReport(const BuildFacts& build) {
   return report;
 }
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

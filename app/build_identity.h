@@ -4,7 +4,7 @@
 
 /// Identity of a build: facts about its origin, and a short id of those that may change the bits of a result. Thread
 /// rule: none, values and pure functions.
-namespace legopt::programs {
+namespace legopt::app {
 
 /// Facts about a build. All texts are safe for messages and terminals.
 struct BuildFacts {
@@ -35,4 +35,4 @@ std::string BuildName(const BuildFacts& build);
 /// if `numerics` is empty, because such a program is no worker.
 std::string BuildReport(const BuildFacts& build);
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -7,7 +7,7 @@
 #include "legopt/types/nearest_name.h"
 #include "legopt/types/number_text.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 namespace {
 
 // Uses from_chars, because stream conversion depends on the locale and accepts trailing text.
@@ -70,4 +70,4 @@ ValueCheck OneOf(std::vector<std::string> words) {
   return {check, "{" + list + "}"};
 }
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -9,7 +9,7 @@
 
 #include "legopt/types/enum_names.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 
 /// Check of an option's value. The error contains the option, the permitted values, and the given one: "--workers: must
 /// be a whole number from 1 to 1024 (got 'many')".
@@ -48,4 +48,4 @@ std::string Alternatives(const std::vector<std::string>& words);
 /// Returns "a, b, c".
 std::string Joined(const std::vector<std::string>& words);
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

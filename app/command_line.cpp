@@ -10,7 +10,7 @@
 #include "legopt/types/nearest_name.h"
 #include "legopt/types/number_text.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 namespace {
 
 constexpr char kAnyNumber[] = "any number";
@@ -211,4 +211,4 @@ void Program::SetVersion(const std::string& text, const std::string& report) {
   version_report_ = report;
 }
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -19,7 +19,7 @@ class Option;
 
 /// Definition of a program's command line: commands, options bound to variables, checks of their values, help. Hides
 /// the library CLI11, whose headers take seconds to compile in each file that includes them. Not thread-safe.
-namespace legopt::programs {
+namespace legopt::app {
 
 /// Handle of an option, for further settings: `command.AddOption(...).Required().Check(WholeNumber(1))`. Valid as long
 /// as its Program.
@@ -92,7 +92,7 @@ class Command {
   /// Sets the text below the help. Commands that are added later inherit it.
   void SetFooter(const std::string& text) const;
 
-  /// For programs::ParseCommandLine.
+  /// For app::ParseCommandLine.
   CLI::App& app() const { return *app_; }
 
  private:
@@ -138,4 +138,4 @@ Option Command::AddEnum(const std::string& name, Value& value, const std::string
   return AddAction(name, take, help).Check(std::move(check));
 }
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -4,10 +4,10 @@
 #include <string>
 #include <system_error>
 
-#include "legopt/types/input_error.h"
 #include "app/process_start.h"
+#include "legopt/types/input_error.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 namespace {
 
 constexpr char kDefaultDataset[] = "garage-easier";
@@ -61,4 +61,4 @@ std::vector<std::filesystem::path> EmbeddedDatasetFolders() {
   return folders;
 }
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

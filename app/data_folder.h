@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <vector>
 
-namespace legopt::programs {
+namespace legopt::app {
 
 /// Folder of the running program (see ProgramFile). Throws InputError if it is unknown.
 std::filesystem::path ProgramFolder();
@@ -23,4 +23,4 @@ std::filesystem::path DefaultDatasetFolder();
 /// others. Throws InputError like it.
 std::vector<std::filesystem::path> EmbeddedDatasetFolders();
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

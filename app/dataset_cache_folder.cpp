@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <system_error>
 
-namespace legopt::programs {
+namespace legopt::app {
 
 namespace fs = std::filesystem;
 
@@ -28,4 +28,4 @@ fs::path DatasetCacheFolder() {
   return fs::temp_directory_path() / ("legopt-" + std::to_string(getuid())) / "datasets";
 }
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-namespace legopt::programs {
+namespace legopt::app {
 
 /// Returns whether a text is a content hash of a dataset: 64 lower-case hexadecimal digits. Thread-safe.
 bool IsDatasetHash(const std::string& text);
@@ -13,4 +13,4 @@ bool IsDatasetHash(const std::string& text);
 /// content must be hashed again before use. Must be called before a process enters another user namespace.
 std::filesystem::path DatasetCacheFolder();
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace legopt::programs {
+namespace legopt::app {
 
 std::string ExitCodeHelp(std::initializer_list<ExitCode> codes) {
   constexpr std::size_t kNumberWidth = 3;
@@ -16,4 +16,4 @@ std::string ExitCodeHelp(std::initializer_list<ExitCode> codes) {
   return help;
 }
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

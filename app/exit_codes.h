@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace legopt::programs {
+namespace legopt::app {
 
 /// Exit codes of `legopt`, `legopt-server` and `legopt-worker`: a common set, so that a script can distinguish causes
 /// regardless of the program.
@@ -66,4 +66,4 @@ inline constexpr std::array<ExitCodeText, 19> kExitCodeTexts{{
 /// Returns the help text for the exit codes of a program, one per line; without arguments for all codes.
 std::string ExitCodeHelp(std::initializer_list<ExitCode> codes = {});
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

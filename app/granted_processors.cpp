@@ -11,10 +11,10 @@
 #include <string_view>
 #include <vector>
 
-#include "legopt/types/classic_stream.h"
 #include "app/affinity.h"
+#include "legopt/types/classic_stream.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 namespace {
 
 std::optional<int> PositiveNumber(const char* text) {
@@ -157,4 +157,4 @@ ProcessorGrant GrantedProcessors(const ProcessorFacts& facts) {
   return grant;
 }
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-namespace legopt::programs {
+namespace legopt::app {
 
 /// Facts about the processors that this process may use. Empty: no such limit, or unknown.
 struct ProcessorFacts {
@@ -33,4 +33,4 @@ std::optional<double> CgroupProcessorQuota(const std::filesystem::path& root);
 /// Facts of this process. Invalid values of Slurm's variables are ignored.
 ProcessorFacts ReadProcessorFacts();
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

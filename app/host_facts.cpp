@@ -5,7 +5,7 @@
 
 #include "legopt/types/classic_stream.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 namespace {
 
 // Returns the value of the first line "name<tabs>: value" with this name; empty if there is none.
@@ -38,4 +38,4 @@ double HostLoad(const std::filesystem::path& root) {
   return file >> load && load >= 0 ? load : std::numeric_limits<double>::quiet_NaN();
 }
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

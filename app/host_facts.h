@@ -5,7 +5,7 @@
 #include <limits>
 #include <string>
 
-namespace legopt::programs {
+namespace legopt::app {
 
 /// Description of the machine, for measured times.
 struct HostFacts {
@@ -19,4 +19,4 @@ HostFacts ReadHostFacts(const std::filesystem::path& root = "/");
 /// Returns the load average: processes that run or wait to run, mean of the last minute, >= 0; NaN: unknown.
 double HostLoad(const std::filesystem::path& root = "/");
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -43,13 +43,13 @@ bool WriteAll(int fd, std::string_view bytes) {
 
 /// Disconnects from the caller: signal handlers, output, lifetime.
 void BecomeIsolated(pid_t caller, const ReadLimits& limits) {
-  if (!programs::DieWith(caller, SIGKILL)) ::_exit(kCallerGone);
+  if (!app::DieWith(caller, SIGKILL)) ::_exit(kCallerGone);
   for (const int number : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGXCPU, SIGALRM}) {
     ::signal(number, SIG_DFL);
   }
   // These are sent to a whole group or job; the caller reacts to them.
   for (const int number : {SIGINT, SIGHUP, SIGTERM, SIGUSR1, SIGUSR2, SIGPIPE}) ::signal(number, SIG_IGN);
-  programs::UnblockSignals();
+  app::UnblockSignals();
   std::set_new_handler(nullptr);
   const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
   if (nowhere >= 0) {
@@ -79,7 +79,7 @@ void BecomeIsolated(pid_t caller, const ReadLimits& limits) {
 /// Answering process, seen from its caller. The destructor kills it and waits for its end.
 class Answerer {
  public:
-  Answerer(pid_t pid, programs::Descriptor pipe) : pid_(pid), pipe_(std::move(pipe)) {}
+  Answerer(pid_t pid, app::Descriptor pipe) : pid_(pid), pipe_(std::move(pipe)) {}
   Answerer(const Answerer&) = delete;
   Answerer& operator=(const Answerer&) = delete;
   ~Answerer() {
@@ -108,11 +108,11 @@ class Answerer {
   }
 
   /// Status of the process; empty if the program ignores SIGCHLD, so that the system reaps its children.
-  std::optional<int> Wait() { return programs::WaitForEnd(std::exchange(pid_, -1)); }
+  std::optional<int> Wait() { return app::WaitForEnd(std::exchange(pid_, -1)); }
 
  private:
   pid_t pid_;
-  programs::Descriptor pipe_;
+  app::Descriptor pipe_;
 };
 
 // Returns whether the memory of this process or its children is limited ('ulimit -v').
@@ -127,7 +127,7 @@ std::string Fault(int status, const std::string& said, const ReadLimits& limits)
   if (WIFSIGNALED(status)) {
     const int number = WTERMSIG(status);
     if (number == SIGXCPU) return too_long;
-    return "it ended with signal " + std::to_string(number) + ", " + programs::SignalMeaning(number);
+    return "it ended with signal " + std::to_string(number) + ", " + app::SignalMeaning(number);
   }
   switch (WEXITSTATUS(status)) {
     case kAnswered:
@@ -144,7 +144,7 @@ std::string Fault(int status, const std::string& said, const ReadLimits& limits)
 }  // namespace
 
 std::string CallIsolated(const std::function<std::string()>& body, const ReadLimits& limits) {
-  std::optional<programs::Pipe> pipe = programs::MakePipe();
+  std::optional<app::Pipe> pipe = app::MakePipe();
   if (!pipe) throw std::system_error(errno, std::generic_category(), "no pipe to a reader of its own process");
   const pid_t caller = ::getpid();
   const pid_t child = ::fork();

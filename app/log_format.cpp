@@ -7,7 +7,7 @@
 
 #include "app/printable.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 namespace {
 
 constexpr char kFlag = '*';
@@ -31,4 +31,4 @@ void FormatPrintably(spdlog::logger& logger, const std::string& pattern) {
   logger.set_formatter(std::move(formatter));
 }
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

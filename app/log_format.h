@@ -4,7 +4,7 @@
 
 #include <string>
 
-namespace legopt::programs {
+namespace legopt::app {
 
 /// Pattern of log lines of server and worker: "[2026-11-21 14:00:00.000] [legopt-worker] [warning] text".
 inline constexpr char kLogPattern[] = "[%Y-%m-%d %H:%M:%S.%e] [%n] [%^%l%$] %v";
@@ -13,4 +13,4 @@ inline constexpr char kLogPattern[] = "[%Y-%m-%d %H:%M:%S.%e] [%n] [%^%l%$] %v";
 /// untrusted text. Each record stays on one line. Call before the logger is shared between threads.
 void FormatPrintably(spdlog::logger& logger, const std::string& pattern = kLogPattern);
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

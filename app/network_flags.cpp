@@ -3,7 +3,7 @@
 #include "app/checks.h"
 #include "app/command_line.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 
 bus::LcmOptions NetworkFlags::Resolve() const {
   bus::LcmOptions options = bus::LcmOptions::FromEnvironment();
@@ -39,4 +39,4 @@ void AddNetworkFlags(const Command& command, NetworkFlags* flags) {
       .Group(kNetworkHeading);
 }
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -3,10 +3,10 @@
 #include <optional>
 #include <string>
 
-#include "bus/lcm_transport.h"
 #include "app/command_line.h"
+#include "bus/lcm_transport.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 
 /// Deployment given by the flags of a program. Missing values come from the environment (LEGOPT_GROUP, LEGOPT_PORT,
 /// LEGOPT_KEY_FILE) or are the defaults of bus::LcmOptions.
@@ -28,4 +28,4 @@ void AddNetworkFlags(const Command& command, NetworkFlags* flags);
 /// Heading of these flags in the help.
 inline constexpr char kNetworkHeading[] = "Network";
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -11,13 +11,13 @@
 #include <filesystem>
 #include <utility>
 
+#include "app/signal_meaning.h"
 #include "legopt/types/classic_stream.h"
 #include "legopt/types/input_error.h"
-#include "app/signal_meaning.h"
 
 extern char** environ;
 
-namespace legopt::programs {
+namespace legopt::app {
 namespace {
 
 constexpr std::size_t kMostBytes = 4096;  // size that a pipe accepts without blocking
@@ -141,4 +141,4 @@ std::string Notifier::Reap(Clock::time_point now) {
   return fault;
 }
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

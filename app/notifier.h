@@ -10,7 +10,7 @@
 
 #include "app/processes.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 
 /// Limits of a Notifier.
 struct NotifierLimits {
@@ -57,4 +57,4 @@ class Notifier {
   bool started_before_ = false;
 };
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -7,7 +7,7 @@
 
 #include "legopt/types/input_error.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 
 namespace fs = std::filesystem;
 
@@ -34,4 +34,4 @@ const std::string* OfferedDatasets::Find(const std::string& hash, std::size_t mo
   return nullptr;
 }
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

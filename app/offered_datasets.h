@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace legopt::programs {
+namespace legopt::app {
 
 /// Returns the name of the archive file of a dataset with this content hash.
 std::string ArchiveName(std::string_view hash);
@@ -26,4 +26,4 @@ class OfferedDatasets {
   std::string hash_, archive_;
 };
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -8,7 +8,7 @@
 
 #include "legopt/input/utf8.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 namespace {
 
 struct Range {
@@ -122,4 +122,4 @@ std::string PrintableJson(std::string_view json) {
   return out;
 }
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-namespace legopt::programs {
+namespace legopt::app {
 
 /// Returns untrusted text (names, reasons, messages, SQL results, log lines) in a form that is safe to print on a
 /// terminal. UTF-8 is kept. Characters that a terminal might interpret, or that hide or reorder other text, become
@@ -30,4 +30,4 @@ std::string WithoutControls(std::string_view text);
 /// change. Invalid UTF-8 stays.
 std::string PrintableJson(std::string_view json);
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

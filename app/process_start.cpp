@@ -14,7 +14,7 @@
 
 #include "app/processes.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 namespace {
 
 constexpr std::array<int, 6> kChangedSignals = {SIGXFSZ, SIGPIPE, SIGUSR1, SIGUSR2, SIGCHLD, SIGHUP};
@@ -133,4 +133,4 @@ std::filesystem::path ProgramFile() {
   return Existing(name.find('/') == std::string::npos ? FindProgram(name) : std::filesystem::path(name));
 }
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

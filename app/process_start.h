@@ -4,7 +4,7 @@
 #include <filesystem>
 
 /// Normalises the process state inherited from shells, batch systems and services, for all programs. Linux.
-namespace legopt::programs {
+namespace legopt::app {
 
 /// Type of a process, which decides how it handles signals.
 enum class ProcessKind {
@@ -32,12 +32,12 @@ inline constexpr std::size_t kFewestDescriptors = 40;
 /// Returns the number of descriptors that can still be opened, counting up to `most`.
 std::size_t FreeDescriptors(std::size_t most);
 
-/// Undoes PrepareProcess in a child that becomes another program: restores the limits and the signal actions (except for
-/// SIGINT and SIGTERM, which get their default action). Only makes calls that are safe between fork and exec.
+/// Undoes PrepareProcess in a child that becomes another program: restores the limits and the signal actions (except
+/// for SIGINT and SIGTERM, which get their default action). Only makes calls that are safe between fork and exec.
 void RestoreStartState();
 
 /// Absolute path of the running program, from the kernel or, without /proc, from the name by which it was started.
 /// Empty: unknown.
 std::filesystem::path ProgramFile();
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

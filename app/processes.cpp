@@ -12,7 +12,7 @@
 
 #include "legopt/types/classic_stream.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 
 void Descriptor::Close() {
   if (fd_ >= 0) ::close(Take());
@@ -68,4 +68,4 @@ std::optional<int> WaitForEnd(pid_t child) {
   return ended < 0 ? std::nullopt : std::optional(status);
 }
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

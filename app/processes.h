@@ -10,7 +10,7 @@
 
 /// Utilities for starting processes: the programs that a client runs, the job processes of a worker, isolated calls,
 /// the pager. Callers decide how each is started and what it inherits. Thread-safe. Linux.
-namespace legopt::programs {
+namespace legopt::app {
 
 /// File descriptor, closed by the destructor unless taken.
 class Descriptor {
@@ -64,4 +64,4 @@ void UnblockSignals();
 /// Waits for the end of a child and returns its status; empty if it is not a child (any more).
 std::optional<int> WaitForEnd(pid_t child);
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -13,11 +13,11 @@
 #include <new>
 #include <system_error>
 
+#include "app/arguments.h"
 #include "legopt/files/file_error.h"
 #include "legopt/types/input_error.h"
-#include "app/arguments.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 namespace {
 
 bool MayBeAboutAFile(ExitCode code) {
@@ -119,4 +119,4 @@ int RunProgram(const std::string& program, ProcessKind kind, const std::function
   }
 }
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

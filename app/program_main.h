@@ -3,12 +3,12 @@
 #include <functional>
 #include <string>
 
-#include "bus/bus_error.h"
 #include "app/exit_codes.h"
 #include "app/process_start.h"
+#include "bus/bus_error.h"
 
 /// Common part of every `main`.
-namespace legopt::programs {
+namespace legopt::app {
 
 /// Prepares the process (PrepareProcess), runs `body` and returns its exit status. An exception is printed as one line
 /// "PROGRAM: error: ..." to standard error and converted to an exit code: invalid input kUsage, the network
@@ -32,4 +32,4 @@ bool WorkingDirectoryWasRemoved();
 /// Returns the exit code for an error of the bus.
 ExitCode CodeOf(const bus::BusError& error);
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -1,6 +1,6 @@
 #include "app/shell_word.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 
 std::string ShellWord(const std::string& text) {
   if (text.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./+,:@%") ==
@@ -13,4 +13,4 @@ std::string ShellWord(const std::string& text) {
   return word + "'";
 }
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -3,7 +3,7 @@
 #include <csignal>
 #include <cstring>
 
-namespace legopt::programs {
+namespace legopt::app {
 
 std::string SignalMeaning(int signal) {
   switch (signal) {
@@ -52,4 +52,4 @@ std::string ExitCodeMeaning(int code) {
   return text + ", with which a shell reports " + SignalMeaning(signal);
 }
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

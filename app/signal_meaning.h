@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace legopt::programs {
+namespace legopt::app {
 
 /// Returns the name and meaning of a signal that ended a process: "SIGKILL (killed from outside, perhaps because the
 /// machine ran out of memory)", "SIGRTMIN+3 (real-time signal)". Thread-safe.
@@ -12,4 +12,4 @@ std::string SignalMeaning(int signal);
 /// program, also the signal's meaning. Thread-safe.
 std::string ExitCodeMeaning(int code);
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

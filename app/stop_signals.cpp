@@ -7,7 +7,7 @@
 #include <cerrno>
 #include <system_error>
 
-namespace legopt::programs {
+namespace legopt::app {
 namespace {
 
 bool IsIgnored(int signal) {
@@ -46,4 +46,4 @@ bool StopSignals::Take() {
   return false;
 }
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-namespace legopt::programs {
+namespace legopt::app {
 
 /// Signals that stop this process: SIGTERM always; SIGINT and SIGHUP unless they were ignored when the process was
 /// started (background jobs of scripts, nohup): then they stay ignored. Clients and services all use this function.
@@ -36,4 +36,4 @@ class StopSignals {
   int descriptor_ = -1;
 };
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

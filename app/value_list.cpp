@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <system_error>
 
-namespace legopt::programs {
+namespace legopt::app {
 namespace {
 
 /// Splits a text at commas without a preceding backslash; the parts are unchanged.
@@ -58,4 +58,4 @@ bool IsExistingPath(const std::string& text) {
   return std::filesystem::exists(std::filesystem::symlink_status(text, error));
 }
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

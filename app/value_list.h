@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace legopt::programs {
+namespace legopt::app {
 
 /// Returns true for a text that is one value although it contains commas: an existing file, a known name.
 using IsWholeValue = std::function<bool(const std::string& text)>;
@@ -20,4 +20,4 @@ std::vector<std::string> SplitValues(std::string_view text, const IsWholeValue& 
 /// Returns whether a file or folder of that name exists. For lists of paths.
 bool IsExistingPath(const std::string& text);
 
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -29,9 +29,9 @@ inline constexpr std::array<KeyRole, 2> kDerivedRoles = {KeyRole::kWorker, KeyRo
 /// Names in key files and on command lines.
 template <>
 inline constexpr auto legopt::kEnumNames<legopt::bus::KeyRole> =
-    legopt::Words<legopt::bus::KeyRole>({{legopt::bus::KeyRole::kOperator, "operator"},
-                                         {legopt::bus::KeyRole::kWorker, "worker"},
-                                         {legopt::bus::KeyRole::kClient, "client"}});
+    legopt::MakeEnumNames<legopt::bus::KeyRole>({{legopt::bus::KeyRole::kOperator, "operator"},
+                                                 {legopt::bus::KeyRole::kWorker, "worker"},
+                                                 {legopt::bus::KeyRole::kClient, "client"}});
 
 namespace legopt::bus {
 

@@ -7,7 +7,7 @@
 
 namespace legopt::client {
 
-using programs::ExitCode;
+using app::ExitCode;
 
 /// Error that ends a command. `what()` is one line with the cause and the remedy; `main` prints it as
 /// "legopt: error: ..." and exits with `code()`.

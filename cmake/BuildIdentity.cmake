@@ -11,11 +11,11 @@ endif()
 
 # All sources of legopt-worker. Paths are hashed as well, so moving a file changes the hash.
 set(listing "")
-foreach(room words files legopt lcmtypes bus programs worker)
+foreach(folder legopt lcmtypes bus app worker)
   file(GLOB_RECURSE files RELATIVE ${SOURCE}
-    ${SOURCE}/${room}/*.h ${SOURCE}/${room}/*.inc ${SOURCE}/${room}/*.cpp ${SOURCE}/${room}/*.lcm
-    ${SOURCE}/${room}/*.def)
-  list(FILTER files EXCLUDE REGEX "^legopt/statistics/")  # evaluates results, computes none
+    ${SOURCE}/${folder}/*.h ${SOURCE}/${folder}/*.inc ${SOURCE}/${folder}/*.cpp ${SOURCE}/${folder}/*.lcm
+    ${SOURCE}/${folder}/*.def)
+  list(FILTER files EXCLUDE REGEX "^(legopt/statistics|bus/bridge)/")  # no module here computes results
   list(SORT files)
   foreach(file IN LISTS files)
     file(SHA256 ${SOURCE}/${file} hash)

@@ -52,9 +52,9 @@ endif()
 list(REMOVE_DUPLICATES LEGOPT_NUMERIC_FLAGS)
 list(JOIN LEGOPT_NUMERIC_FLAGS " " LEGOPT_NUMERIC_FLAGS)
 
-# legopt_optimize_rooms(LEVEL): compiles the following targets with this level in Release builds. All numerics is in
+# legopt_set_optimization_level(LEVEL): compiles the following targets with this level in Release builds. All numerics is in
 # legopt/, which uses the highest level. Elsewhere a job's time is spent in system calls and SQLite, and a lower level
 # shortens builds. Link-time optimisation is off: it took a quarter of a build, and solves are as fast without it.
-macro(legopt_optimize_rooms level)
+macro(legopt_set_optimization_level level)
   set(CMAKE_CXX_FLAGS_RELEASE "${level} -DNDEBUG")
 endmacro()

@@ -1,20 +1,20 @@
-# Installs the library for find_package(legopt): targets legopt::robot, legopt::solve, ... (legopt/CMakeLists.txt lists
+# Installs the library for find_package(legopt): targets legopt::robot, legopt::planning, ... (legopt/CMakeLists.txt lists
 # the modules), headers under include/legopt, configuration with version.
 include(CMakePackageConfigHelpers)
 set(config_folder ${CMAKE_INSTALL_LIBDIR}/cmake/legopt)
 
 set_target_properties(legopt_options PROPERTIES EXPORT_NAME options)
-foreach(room ${LEGOPT_ROOMS})
-  add_library(legopt::${room} ALIAS legopt_${room})
-  set_target_properties(legopt_${room} PROPERTIES EXPORT_NAME ${room})
-  install(TARGETS legopt_${room} EXPORT legopt
+foreach(module ${LEGOPT_MODULES})
+  add_library(legopt::${module} ALIAS legopt_${module})
+  set_target_properties(legopt_${module} PROPERTIES EXPORT_NAME ${module})
+  install(TARGETS legopt_${module} EXPORT legopt
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library
     OBJECTS DESTINATION ${CMAKE_INSTALL_LIBDIR}/legopt COMPONENT library)
 endforeach()
 install(TARGETS legopt_options EXPORT legopt)
 install(EXPORT legopt NAMESPACE legopt:: FILE legopt-targets.cmake DESTINATION ${config_folder} COMPONENT library)
 
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/legopt ${PROJECT_SOURCE_DIR}/words ${PROJECT_SOURCE_DIR}/files
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/legopt
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/legopt COMPONENT library FILES_MATCHING PATTERN "*.h")
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/legopt-config.cmake.in legopt-config.cmake
   INSTALL_DESTINATION ${config_folder})

@@ -3,8 +3,8 @@
 #include <optional>
 #include <string>
 
-#include "db/store.h"
 #include "app/notifier.h"
+#include "db/store.h"
 
 namespace legopt::server {
 
@@ -21,7 +21,7 @@ class EventSinks {
   void Work();
 
  private:
-  std::optional<programs::Notifier> notifier_;
+  std::optional<app::Notifier> notifier_;
 };
 
 }  // namespace legopt::server

@@ -3,24 +3,24 @@
 #include <iostream>
 #include <utility>
 
-#include "bus/bridge/access_file.h"
-#include "bus/bus_error.h"
 #include "app/network_flags.h"
 #include "app/printable.h"
+#include "bus/bridge/access_file.h"
+#include "bus/bus_error.h"
 
 namespace legopt::server {
 
-void AddListenFlags(const programs::Command& command, ListenFlags* flags) {
+void AddListenFlags(const app::Command& command, ListenFlags* flags) {
   command
       .AddOption("--listen", flags->listen,
                  "UDP address or port on which workers of other hosts reach this server without multicast (--access)")
       .ValueName("ADDRESS:PORT")
-      .Group(programs::kNetworkHeading);
+      .Group(app::kNetworkHeading);
   command
       .AddOption("--access", flags->access,
                  "With --listen: file to write for 'legopt-worker --access' (default: the database's name and .access)")
       .ValueName("FILE")
-      .Group(programs::kNetworkHeading);
+      .Group(app::kNetworkHeading);
 }
 
 std::optional<bridge::LinkSocket> OpenListener(const ListenFlags& flags, const bus::LcmOptions& network) {
@@ -48,7 +48,7 @@ std::unique_ptr<bridge::Bridge> Listen(bridge::LinkSocket socket, const bus::Lcm
   auto hub = bridge::Bridge::RunHub(network, std::move(socket));
   bridge::WriteAccessFile(access_file, access);
   std::cout << "legopt-server listens on " << bridge::ListOf(access.addresses) << "; access file "
-            << programs::Printable(access_file) << std::endl;
+            << app::Printable(access_file) << std::endl;
   return hub;
 }
 

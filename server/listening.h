@@ -6,10 +6,10 @@
 #include <optional>
 #include <string>
 
+#include "app/command_line.h"
 #include "bus/bridge/bridge.h"
 #include "bus/bridge/link_socket.h"
 #include "bus/lcm_transport.h"
-#include "app/command_line.h"
 
 namespace legopt::server {
 
@@ -20,7 +20,7 @@ struct ListenFlags {
 };
 
 /// Adds the options --listen and --access. `flags` must outlive parsing.
-void AddListenFlags(const programs::Command& command, ListenFlags* flags);
+void AddListenFlags(const app::Command& command, ListenFlags* flags);
 
 /// Binds the requested port; nullopt without --listen. Called before the database is opened, so that a failure leaves
 /// no database behind. Throws bus::BusError, also for a non-loopback address without a key, unless the network is

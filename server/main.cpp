@@ -13,11 +13,6 @@
 #include <string>
 #include <utility>
 
-#include "bus/field_limits.h"
-#include "bus/lcm_transport.h"
-#include "db/file_system.h"
-#include "db/sqlite_store.h"
-#include "legopt/input/name.h"
 #include "app/arguments.h"
 #include "app/build_identity.h"
 #include "app/command_line.h"
@@ -28,6 +23,11 @@
 #include "app/printable.h"
 #include "app/program_main.h"
 #include "app/stop_signals.h"
+#include "bus/field_limits.h"
+#include "bus/lcm_transport.h"
+#include "db/file_system.h"
+#include "db/sqlite_store.h"
+#include "legopt/input/name.h"
 #include "server/duplicate_server.h"
 #include "server/event_sinks.h"
 #include "server/listening.h"
@@ -37,7 +37,7 @@
 namespace legopt::server {
 namespace {
 
-using programs::ExitCode;
+using app::ExitCode;
 
 constexpr char kProgram[] = "legopt-server";
 constexpr microseconds kProbePatience{400'000};
@@ -47,7 +47,7 @@ constexpr microseconds kLinger{200'000};  // time for answering repeats of the l
 
 struct Arguments {
   std::filesystem::path database;
-  programs::NetworkFlags network;
+  app::NetworkFlags network;
   ListenFlags listen;
   std::optional<std::string> datasets;
   std::optional<std::string> notify;
@@ -73,7 +73,7 @@ std::string Hostname() {
 ServerOptions OptionsFor(const Arguments& arguments) {
   ServerOptions options;
   options.scheduler.server_instance = bus::RandomEndpointId();
-  options.version = programs::ThisBuild("").version;
+  options.version = app::ThisBuild("").version;
   options.hostname = Hostname();
   options.pid = getpid();
   options.database = std::filesystem::absolute(arguments.database).string();
@@ -90,7 +90,7 @@ void WarnAboutNetwork(const bus::LcmTransport& transport) {
 // leases expire. `owned`: a command started this server and stops it after its workers, some of which may have been
 // killed.
 ExitCode ServeUntilStopped(Server& server, bus::Endpoint& endpoint, DuplicateServerDetector& rivals,
-                           programs::StopSignals& stop, EventSinks& outlets, bool owned) {
+                           app::StopSignals& stop, EventSinks& outlets, bool owned) {
   bool foreign_reported = false;
   const std::array<pollfd, 1> extra{pollfd{stop.descriptor(), POLLIN, 0}};
   while (!server.shutdown_requested() && !stop.Take()) {
@@ -138,13 +138,13 @@ std::string DescribePortConflict(const PortClaim& claim, bus::LcmTransport& tran
 
 ExitCode Serve(const Arguments& arguments) {
   if (SystemClock_us() < 0) {
-    programs::ReportError("legopt-server",
-                          "the clock of this machine shows a time before 1970; set it (timedatectl set-ntp true, "
-                          "or as root: date --set='YYYY-MM-DD hh:mm') and start the server again");
+    app::ReportError("legopt-server",
+                     "the clock of this machine shows a time before 1970; set it (timedatectl set-ntp true, "
+                     "or as root: date --set='YYYY-MM-DD hh:mm') and start the server again");
     return ExitCode::kMachine;
   }
-  programs::StopSignals stop(arguments.owner);
-  programs::OfferedDatasets offered(arguments.datasets);
+  app::StopSignals stop(arguments.owner);
+  app::OfferedDatasets offered(arguments.datasets);
   // Set up the network first: a server that may not run leaves no database behind.
   const bus::LcmOptions network = arguments.network.Resolve();
   auto listener = OpenListener(arguments.listen, network);
@@ -155,7 +155,7 @@ ExitCode Serve(const Arguments& arguments) {
   ServerOptions options = OptionsFor(arguments);
   const PortClaim claim(network.port);
   if (const std::string obstacle = DescribePortConflict(claim, transport, options); !obstacle.empty()) {
-    programs::ReportError(kProgram, address + ": " + obstacle);
+    app::ReportError(kProgram, address + ": " + obstacle);
     return ExitCode::kNetworkUnusable;
   }
   const auto store = db::OpenSqliteStore(arguments.database);
@@ -177,20 +177,20 @@ ExitCode Serve(const Arguments& arguments) {
   server.Work();
   const std::string access_file = arguments.listen.access.value_or(options.database + ".access");
   const auto hub = listener ? Listen(std::move(*listener), network, transport.deployment(), access_file) : nullptr;
-  std::cout << "legopt-server ready on " << address << " with database " << programs::Printable(options.database)
-            << " (pid " << getpid() << ")" << std::endl;
+  std::cout << "legopt-server ready on " << address << " with database " << app::Printable(options.database) << " (pid "
+            << getpid() << ")" << std::endl;
   return ServeUntilStopped(server, endpoint, rivals, stop, outlets, arguments.owner != 0);
 }
 
 int Run(int argc, char** argv) {
   Arguments arguments;
-  const programs::BuildFacts build = programs::ThisBuild("");
-  programs::Program program(
+  const app::BuildFacts build = app::ThisBuild("");
+  app::Program program(
       kProgram,
       "The legopt experiment service: leases the jobs of submitted experiments to workers and stores their results.");
-  program.SetVersion("legopt-server " + build.version, programs::BuildReport(build));
+  program.SetVersion("legopt-server " + build.version, app::BuildReport(build));
   program.AddOption("--db", arguments.database, "Database file; created when missing").Required();
-  programs::AddNetworkFlags(program, &arguments.network);
+  app::AddNetworkFlags(program, &arguments.network);
   AddListenFlags(program, &arguments.listen);
   program
       .AddOption("--datasets", arguments.datasets,
@@ -205,7 +205,7 @@ int Run(int argc, char** argv) {
       .AddOption("--disk-reserve", arguments.disk_reserve_mb,
                  "Refuse experiments that would leave less free where the database is; at most 5 % of that disk")
       .ValueName("MB")
-      .Check(programs::WholeNumber(0, 1'000'000'000))
+      .Check(app::WholeNumber(0, 1'000'000'000))
       .ShowDefault();
   program.AddFlag("--no-dataset", arguments.no_dataset,
                   "Do not store the datasets of that folder in the database with their results");
@@ -213,14 +213,14 @@ int Run(int argc, char** argv) {
   // For a parent process that runs this server as a part of itself ('legopt run'); hidden from users.
   program.AddOption("--owner", arguments.owner, "Process whose orders to stop count; no others do").Group("");
   program.SetFooter(
-      programs::ExitCodeHelp({ExitCode::kOk, ExitCode::kUsage, ExitCode::kDatabaseUnusable, ExitCode::kNetworkUnusable,
-                              ExitCode::kNewerDatabase, ExitCode::kInternal, ExitCode::kMachine}));
-  if (const auto status = programs::ParseCommandLine(program, argc, argv)) return *status;
+      app::ExitCodeHelp({ExitCode::kOk, ExitCode::kUsage, ExitCode::kDatabaseUnusable, ExitCode::kNetworkUnusable,
+                         ExitCode::kNewerDatabase, ExitCode::kInternal, ExitCode::kMachine}));
+  if (const auto status = app::ParseCommandLine(program, argc, argv)) return *status;
   spdlog::set_level(arguments.verbose ? spdlog::level::debug : spdlog::level::warn);
   return StatusOf(Serve(arguments));
 }
 
-// Reports database errors; programs::RunProgram reports all others.
+// Reports database errors; app::RunProgram reports all others.
 int RunReportingStore(int argc, char** argv) {
   using db::StoreErrorCode;
   try {
@@ -230,10 +230,10 @@ int RunReportingStore(int argc, char** argv) {
     ExitCode code = defect ? ExitCode::kInternal : ExitCode::kDatabaseUnusable;
     if (error.code() == StoreErrorCode::kNewerSchema) code = ExitCode::kNewerDatabase;
     if (error.code() == StoreErrorCode::kShortage) code = ExitCode::kMachine;
-    return programs::ReportFailure(kProgram, code, error.what());
+    return app::ReportFailure(kProgram, code, error.what());
   } catch (const SpecError& error) {
-    return programs::ReportFailure(kProgram, ExitCode::kDatabaseUnusable,
-                                   std::string("the database holds an illegal experiment: ") + error.what());
+    return app::ReportFailure(kProgram, ExitCode::kDatabaseUnusable,
+                              std::string("the database holds an illegal experiment: ") + error.what());
   }
 }
 
@@ -242,10 +242,10 @@ int RunReportingStore(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using legopt::server::kProgram;
-  return legopt::programs::RunProgram(kProgram, legopt::programs::ProcessKind::kService, [&] {
+  return legopt::app::RunProgram(kProgram, legopt::app::ProcessKind::kService, [&] {
     // Standard output is reserved for the "ready" line.
     const auto logger = spdlog::stderr_logger_mt(kProgram);
-    legopt::programs::FormatPrintably(*logger);
+    legopt::app::FormatPrintably(*logger);
     spdlog::set_default_logger(logger);
     return legopt::server::RunReportingStore(argc, argv);
   });

@@ -6,17 +6,17 @@
 #include <string>
 #include <variant>
 
+#include "app/exit_codes.h"
 #include "legopt_msg/heartbeat_request.hpp"
 #include "legopt_msg/hello_request.hpp"
 #include "legopt_msg/lease.hpp"
 #include "legopt_msg/lease_request.hpp"
 #include "legopt_msg/method_request.hpp"
 #include "legopt_msg/result_request.hpp"
-#include "app/exit_codes.h"
 
 namespace legopt::worker {
 
-using programs::ExitCode;
+using app::ExitCode;
 
 /// Identifies one lease: the job, its attempt and the token.
 struct LeaseKey {

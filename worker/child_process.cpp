@@ -25,7 +25,7 @@ extern char** environ;
 namespace legopt::worker {
 namespace {
 
-using programs::Descriptor;
+using app::Descriptor;
 
 constexpr std::size_t kMaxReadBytes = 1U << 20;
 constexpr std::int64_t kKibibyte = 1024;
@@ -90,7 +90,7 @@ ChildProcess::ChildProcess(const std::vector<std::string>& command) {
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, sockets.data()) != 0) Refuse("socketpair", errno);
   Descriptor ours(sockets[0]);
   const Descriptor theirs(sockets[1]);
-  std::optional<programs::Pipe> log = programs::MakePipe();
+  std::optional<app::Pipe> log = app::MakePipe();
   if (!log) Refuse("pipe2", errno);
   ours.SetNonBlocking();
   log->read.SetNonBlocking();
@@ -102,13 +102,13 @@ ChildProcess::ChildProcess(const std::vector<std::string>& command) {
   const SpawnAttributes attributes;
   const SpawnFiles files(child_socket.get(), child_log.get());
   const int error = posix_spawn(&pid_, command.front().c_str(), &files.value, &attributes.value,
-                                programs::Pointers(arguments).data(), programs::Pointers(environment).data());
+                                app::Pointers(arguments).data(), app::Pointers(environment).data());
   if (error != 0) Refuse(("cannot start " + command.front()).c_str(), error);
   pidfd_ = static_cast<int>(syscall(SYS_pidfd_open, pid_, 0));
   if (pidfd_ < 0) {
     const int open_error = errno;
     Kill();
-    programs::WaitForEnd(pid_);
+    app::WaitForEnd(pid_);
     Refuse("pidfd_open", open_error);
   }
   fcntl(pidfd_, F_SETFD, FD_CLOEXEC);
@@ -119,7 +119,7 @@ ChildProcess::ChildProcess(const std::vector<std::string>& command) {
 ChildProcess::~ChildProcess() {
   if (pid_ > 0) {
     Kill();
-    programs::WaitForEnd(pid_);
+    app::WaitForEnd(pid_);
   }
   CloseDescriptors();
 }

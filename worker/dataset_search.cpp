@@ -3,12 +3,12 @@
 #include <cstdio>
 #include <string>
 
-#include "legopt/dataset/dataset_archive.h"
-#include "legopt/types/input_error.h"
 #include "app/data_folder.h"
 #include "app/dataset_cache_folder.h"
 #include "app/isolated_call.h"
 #include "app/printable.h"
+#include "legopt/dataset/dataset_archive.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt::worker {
 namespace {
@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 std::optional<fs::path> FindEmbedded(const std::string& hash) {
   try {
-    for (const fs::path& folder : programs::EmbeddedDatasetFolders()) {
+    for (const fs::path& folder : app::EmbeddedDatasetFolders()) {
       if (HashOfDataset(folder, CallIsolated) == hash) return folder;
     }
   } catch (const InputError&) {  // the program was installed without data
@@ -56,7 +56,7 @@ FetchedFolder FindOrFetch(const std::string& hash, const DatasetCache& cache, Se
   if (fetched.end != FetchedDataset::End::kFetched) return {fetched.end, {}, fetched.error};
   const fs::path folder = cache.Add(hash, fetched.archive);
   std::printf("legopt-worker: dataset %s came from the server: %zu bytes, now in %s\n", hash.c_str(),
-              fetched.archive.size(), programs::Printable(folder.string()).c_str());
+              fetched.archive.size(), app::Printable(folder.string()).c_str());
   std::fflush(stdout);
   return {FetchedDataset::End::kFetched, folder, {}};
 }
@@ -65,7 +65,7 @@ std::optional<ExitCode> FindDatasets(std::vector<fs::path>& datasets, const Data
                                      const PoolOptions& pool, const DatasetSearchContext& around) {
   for (fs::path& dataset : datasets) {
     const std::string hash = dataset.string();
-    if (!programs::IsDatasetHash(hash)) continue;
+    if (!app::IsDatasetHash(hash)) continue;
     if (const auto embedded = FindEmbedded(hash)) {
       dataset = *embedded;
       continue;

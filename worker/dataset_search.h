@@ -18,7 +18,7 @@ namespace legopt::worker {
 
 /// Signals and logger used by a search; both must outlive it.
 struct DatasetSearchContext {
-  programs::StopSignals& stop;
+  app::StopSignals& stop;
   spdlog::logger& logger;
   std::string server_address;  ///< shown in messages
 };

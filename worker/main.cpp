@@ -1,13 +1,13 @@
-#include "legopt/planning/numeric_fingerprint.h"
 #include "app/program_main.h"
+#include "legopt/planning/numeric_fingerprint.h"
 #include "worker/solve_executor.h"
 #include "worker/worker_main.h"
 
 int main(int argc, char** argv) {
   namespace worker = legopt::worker;
-  return legopt::programs::RunProgram("legopt-worker", worker::KindOf(argc, argv), [&] {
+  return legopt::app::RunProgram("legopt-worker", worker::KindOf(argc, argv), [&] {
     return worker::WorkerMain(
-        argc, argv, legopt::programs::ThisBuild(legopt::NumericFingerprint()),
+        argc, argv, legopt::app::ThisBuild(legopt::NumericFingerprint()),
         [](worker::WorkerInputs inputs) { return std::make_unique<worker::SolveExecutor>(std::move(inputs)); });
   });
 }

@@ -6,12 +6,12 @@
 
 namespace legopt::worker {
 std::string PrintableText(std::string_view text, std::size_t max_bytes) {
-  return programs::WithoutControls(text.substr(0, max_bytes));
+  return app::WithoutControls(text.substr(0, max_bytes));
 }
 
 std::string PrintableTail(std::string_view text, std::size_t max_bytes) {
   if (text.size() > max_bytes) text.remove_prefix(text.size() - max_bytes);
-  return programs::WithoutControls(text);
+  return app::WithoutControls(text);
 }
 
 legopt_msg::result_request ResultWithoutSolution(ReportedOutcome outcome, std::string_view message) {

@@ -4,8 +4,8 @@
 #include <string>
 #include <string_view>
 
-#include "legopt_msg/result_request.hpp"
 #include "legopt/types/job.h"
+#include "legopt_msg/result_request.hpp"
 
 namespace legopt::worker {
 
@@ -17,7 +17,7 @@ inline constexpr std::size_t kMaxLogTailBytes = 4096;
 /// made printable).
 legopt_msg::result_request ResultWithoutSolution(ReportedOutcome outcome, std::string_view message);
 
-/// Returns `text` truncated at its end to `max_bytes`, without control characters (programs::WithoutControls).
+/// Returns `text` truncated at its end to `max_bytes`, without control characters (app::WithoutControls).
 std::string PrintableText(std::string_view text, std::size_t max_bytes);
 /// Returns `text` truncated at its beginning, because the last lines of a log matter; without control characters.
 std::string PrintableTail(std::string_view text, std::size_t max_bytes);

@@ -42,7 +42,7 @@ legopt_msg::result_request DescribeExit(const ChildExit& exit) {
   if (exit.signal == 0 && exit.exit_code == kChildNotStarted) {
     return ResultWithoutSolution(ReportedOutcome::kCrashed, "the job process could not be started: " + exit.log_tail);
   }
-  const std::string how = exit.signal != 0 ? "was ended by " + programs::SignalMeaning(exit.signal)
+  const std::string how = exit.signal != 0 ? "was ended by " + app::SignalMeaning(exit.signal)
                                            : "exited with code " + std::to_string(exit.exit_code) + " without a result";
   return ResultWithoutSolution(ReportedOutcome::kCrashed, "the job process " + how);
 }
@@ -187,8 +187,7 @@ void Pool::OnChildExited(microseconds now, int slot, const ChildExit& exit) {
 void Pool::CheckStarts(const ChildExit& last) {
   const auto hopeless = [](const SlotEntry& slot) { return slot.machine.failed_starts() >= kMaxFailedStarts; };
   if (!capabilities_.empty() || !std::all_of(slots_.begin(), slots_.end(), hopeless)) return;
-  const std::string cause =
-      last.signal != 0 ? "; the last one was ended by " + programs::SignalMeaning(last.signal) : "";
+  const std::string cause = last.signal != 0 ? "; the last one was ended by " + app::SignalMeaning(last.signal) : "";
   Log(LogLevel::kError, "job processes cannot be started" + cause +
                             (last.log_tail.empty() ? "" : "; the last one wrote: " + last.log_tail));
   const bool machine = last.exit_code == kChildNotStarted || last.exit_code == kChildOutOfMemory;
@@ -288,7 +287,7 @@ bool Pool::WasStoppedExternally(const JobSlot& machine, const ChildExit& exit) c
 void Pool::EndKilledJob(microseconds now, const SlotEntry& slot, const ChildExit& exit) {
   const JobSlot& machine = slot.machine;
   if (WasStoppedExternally(machine, exit)) {
-    Log(LogLevel::kWarning, JobName(slot.key) + ": its process was ended by " + programs::SignalMeaning(exit.signal) +
+    Log(LogLevel::kWarning, JobName(slot.key) + ": its process was ended by " + app::SignalMeaning(exit.signal) +
                                 " while this worker stops; released");
     return EndStoppedJob(now, slot.key, StopReason::kShutdown);
   }

@@ -77,7 +77,7 @@ sigset_t SupervisorSignals() {
 }
 
 void DieWithSupervisor(int supervisor_pid) {
-  if (!programs::DieWith(supervisor_pid, SIGKILL)) _exit(kChildOrphaned);
+  if (!app::DieWith(supervisor_pid, SIGKILL)) _exit(kChildOrphaned);
 }
 
 void LimitResources() {

@@ -4,8 +4,8 @@
 #include <system_error>
 #include <utility>
 
-#include "bus/codec.h"
 #include "app/affinity.h"
+#include "bus/codec.h"
 #include "worker/outcome.h"
 
 namespace legopt::worker {
@@ -95,7 +95,7 @@ void Supervisor::CarryOut(const StartChild& action) {
   Child& entry = child(action.slot);
   entry = Child{};
   try {
-    std::optional<programs::PinnedThread> pinned;  // inherited by child processes
+    std::optional<app::PinnedThread> pinned;  // inherited by child processes
     if (!options_.slot_processors.empty())
       pinned.emplace(options_.slot_processors[static_cast<std::size_t>(action.slot)]);
     entry.process = std::make_unique<ChildProcess>(options_.child_command);

@@ -14,12 +14,6 @@
 #include <string_view>
 #include <utility>
 
-#include "bus/bridge/uplink.h"
-#include "bus/bus_error.h"
-#include "bus/endpoint.h"
-#include "bus/lcm_transport.h"
-#include "legopt/input/name.h"
-#include "legopt/types/input_error.h"
 #include "app/affinity.h"
 #include "app/arguments.h"
 #include "app/checks.h"
@@ -27,7 +21,6 @@
 #include "app/data_folder.h"
 #include "app/dataset_cache_folder.h"
 #include "app/exit_codes.h"
-#include "worker/external/solver_confinement.h"
 #include "app/granted_processors.h"
 #include "app/host_facts.h"
 #include "app/isolated_call.h"
@@ -36,7 +29,14 @@
 #include "app/printable.h"
 #include "app/program_main.h"
 #include "app/stop_signals.h"
+#include "bus/bridge/uplink.h"
+#include "bus/bus_error.h"
+#include "bus/endpoint.h"
+#include "bus/lcm_transport.h"
+#include "legopt/input/name.h"
+#include "legopt/types/input_error.h"
 #include "worker/dataset_search.h"
+#include "worker/external/solver_confinement.h"
 #include "worker/fetched_datasets.h"
 #include "worker/job_process.h"
 #include "worker/supervisor.h"
@@ -60,7 +60,7 @@ struct CommandLine {
   std::optional<int> slots;
   WorkerInputs inputs;
   std::string name;
-  programs::NetworkFlags network;
+  app::NetworkFlags network;
   std::optional<std::string> access;
   double wait_server_s = 0;
   double drain_s = Seconds(PoolOptions().drain);
@@ -82,13 +82,13 @@ std::string FaultOfWorkerName(const std::string& name) {
   return fault ? fault->message + " (got '" + name + "'); " + fault->fix : "";
 }
 
-void Define(programs::Program& program, CommandLine& line) {
+void Define(app::Program& program, CommandLine& line) {
   program
       .AddOption("--slots", line.slots,
                  "Jobs at the same time, one process each (default: the processors granted to this process by its "
                  "affinity, Slurm, and the CPU quota of its control group, one of each physical core). As many as "
                  "cores are kept on one each")
-      .Check(programs::WholeNumber(1, kMaxSlots));
+      .Check(app::WholeNumber(1, kMaxSlots));
   program
       .AddOption("--dataset", line.inputs.datasets,
                  "Dataset whose jobs this worker takes: a folder, or a content hash ('legopt dataset info'), then "
@@ -104,31 +104,30 @@ void Define(programs::Program& program, CommandLine& line) {
   program
       .AddOption("--idle-timeout", line.idle_timeout_s,
                  "Seconds without a job after which to leave, server or not (default: never)")
-      .Check(programs::Number(kShortest_s, kLongest_s));
+      .Check(app::Number(kShortest_s, kLongest_s));
   program
       .AddOption("--drain", line.drain_s,
                  "Seconds that running jobs may continue after the first signal; then they are released (default 8)")
-      .Check(programs::Number(0, kLongest_s));
+      .Check(app::Number(0, kLongest_s));
   program
       .AddOption("--wait-server", line.wait_server_s,
                  "Seconds without any answer of a server after which to give up (default: never)")
-      .Check(programs::Number(kShortest_s, kLongest_s));
+      .Check(app::Number(kShortest_s, kLongest_s));
   program.AddFlag("-v,--verbose", line.verbose, "Tell what happens, job processes included");
-  programs::AddNetworkFlags(program, &line.network);
+  app::AddNetworkFlags(program, &line.network);
   program
       .AddOption("--access", line.access,
                  "Reach the server without multicast, at the addresses in this file of 'legopt-server --listen'; LCM "
                  "stays on this machine, on ports of this worker's own")
       .ValueName("FILE")
-      .Group(programs::kNetworkHeading);
+      .Group(app::kNetworkHeading);
   // Used by a program that starts the worker as a part of itself ('legopt run'); hidden from users.
   program.AddOption("--owner", line.owner, "Process whose orders to stop count; no others do").Group("");
   program.SetFooter(
       "Stop it with SIGTERM or Ctrl-C: it takes no more jobs, finishes those that end within --drain and gives the\n"
       "others back, which costs them no attempt; a second signal gives them back at once.\n" +
-      programs::ExitCodeHelp({ExitCode::kOk, ExitCode::kUsage, ExitCode::kUnreachable, ExitCode::kDatasetMismatch,
-                              ExitCode::kNetworkUnusable, ExitCode::kInterrupted, ExitCode::kInternal,
-                              ExitCode::kMachine}));
+      app::ExitCodeHelp({ExitCode::kOk, ExitCode::kUsage, ExitCode::kUnreachable, ExitCode::kDatasetMismatch,
+                         ExitCode::kNetworkUnusable, ExitCode::kInterrupted, ExitCode::kInternal, ExitCode::kMachine}));
 }
 
 // Returns --child SUPERVISOR_PID COUNT DECLARATION... FOLDER...; used by SupervisorMain only.
@@ -137,7 +136,7 @@ std::vector<std::string> ChildCommand(const WorkerInputs& inputs) {
   // build. Without /proc, uses the file that has its name now.
   constexpr char kThisProgram[] = "/proc/self/exe";
   const bool known = access(kThisProgram, X_OK) == 0;
-  std::vector<std::string> command = {known ? kThisProgram : programs::ProgramFile().string(), std::string(kChildFlag),
+  std::vector<std::string> command = {known ? kThisProgram : app::ProgramFile().string(), std::string(kChildFlag),
                                       std::to_string(getpid()), std::to_string(inputs.solvers.size())};
   for (const std::filesystem::path& declaration : inputs.solvers) command.push_back(declaration.string());
   for (const std::filesystem::path& dataset : inputs.datasets) command.push_back(dataset.string());
@@ -165,27 +164,24 @@ int ChildMain(int argc, char** argv, const ExecutorFactory& make_executor) {
 }
 
 void DescribeHost(PoolOptions& pool) {
-  const programs::HostFacts host = programs::ReadHostFacts();
+  const app::HostFacts host = app::ReadHostFacts();
   pool.processor = host.processor;
-  pool.processors = programs::GrantedProcessors(programs::ReadProcessorFacts()).processors;
+  pool.processors = app::GrantedProcessors(app::ReadProcessorFacts()).processors;
   pool.memory_bytes = host.memory_bytes;
-  pool.load = [] { return programs::HostLoad(); };
+  pool.load = [] { return app::HostLoad(); };
 }
 
-std::vector<int> PlacesOf(int slots) {
-  return programs::ProcessorsOfSlots(slots, programs::OneOfEachCore(programs::AffinityMask()));
-}
+std::vector<int> PlacesOf(int slots) { return app::ProcessorsOfSlots(slots, app::OneOfEachCore(app::AffinityMask())); }
 
-SupervisorOptions OptionsOf(const CommandLine& line, const programs::BuildFacts& build,
-                            const bridge::ServerUplink& uplink) {
+SupervisorOptions OptionsOf(const CommandLine& line, const app::BuildFacts& build, const bridge::ServerUplink& uplink) {
   SupervisorOptions options;
   PoolOptions& pool = options.pool;
   pool.slots = *line.slots;
   pool.hostname = HostName();
   pool.name = line.name.empty() ? pool.hostname : line.name;
   pool.pid = getpid();
-  pool.build = programs::BuildName(build);
-  pool.build_id = programs::BuildId(build);
+  pool.build = app::BuildName(build);
+  pool.build_id = app::BuildId(build);
   DescribeHost(pool);
   pool.seed = bus::RandomSeed();
   pool.protocol_version = bus::kProtocolVersion;
@@ -204,8 +200,8 @@ SupervisorOptions OptionsOf(const CommandLine& line, const programs::BuildFacts&
 // all can. Throws std::system_error if not even one slot can.
 std::string FitSlotsToDescriptors(int& slots) {
   constexpr std::size_t kFilesOfSlot = 3, kFilesToStart = 5;  // one job process; starting one
-  constexpr std::size_t kOwn = programs::kFewestDescriptors + kFilesToStart;
-  const std::size_t free = programs::FreeDescriptors(kOwn + kFilesOfSlot * static_cast<std::size_t>(slots));
+  constexpr std::size_t kOwn = app::kFewestDescriptors + kFilesToStart;
+  const std::size_t free = app::FreeDescriptors(kOwn + kFilesOfSlot * static_cast<std::size_t>(slots));
   const int fit = free <= kOwn ? 0 : static_cast<int>((free - kOwn) / kFilesOfSlot);
   if (fit >= slots) return {};
   const std::string reason =
@@ -217,7 +213,7 @@ std::string FitSlotsToDescriptors(int& slots) {
 // Uses as many slots as processors were granted, unless the user specified a number, and prints the number with its
 // reason. Prints to standard output, so that a log of warnings stays empty if there are none.
 void ResolveSlotCount(CommandLine& line, spdlog::logger& logger) {
-  const programs::ProcessorGrant grant = programs::GrantedProcessors(programs::ReadProcessorFacts());
+  const app::ProcessorGrant grant = app::GrantedProcessors(app::ReadProcessorFacts());
   if (line.slots && *line.slots > grant.processors) {
     logger.warn("--slots {} is more than was granted: {}. Jobs will take turns, and their wall times tell nothing",
                 *line.slots, grant.reason);
@@ -237,7 +233,7 @@ void ResolveSlotCount(CommandLine& line, spdlog::logger& logger) {
 ExitCode RunPools(WorkerInputs inputs, SupervisorOptions options, const DatasetCache& cache, ServerLink& link,
                   const DatasetSearchContext& around) {
   options.pool.fetch_datasets = inputs.datasets.empty();
-  if (options.pool.fetch_datasets) inputs.datasets = programs::EmbeddedDatasetFolders();
+  if (options.pool.fetch_datasets) inputs.datasets = app::EmbeddedDatasetFolders();
   if (const auto end = FindDatasets(inputs.datasets, cache, link, options.pool, around)) return *end;
   FetchedDatasets datasets(inputs.datasets, cache);
   for (;;) {
@@ -255,10 +251,10 @@ ExitCode RunPools(WorkerInputs inputs, SupervisorOptions options, const DatasetC
   }
 }
 
-ExitCode SupervisorMain(CommandLine line, const programs::BuildFacts& build, spdlog::logger& logger) {
-  programs::StopSignals stop(line.owner);
+ExitCode SupervisorMain(CommandLine line, const app::BuildFacts& build, spdlog::logger& logger) {
+  app::StopSignals stop(line.owner);
   ResolveSlotCount(line, logger);
-  const DatasetCache cache(programs::DatasetCacheFolder(), CallIsolated);
+  const DatasetCache cache(app::DatasetCacheFolder(), CallIsolated);
   try {
     bridge::ServerUplink uplink =
         bridge::PrepareUplink(line.network.Resolve(), line.access, bridge::BusLocation::kOwnNamespace);
@@ -277,25 +273,25 @@ ExitCode SupervisorMain(CommandLine line, const programs::BuildFacts& build, spd
     return RunPools(line.inputs, options, cache, link, {stop, logger, options.pool.server_address});
   } catch (const bus::BusError& error) {
     logger.error(error.what());
-    return programs::CodeOf(error);
+    return app::CodeOf(error);
   }
 }
 
 }  // namespace
 
-programs::ProcessKind KindOf(int argc, const char* const* argv) {
-  return argc > 1 && argv[1] == kChildFlag ? programs::ProcessKind::kJob : programs::ProcessKind::kService;
+app::ProcessKind KindOf(int argc, const char* const* argv) {
+  return argc > 1 && argv[1] == kChildFlag ? app::ProcessKind::kJob : app::ProcessKind::kService;
 }
 
-int WorkerMain(int argc, char** argv, const programs::BuildFacts& build, const ExecutorFactory& make_executor) {
-  if (KindOf(argc, argv) == programs::ProcessKind::kJob) return ChildMain(argc, argv, make_executor);
+int WorkerMain(int argc, char** argv, const app::BuildFacts& build, const ExecutorFactory& make_executor) {
+  if (KindOf(argc, argv) == app::ProcessKind::kJob) return ChildMain(argc, argv, make_executor);
   CommandLine line;
-  programs::Program program(kWorkerProgram, "Runs jobs of a legopt server in a pool of job processes");
+  app::Program program(kWorkerProgram, "Runs jobs of a legopt server in a pool of job processes");
   Define(program, line);
-  program.SetVersion("legopt-worker " + build.version, programs::BuildReport(build));
-  if (const auto status = programs::ParseCommandLine(program, argc, argv)) return *status;
+  program.SetVersion("legopt-worker " + build.version, app::BuildReport(build));
+  if (const auto status = app::ParseCommandLine(program, argc, argv)) return *status;
   const auto logger = spdlog::stderr_color_st(kWorkerProgram);
-  programs::FormatPrintably(*logger);
+  app::FormatPrintably(*logger);
   logger->set_level(line.verbose ? spdlog::level::debug : spdlog::level::warn);
   return StatusOf(SupervisorMain(line, build, *logger));
 }

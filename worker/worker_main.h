@@ -23,10 +23,10 @@ using ExecutorFactory = std::function<std::unique_ptr<JobExecutor>(WorkerInputs 
 /// Main function of `legopt-worker` with an executor: parses the command line, then runs either the supervisor or, if
 /// the supervisor has started this program for that, one job process. Returns the exit status (exit_codes.h). Tests use
 /// it to create workers with other executors. `build` describes the program's build. Call once, from
-/// programs::RunProgram, which reports its exceptions.
-int WorkerMain(int argc, char** argv, const programs::BuildFacts& build, const ExecutorFactory& make_executor);
+/// app::RunProgram, which reports its exceptions.
+int WorkerMain(int argc, char** argv, const app::BuildFacts& build, const ExecutorFactory& make_executor);
 
 /// Returns whether WorkerMain will run a supervisor or a job process.
-programs::ProcessKind KindOf(int argc, const char* const* argv);
+app::ProcessKind KindOf(int argc, const char* const* argv);
 
 }  // namespace legopt::worker

@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "app/command_line.h"
+#include "app/printable.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "db/restore.h"
 #include "legopt/types/number_text.h"
-#include "app/command_line.h"
-#include "app/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -47,7 +47,7 @@ ExitCode Backup(const BackupOptions& options) {
   const std::string& source = options.db ? *options.db : options.files.front();
   const auto begin = std::chrono::steady_clock::now();
   const db::BackupReport report = db::BackUp(source, options.files.back());
-  std::cout << programs::Printable(options.files.back()) << ": "
+  std::cout << app::Printable(options.files.back()) << ": "
             << Described(report, std::chrono::steady_clock::now() - begin) << "\n";
   return ExitCode::kOk;
 }
@@ -55,17 +55,17 @@ ExitCode Backup(const BackupOptions& options) {
 ExitCode Restore(const RestoreOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   const db::RestoreReport report = db::Restore(options.backup, options.db);
-  std::cout << programs::Printable(options.db) << ": "
-            << Described(report.content, std::chrono::steady_clock::now() - begin) << "\n";
+  std::cout << app::Printable(options.db) << ": " << Described(report.content, std::chrono::steady_clock::now() - begin)
+            << "\n";
   if (!report.moved_away.empty()) {
-    std::cout << "The former file is " << programs::Printable(report.moved_away.string()) << "\n";
+    std::cout << "The former file is " << app::Printable(report.moved_away.string()) << "\n";
   }
   return ExitCode::kOk;
 }
 
 }  // namespace
 
-void AddBackupCommand(const programs::Command& program, Invocation* invocation) {
+void AddBackupCommand(const app::Command& program, Invocation* invocation) {
   const auto command =
       program.AddCommand("backup", "Copy a database, even one in use, into a new file and check the copy");
   const auto options = std::make_shared<BackupOptions>();
@@ -77,7 +77,7 @@ void AddBackupCommand(const programs::Command& program, Invocation* invocation) 
   command.WhenChosen([=] { invocation->body = [options] { return Backup(*options); }; });
 }
 
-void AddRestoreCommand(const programs::Command& program, Invocation* invocation) {
+void AddRestoreCommand(const app::Command& program, Invocation* invocation) {
   const auto command =
       program.AddCommand("restore", "Replace a database by a backup and move the former file and its log away");
   const auto options = std::make_shared<RestoreOptions>();

@@ -1,11 +1,11 @@
 #include <iostream>
 #include <memory>
 
+#include "app/checks.h"
+#include "app/command_line.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
-#include "app/checks.h"
-#include "app/command_line.h"
 #include "legopt/types/reply.h"
 
 namespace legopt::client {
@@ -30,10 +30,10 @@ ExitCode Cancel(const CancelOptions& options) {
 
 }  // namespace
 
-void AddCancelCommand(const programs::Command& program, Invocation* invocation) {
+void AddCancelCommand(const app::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("cancel", "Cancel an experiment; finished jobs are kept");
   const auto options = std::make_shared<CancelOptions>();
-  command.AddOption("ID", options->experiment, "Experiment").Required().Check(programs::WholeNumber(1));
+  command.AddOption("ID", options->experiment, "Experiment").Required().Check(app::WholeNumber(1));
   AddNetworkOptions(command, &options->network);
   command.WhenChosen([=] { invocation->body = [options] { return Cancel(*options); }; });
 }

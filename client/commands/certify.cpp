@@ -6,6 +6,9 @@
 #include <string>
 #include <thread>
 
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/isolated_call.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
@@ -14,14 +17,11 @@
 #include "client/report/replaced_file.h"
 #include "client/service/interrupt.h"
 #include "client/suite/chosen_files.h"
+#include "legopt/dataset/dataset.h"
 #include "legopt/files/name_lock.h"
 #include "legopt/planning/certify/certificate.h"
 #include "legopt/planning/certify/dataset_certifier.h"
 #include "legopt/planning/certify/stance_catalogue.h"
-#include "legopt/dataset/dataset.h"
-#include "app/checks.h"
-#include "app/command_line.h"
-#include "app/isolated_call.h"
 
 namespace legopt::client {
 namespace {
@@ -95,7 +95,7 @@ ExitCode Certify(const CertifyFlags& flags) {
 
 }  // namespace
 
-void AddCertifyCommand(const programs::Command& program, Invocation* invocation) {
+void AddCertifyCommand(const app::Command& program, Invocation* invocation) {
   constexpr int kMaxStarts = 10'000'000;
   constexpr int kMaxThreads = 1024;
   const auto command = program.AddCommand(
@@ -106,10 +106,10 @@ void AddCertifyCommand(const programs::Command& program, Invocation* invocation)
                     "Certificate to write or to continue (default: certificate.json in the dataset's folder)");
   command.AddOption("--starts", flags->options.starts, "Initial guesses for a stance before it is reported as open")
       .ShowDefault()
-      .Check(programs::WholeNumber(1, kMaxStarts));
+      .Check(app::WholeNumber(1, kMaxStarts));
   flags->options.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   command.AddOption("--threads", flags->options.threads, "Number of threads, same result for any (default: all cores)")
-      .Check(programs::WholeNumber(1, kMaxThreads));
+      .Check(app::WholeNumber(1, kMaxThreads));
   AddFormatOption(command, &flags->format);
   AddOutputOptions(command, &flags->output);
   command.WhenChosen([=] { invocation->body = [flags] { return Certify(*flags); }; });

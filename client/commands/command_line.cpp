@@ -5,16 +5,16 @@
 #include <iostream>
 #include <string>
 
-#include "client/client_error.h"
-#include "client/commands/commands.h"
-#include "db/store_error.h"
-#include "legopt/planning/certify/certificate.h"
-#include "legopt/types/input_error.h"
 #include "app/arguments.h"
 #include "app/data_folder.h"
 #include "app/exit_codes.h"
 #include "app/log_format.h"
 #include "app/program_main.h"
+#include "client/client_error.h"
+#include "client/commands/commands.h"
+#include "db/store_error.h"
+#include "legopt/planning/certify/certificate.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt::client {
 namespace {
@@ -22,7 +22,7 @@ namespace {
 constexpr char kProgram[] = "legopt";
 
 // Names that users of git, kubectl, Slurm and shells are used to.
-constexpr std::array<programs::Synonym, 43> kSynonyms = {{
+constexpr std::array<app::Synonym, 43> kSynonyms = {{
     {"rm", "delete"},      {"remove", "delete"},    {"del", "delete"},        {"ls", "list"},
     {"jobs", "list"},      {"queue", "list"},       {"ps", "status"},         {"info", "status"},
     {"squeue", "status"},  {"top", "watch"},        {"follow", "watch"},      {"progress", "watch"},
@@ -36,7 +36,7 @@ constexpr std::array<programs::Synonym, 43> kSynonyms = {{
     {"listen", "tap"},     {"history", "trace"},    {"convergence", "trace"},
 }};
 
-int Report(ExitCode code, const std::string& message) { return programs::ReportFailure(kProgram, code, message); }
+int Report(ExitCode code, const std::string& message) { return app::ReportFailure(kProgram, code, message); }
 
 ExitCode CodeOf(const db::StoreError& error) {
   switch (error.code()) {
@@ -56,7 +56,7 @@ ExitCode CodeOf(const db::StoreError& error) {
 void StartLogging(bool verbose) {
   auto logger = spdlog::stderr_logger_st("legopt");
   logger->set_level(verbose ? spdlog::level::debug : spdlog::level::warn);
-  programs::FormatPrintably(*logger, "%H:%M:%S.%e %l %v");
+  app::FormatPrintably(*logger, "%H:%M:%S.%e %l %v");
   spdlog::set_default_logger(std::move(logger));
 }
 
@@ -64,9 +64,9 @@ int Execute(const Invocation& invocation) {
   try {
     const ExitCode code = invocation.body();
     std::cout.flush();
-    if (!std::cout) return Report(ExitCode::kUsage, programs::OutputFault());
+    if (!std::cout) return Report(ExitCode::kUsage, app::OutputFault());
     const bool about_a_file = code == ExitCode::kUsage || code == ExitCode::kDatabaseUnusable;
-    if (about_a_file && programs::WorkingDirectoryWasRemoved()) return Report(code, "relative paths lead nowhere");
+    if (about_a_file && app::WorkingDirectoryWasRemoved()) return Report(code, "relative paths lead nowhere");
     return static_cast<int>(code);
   } catch (const ClientError& error) {
     return Report(error.code(), error.what());
@@ -75,11 +75,11 @@ int Execute(const Invocation& invocation) {
   } catch (const db::StoreError& error) {
     return Report(CodeOf(error), error.what());
   } catch (...) {
-    return programs::ReportException(kProgram);
+    return app::ReportException(kProgram);
   }
 }
 
-void AddCommands(const programs::Command& program, Invocation* invocation) {
+void AddCommands(const app::Command& program, Invocation* invocation) {
   AddRunCommand(program, invocation);
   AddSubmitCommand(program, invocation);
   AddWatchCommand(program, invocation);
@@ -115,8 +115,8 @@ void AddCommands(const programs::Command& program, Invocation* invocation) {
   AddRestoreCommand(program, invocation);
 }
 
-// Entries in the list of commands; programs::ParseCommandLine handles them.
-void AddHelpCommands(const programs::Command& program) {
+// Entries in the list of commands; app::ParseCommandLine handles them.
+void AddHelpCommands(const app::Command& program) {
   const auto help = program.AddCommand("help", "Show the help of a command: legopt help run");
   help.AddOption("COMMAND", "The command; without one, all of them");
   program.AddCommand("version", "Show the version, as --version does");
@@ -124,7 +124,7 @@ void AddHelpCommands(const programs::Command& program) {
 
 std::string DataFolderText() {
   try {
-    return programs::DataFolder().string();
+    return app::DataFolder().string();
   } catch (const InputError& error) {
     return error.what();
   }
@@ -132,23 +132,23 @@ std::string DataFolderText() {
 
 std::string Footer() {
   return "A first look: legopt run quick\n\nEmbedded suites and datasets (LEGOPT_DATA names another folder):\n  " +
-         DataFolderText() + "\n\n" + programs::ExitCodeHelp();
+         DataFolderText() + "\n\n" + app::ExitCodeHelp();
 }
 
 }  // namespace
 
-int RunCommandLine(int argc, const char* const* argv, const programs::BuildFacts& build) {
-  programs::Program program(kProgram, "Benchmark optimisers for whole-body postures and motions of legged robots");
+int RunCommandLine(int argc, const char* const* argv, const app::BuildFacts& build) {
+  app::Program program(kProgram, "Benchmark optimisers for whole-body postures and motions of legged robots");
   Invocation invocation;
   invocation.build = build;
-  program.SetVersion("legopt " + build.version, programs::BuildReport(build));
+  program.SetVersion("legopt " + build.version, app::BuildReport(build));
   program.RequireCommand();
   program.SetFooter("Exit codes: see 'legopt --help'");  // inherited by the commands
   AddCommands(program, &invocation);
   AddHelpCommands(program);
   program.AddFlagThroughout("-v,--verbose", invocation.verbose, "Log to standard error");
   program.SetFooter(Footer());
-  if (const auto status = programs::ParseCommandLine(program, argc, argv, kSynonyms)) return *status;
+  if (const auto status = app::ParseCommandLine(program, argc, argv, kSynonyms)) return *status;
   StartLogging(invocation.verbose);
   return Execute(invocation);
 }

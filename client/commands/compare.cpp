@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <memory>
 
+#include "app/checks.h"
+#include "app/command_line.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "client/compare/comparison_report.h"
 #include "client/compare/figures.h"
-#include "app/checks.h"
-#include "app/command_line.h"
 
 namespace legopt::client {
 namespace {
@@ -40,8 +40,8 @@ ExitCode Compare(const CompareOptions& options) {
 
 }  // namespace
 
-void AddCompareCommand(const programs::Command& program, Invocation* invocation) {
-  using programs::Alternatives, programs::EnumNamesOf;
+void AddCompareCommand(const app::Command& program, Invocation* invocation) {
+  using app::Alternatives, app::EnumNamesOf;
   constexpr double kLargestMargin_percent = 1000.0;
   const auto command = program.AddCommand("compare", "Compare two methods, experiments or database files by problems");
   const auto options = std::make_shared<CompareOptions>();
@@ -54,7 +54,7 @@ void AddCompareCommand(const programs::Command& program, Invocation* invocation)
   command.AddOption("B", request.b, "Second method, experiment or file; of the same kind").Required();
   command
       .AddOption("--experiment", request.experiment, "Experiment of both methods, or of both files (default: newest)")
-      .Check(programs::WholeNumber(1));
+      .Check(app::WholeNumber(1));
   command.AddOption("--method", request.method, "Compare only this method of experiments or files");
   command.AddEnum<Task>("--task", request.task, "Only this: " + Alternatives(EnumNamesOf<Task>()));
   command.AddEnum<Initialization>("--initialization", request.initialization,
@@ -63,7 +63,7 @@ void AddCompareCommand(const programs::Command& program, Invocation* invocation)
   command
       .AddOption("--margin", options->margin_percent,
                  "Smallest difference of times and costs to report, percent (default 0)")
-      .Check(programs::Number(0, kLargestMargin_percent));
+      .Check(app::Number(0, kLargestMargin_percent));
   AddChargeOption(command, &options->charge_s);
   command.AddFlag("--fail-if-worse", options->fail_if_worse,
                   "Exit with " + std::to_string(static_cast<int>(ExitCode::kWorse)) +

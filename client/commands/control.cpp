@@ -4,15 +4,15 @@
 #include <memory>
 #include <string>
 
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/printable.h"
 #include "bus/text.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "db/records.h"
 #include "legopt/input/name.h"
-#include "app/checks.h"
-#include "app/command_line.h"
-#include "app/printable.h"
 #include "legopt/types/reply.h"
 
 namespace legopt::client {
@@ -91,16 +91,15 @@ ExitCode Control(const ControlOptions& options) {
   const auto reply = server.Control(request);
   if (ControlStatus{reply.status} != ControlStatus::kOk)
     throw ClientError(ExitCode::kUsage, reply.message + "; see 'legopt status'");
-  std::cout << "experiment " << options.experiment << ": " << programs::Printable(Done(options, reply.num_jobs))
-            << "\n";
-  if (!reply.message.empty()) std::cerr << "legopt: " << programs::Printable(reply.message) << "\n";
+  std::cout << "experiment " << options.experiment << ": " << app::Printable(Done(options, reply.num_jobs)) << "\n";
+  if (!reply.message.empty()) std::cerr << "legopt: " << app::Printable(reply.message) << "\n";
   return ExitCode::kOk;
 }
 
-programs::Command AddAction(const programs::Command& program, Invocation* invocation, const char* name,
-                            const char* help, const std::shared_ptr<ControlOptions>& options) {
+app::Command AddAction(const app::Command& program, Invocation* invocation, const char* name, const char* help,
+                       const std::shared_ptr<ControlOptions>& options) {
   const auto command = program.AddCommand(name, help);
-  command.AddOption("ID", options->experiment, "Experiment").Required().Check(programs::WholeNumber(1));
+  command.AddOption("ID", options->experiment, "Experiment").Required().Check(app::WholeNumber(1));
   AddNetworkOptions(command, &options->network);
   command.WhenChosen([=] { invocation->body = [options] { return Control(*options); }; });
   return command;
@@ -112,7 +111,7 @@ std::shared_ptr<ControlOptions> For(ControlAction action) {
   return options;
 }
 
-void AddTagCommand(const programs::Command& program, Invocation* invocation) {
+void AddTagCommand(const app::Command& program, Invocation* invocation) {
   const auto tag = For(ControlAction::kTag);
   const auto command =
       AddAction(program, invocation, "tag", "Tag an experiment for lists and filters, or remove a tag", tag);
@@ -126,7 +125,7 @@ void AddTagCommand(const programs::Command& program, Invocation* invocation) {
 
 }  // namespace
 
-void AddControlCommands(const programs::Command& program, Invocation* invocation) {
+void AddControlCommands(const app::Command& program, Invocation* invocation) {
   AddAction(program, invocation, "pause", "Start no more jobs of an experiment; running jobs finish",
             For(ControlAction::kPause));
   const auto resume = For(ControlAction::kResume);
@@ -146,7 +145,7 @@ void AddControlCommands(const programs::Command& program, Invocation* invocation
             priority)
       .AddOption("PRIORITY", priority->priority, "Larger numbers start earlier (default 0)")
       .Required()
-      .Check(programs::WholeNumber(-kMostPriority, kMostPriority));
+      .Check(app::WholeNumber(-kMostPriority, kMostPriority));
   const auto retry = For(ControlAction::kRetry);
   AddAction(program, invocation, "retry", "Queue the failed and dead jobs of an experiment again", retry)
       .AddFlagAction(

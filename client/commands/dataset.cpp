@@ -5,6 +5,9 @@
 #include <iostream>
 #include <memory>
 
+#include "app/command_line.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
@@ -18,9 +21,6 @@
 #include "legopt/import/dataset_check.h"
 #include "legopt/input/json.h"
 #include "legopt/robot/dof_names.h"
-#include "app/command_line.h"
-#include "app/isolated_call.h"
-#include "app/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -133,7 +133,7 @@ struct PackOptions {
 };
 
 ExitCode Pack(const PackOptions& options) {
-  std::cout << programs::Printable(PackInto(options.folder, options.out).archive.string()) << "\n";
+  std::cout << app::Printable(PackInto(options.folder, options.out).archive.string()) << "\n";
   return ExitCode::kOk;
 }
 
@@ -158,7 +158,7 @@ ExitCode Check(const CheckOptions& options) {
 
 }  // namespace
 
-void AddDatasetCommand(const programs::Command& program, Invocation* invocation) {
+void AddDatasetCommand(const app::Command& program, Invocation* invocation) {
   const auto dataset = program.AddCommand("dataset", "Check, hash, pack and download datasets");
   dataset.RequireCommand();
   dataset.LetOptionsFollowCommands();

@@ -6,13 +6,13 @@
 #include <memory>
 #include <string>
 
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/printable.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "client/service/experiment_status.h"
-#include "app/checks.h"
-#include "app/command_line.h"
-#include "app/printable.h"
 #include "legopt/types/reply.h"
 
 namespace legopt::client {
@@ -30,7 +30,7 @@ std::string Count(std::int64_t number, const std::string& word) {
 
 // Returns e.g. "experiment 3 'quick': 540 jobs, 540 results".
 std::string Describe(const ExperimentStatus& status) {
-  return "experiment " + std::to_string(status.id) + " '" + programs::Printable(status.name) +
+  return "experiment " + std::to_string(status.id) + " '" + app::Printable(status.name) +
          "': " + Count(status.total, "job") + ", " + Count(status.done, "result");
 }
 
@@ -70,11 +70,11 @@ ExitCode Delete(const DeleteOptions& options) {
 
 }  // namespace
 
-void AddDeleteCommand(const programs::Command& program, Invocation* invocation) {
+void AddDeleteCommand(const app::Command& program, Invocation* invocation) {
   const auto command =
       program.AddCommand("delete", "Delete a finished experiment with its jobs and results, permanently");
   const auto options = std::make_shared<DeleteOptions>();
-  command.AddOption("ID", options->experiment, "Experiment").Required().Check(programs::WholeNumber(1));
+  command.AddOption("ID", options->experiment, "Experiment").Required().Check(app::WholeNumber(1));
   command.AddFlag("--yes", options->yes, "Do not ask");
   AddNetworkOptions(command, &options->network);
   command.WhenChosen([=] { invocation->body = [options] { return Delete(*options); }; });

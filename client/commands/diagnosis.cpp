@@ -8,6 +8,9 @@
 #include <limits>
 #include <memory>
 
+#include "app/data_folder.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
 #include "bus/bus_error.h"
 #include "bus/messages.h"
 #include "client/client_error.h"
@@ -19,9 +22,6 @@
 #include "legopt/dataset/dataset.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/number_text.h"
-#include "app/data_folder.h"
-#include "app/isolated_call.h"
-#include "app/printable.h"
 #include "legopt/types/task.h"
 
 namespace legopt::client {
@@ -44,15 +44,15 @@ std::string_view StateWord(State state) {
   return "";
 }
 
-DoctorDiagnostic CheckVersions(const programs::BuildFacts& build) {
+DoctorDiagnostic CheckVersions(const app::BuildFacts& build) {
   return {"versions", State::kOk,
-          programs::BuildName(build) + ", build " + programs::BuildId(build) + ", protocol " +
+          app::BuildName(build) + ", build " + app::BuildId(build) + ", protocol " +
               std::to_string(bus::kProtocolVersion) + ", " LEGOPT_BUILT_WITH ", " + build.libraries,
           "", ExitCode::kOk};
 }
 
 DoctorDiagnostic CheckPrograms() {
-  const auto folder = programs::ProgramFolder();
+  const auto folder = app::ProgramFolder();
   std::string missing;
   for (const char* program : {"legopt-server", "legopt-worker"}) {
     if (::access((folder / program).c_str(), X_OK) != 0)
@@ -65,7 +65,7 @@ DoctorDiagnostic CheckPrograms() {
 
 DoctorDiagnostic CheckData() {
   try {
-    return {"data", State::kOk, "embedded suites and datasets in " + programs::DataFolder().string(), "", {}};
+    return {"data", State::kOk, "embedded suites and datasets in " + app::DataFolder().string(), "", {}};
   } catch (const InputError& error) {
     return {"data", State::kFail, error.what(), "", ExitCode::kUsage};
   }
@@ -261,8 +261,8 @@ std::string RenderFindings(const std::vector<DoctorDiagnostic>& findings, Listin
   }
   std::vector<std::vector<std::string>> lines;
   for (const auto& finding : findings) {
-    lines.push_back({std::string(StateWord(finding.state)), finding.check, programs::Printable(finding.detail)});
-    if (!finding.fix.empty()) lines.push_back({"", "", "-> " + programs::Printable(finding.fix)});
+    lines.push_back({std::string(StateWord(finding.state)), finding.check, app::Printable(finding.detail)});
+    if (!finding.fix.empty()) lines.push_back({"", "", "-> " + app::Printable(finding.fix)});
   }
   return AlignSentences(lines, layout.width);
 }

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "app/build_identity.h"
 #include "client/client_error.h"
 #include "client/report/listing.h"
 #include "client/service/server_connection.h"
-#include "app/build_identity.h"
 
 namespace legopt::client {
 
@@ -25,7 +25,7 @@ struct DiagnosisOptions {
   NetworkOptions network;
   std::optional<std::string> dataset;
   std::optional<std::string> db;
-  programs::BuildFacts build;
+  app::BuildFacts build;
 };
 
 /// Checks everything that a run depends on. Failed checks become findings, not exceptions.

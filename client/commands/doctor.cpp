@@ -1,11 +1,11 @@
 #include <iostream>
 #include <memory>
 
+#include "app/command_line.h"
 #include "client/commands/commands.h"
 #include "client/commands/diagnosis.h"
 #include "client/commands/options.h"
 #include "client/report/terminal.h"
-#include "app/command_line.h"
 
 namespace legopt::client {
 namespace {
@@ -24,7 +24,7 @@ ExitCode Doctor(const DoctorOptions& options) {
 
 }  // namespace
 
-void AddDoctorCommand(const programs::Command& program, Invocation* invocation) {
+void AddDoctorCommand(const app::Command& program, Invocation* invocation) {
   const auto command =
       program.AddCommand("doctor", "Check network, programs, server, clock, dataset; says what to fix");
   const auto options = std::make_shared<DoctorOptions>();

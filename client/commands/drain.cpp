@@ -4,12 +4,12 @@
 #include <string>
 #include <vector>
 
+#include "app/command_line.h"
+#include "app/printable.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "legopt/input/json.h"
-#include "app/command_line.h"
-#include "app/printable.h"
 #include "legopt/types/reply.h"
 
 namespace legopt::client {
@@ -52,13 +52,13 @@ ExitCode Drain(const DrainOptions& options) {
   if (ControlStatus{reply.status} != ControlStatus::kOk) throw ClientError(ExitCode::kUsage, reply.message);
   std::cout << "worker " << found.front() << ": takes no more jobs, finishes the " << reply.num_jobs
             << " it has, and leaves\n";
-  if (!reply.message.empty()) std::cerr << "legopt: " << programs::Printable(reply.message) << "\n";
+  if (!reply.message.empty()) std::cerr << "legopt: " << app::Printable(reply.message) << "\n";
   return ExitCode::kOk;
 }
 
 }  // namespace
 
-void AddDrainCommand(const programs::Command& program, Invocation* invocation) {
+void AddDrainCommand(const app::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("drain", "Stop a worker after its running jobs");
   const auto options = std::make_shared<DrainOptions>();
   command.AddOption("WORKER", options->worker, "Number or name of the worker, as 'legopt status' shows it").Required();

@@ -3,18 +3,18 @@
 #include <cstdint>
 #include <iostream>
 
+#include "app/printable.h"
 #include "client/commands/known_costs.h"
 #include "client/commands/known_results.h"
 #include "client/report/json_text.h"
 #include "client/report/progress.h"
 #include "client/suite/experiment_spec.h"
 #include "legopt/types/number_text.h"
-#include "app/printable.h"
 
 namespace legopt::client {
 namespace {
 
-using programs::Printable;
+using app::Printable;
 
 // Returns the total time of all jobs if each uses its time limit.
 Seconds LongestSolving(const nlohmann::json& spec) {

@@ -2,16 +2,16 @@
 #include <iostream>
 #include <memory>
 
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "client/report/evaluation_report.h"
 #include "client/suite/chosen_files.h"
 #include "client/suite/input_files.h"
-#include "app/checks.h"
-#include "app/command_line.h"
-#include "app/isolated_call.h"
-#include "app/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -37,7 +37,7 @@ ExitCode Evaluate(const EvaluateOptions& options) {
   }
   const std::string text = RenderEvaluation(report, options.format, {options.time_unit, LayoutOf(options.output)});
   Print(options.format == TableFormat::kCsv ? CsvFor(StandardOutput(), text) : text, options.output);
-  for (const auto& warning : report.warnings) std::cerr << "legopt: warning: " << programs::Printable(warning) << "\n";
+  for (const auto& warning : report.warnings) std::cerr << "legopt: warning: " << app::Printable(warning) << "\n";
   const auto unreadable =
       std::count_if(report.rows.begin(), report.rows.end(), [](const JudgedRow& row) { return row.unreadable; });
   if (unreadable == 0) return ExitCode::kOk;
@@ -48,7 +48,7 @@ ExitCode Evaluate(const EvaluateOptions& options) {
 
 }  // namespace
 
-void AddEvaluateCommand(const programs::Command& program, Invocation* invocation) {
+void AddEvaluateCommand(const app::Command& program, Invocation* invocation) {
   const auto command =
       program.AddCommand("evaluate", "Judge a LegOpt solution file: per method successes, mean cost, mean time");
   const auto options = std::make_shared<EvaluateOptions>();

@@ -4,16 +4,16 @@
 #include <string>
 #include <thread>
 
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/printable.h"
+#include "app/value_list.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "client/report/listing.h"
 #include "client/service/interrupt.h"
 #include "legopt/input/json.h"
-#include "app/checks.h"
-#include "app/command_line.h"
-#include "app/printable.h"
-#include "app/value_list.h"
 
 namespace legopt::client {
 namespace {
@@ -35,7 +35,7 @@ std::string Condition(const EventsOptions& options) {
   if (options.experiment) condition += " AND experiment_id = " + std::to_string(*options.experiment);
   std::string kinds;
   for (const std::string& list : options.kinds) {
-    for (const std::string& kind : programs::SplitValues(list)) kinds += (kinds.empty() ? "'" : ", '") + kind + "'";
+    for (const std::string& kind : app::SplitValues(list)) kinds += (kinds.empty() ? "'" : ", '") + kind + "'";
   }
   if (!kinds.empty()) condition += " AND kind IN (" + kinds + ")";
   return condition;
@@ -65,7 +65,7 @@ std::string LineOf(const Listing& events, std::size_t row) {
     if (!events.At(row, of).is_null()) line += ", " + std::string(of) + " " + Dump(events.At(row, of));
   }
   const std::string detail = events.Text(row, "detail");
-  return programs::Printable(detail.empty() ? line : line + ": " + detail);
+  return app::Printable(detail.empty() ? line : line + ": " + detail);
 }
 
 void PrintLines(const Listing& events, ListingFormat format) {
@@ -118,16 +118,16 @@ ExitCode Events(const EventsOptions& options) {
 
 }  // namespace
 
-void AddEventsCommand(const programs::Command& program, Invocation* invocation) {
+void AddEventsCommand(const app::Command& program, Invocation* invocation) {
   constexpr std::int64_t kMost = 1'000'000;
   const auto command =
       program.AddCommand("events", "List events: workers lost, jobs dead, disk low, experiments finished");
   const auto options = std::make_shared<EventsOptions>();
-  command.AddOption("ID", options->experiment, "Only events of this experiment").Check(programs::WholeNumber(1));
+  command.AddOption("ID", options->experiment, "Only events of this experiment").Check(app::WholeNumber(1));
   command.AddOption("--kind", options->kinds, "Only these kinds, with commas between them: docs/monitoring.md")
       .Check({CheckKind, ""});
   command.AddOption("--limit", options->limit, "Number of events, the newest ones (default 20)")
-      .Check(programs::WholeNumber(0, kMost));
+      .Check(app::WholeNumber(0, kMost));
   command.AddFlag("--follow", options->follow, "Print new events as they occur, one per line, until Ctrl-C");
   AddGiveUpOption(command, &options->give_up_s);
   AddListingOptions(command, &options->listing);

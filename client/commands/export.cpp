@@ -1,6 +1,10 @@
 #include <iostream>
 #include <memory>
 
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
@@ -8,10 +12,6 @@
 #include "client/report/result_dataset.h"
 #include "client/suite/chosen_files.h"
 #include "legopt/files/written_file.h"
-#include "app/checks.h"
-#include "app/command_line.h"
-#include "app/isolated_call.h"
-#include "app/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -62,7 +62,7 @@ void Write(const std::string& out, const SolutionFile& file, std::size_t num_fil
     WriteSolutions(path, file);
   }
   std::cerr << file.problems.size() << " " << ToString(file.task) << " problems written to "
-            << (out == kStandardOutput ? "standard output" : programs::Printable(path.string())) << "\n";
+            << (out == kStandardOutput ? "standard output" : app::Printable(path.string())) << "\n";
 }
 
 // Returns e.g. "both tasks, -a and -b".
@@ -100,12 +100,12 @@ ExitCode Export(const ExportOptions& options) {
 
 }  // namespace
 
-void AddExportCommand(const programs::Command& program, Invocation* invocation) {
-  using programs::Alternatives, programs::EnumNamesOf;
+void AddExportCommand(const app::Command& program, Invocation* invocation) {
+  using app::Alternatives, app::EnumNamesOf;
   const auto command =
       program.AddCommand("export", "Write solutions as LegOpt solution JSON, which 'legopt evaluate' judges");
   const auto options = std::make_shared<ExportOptions>();
-  command.AddOption("ID", options->experiment, "Experiment (default: the newest)").Check(programs::WholeNumber(1));
+  command.AddOption("ID", options->experiment, "Experiment (default: the newest)").Check(app::WholeNumber(1));
   command
       .AddOption("--out", options->out,
                  "File to write, - for standard output; with " + AllTasks() + " are added to its name")

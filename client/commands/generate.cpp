@@ -8,6 +8,10 @@
 #include <string>
 #include <thread>
 
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/data_folder.h"
+#include "app/isolated_call.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/report/generation_progress.h"
@@ -15,14 +19,10 @@
 #include "client/service/interrupt.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/text_file.h"
+#include "legopt/types/input_error.h"
 #include "legopt/worldgen/dataset_builder.h"
 #include "legopt/worldgen/scenario.h"
 #include "legopt/worldgen/source_check.h"
-#include "legopt/types/input_error.h"
-#include "app/checks.h"
-#include "app/command_line.h"
-#include "app/data_folder.h"
-#include "app/isolated_call.h"
 
 namespace legopt::client {
 namespace {
@@ -35,13 +35,13 @@ struct ScenarioFlags {
   bool no_pictures = false;
 };
 
-void AddSeedFlag(const programs::Command& command, ScenarioFlags* flags) {
+void AddSeedFlag(const app::Command& command, ScenarioFlags* flags) {
   command.AddOption("--seed", flags->seed, "All random draws follow from it")
       .ShowDefault()
-      .Check(programs::WholeNumber(0));  // a negative number would wrap around
+      .Check(app::WholeNumber(0));  // a negative number would wrap around
 }
 
-void AddScenarioFlags(const programs::Command& command, ScenarioFlags* flags) {
+void AddScenarioFlags(const app::Command& command, ScenarioFlags* flags) {
   command.AddOption("--kind", flags->kind, "garage or house").ShowDefault();
   command.AddOption("--level", flags->level, "easier, easy, intermediate or hard").ShowDefault();
   AddSeedFlag(command, flags);
@@ -49,10 +49,10 @@ void AddScenarioFlags(const programs::Command& command, ScenarioFlags* flags) {
   command.AddFlag("--no-pictures", flags->no_pictures, "Leave the PNG files out");
 }
 
-generate::ScenarioOptions OptionsOf(const ScenarioFlags& flags) {
-  generate::ScenarioOptions options;
-  options.kind = generate::ParseBuildingKind(flags.kind);
-  options.level = generate::ParseScenarioLevel(flags.level);
+worldgen::ScenarioOptions OptionsOf(const ScenarioFlags& flags) {
+  worldgen::ScenarioOptions options;
+  options.kind = worldgen::ParseBuildingKind(flags.kind);
+  options.level = worldgen::ParseScenarioLevel(flags.level);
   options.seed = flags.seed;
   return options;
 }
@@ -60,7 +60,7 @@ generate::ScenarioOptions OptionsOf(const ScenarioFlags& flags) {
 /// Creates `out` by calling `make` with a temporary folder. The folder is kept after an interruption, or after an error
 /// if stances were proven, because the same command then continues from it.
 void MakeFolder(const std::filesystem::path& out, const std::string& identity,
-                const std::function<void(const std::filesystem::path&, const generate::BuildProgress&)>& make) {
+                const std::function<void(const std::filesystem::path&, const worldgen::BuildProgress&)>& make) {
   StagedFolder folder(out, identity, Unfinished::kKept);
   const InterruptGuard guard;
   GenerationProgress progress;
@@ -75,7 +75,7 @@ void MakeFolder(const std::filesystem::path& out, const std::string& identity,
                                                   folder.path().string() + "; to begin anew, remove it");
   } catch (const InputError& error) {
     progress.Break();
-    if (!std::filesystem::exists(folder.path() / generate::kStancesFileName)) {
+    if (!std::filesystem::exists(folder.path() / worldgen::kStancesFileName)) {
       folder.Discard();
       throw;
     }
@@ -90,15 +90,15 @@ void MakeFolder(const std::filesystem::path& out, const std::string& identity,
 }
 
 ExitCode GenerateScenario(const ScenarioFlags& flags) {
-  const generate::ScenarioOptions options = OptionsOf(flags);
+  const worldgen::ScenarioOptions options = OptionsOf(flags);
   const std::string identity = "scenario " + flags.kind + " " + flags.level + " " + std::to_string(flags.seed) + "\n";
-  generate::Scenario scenario;
-  MakeFolder(flags.out, identity, [&](const std::filesystem::path& folder, const generate::BuildProgress& progress) {
+  worldgen::Scenario scenario;
+  MakeFolder(flags.out, identity, [&](const std::filesystem::path& folder, const worldgen::BuildProgress& progress) {
     scenario =
-        generate::MakeScenario(options, [&](double done, double total) { progress("collapse", done, total, "s"); });
-    generate::WriteScenario(scenario, folder, !flags.no_pictures, CallIsolated);
+        worldgen::MakeScenario(options, [&](double done, double total) { progress("collapse", done, total, "s"); });
+    worldgen::WriteScenario(scenario, folder, !flags.no_pictures, CallIsolated);
   });
-  std::cout << JsonText(generate::DescribeScenario(scenario)) << "\n";
+  std::cout << JsonText(worldgen::DescribeScenario(scenario)) << "\n";
   return ExitCode::kOk;
 }
 
@@ -107,12 +107,12 @@ struct DatasetFlags {
   std::optional<std::string> robot;
   std::optional<std::string> from;
   std::string name;
-  generate::DatasetOptions options;
+  worldgen::DatasetOptions options;
 };
 
 /// Adds the options that determine the set of stances.
-programs::Option AddStanceFlags(const programs::Command& command, DatasetFlags* flags) {
-  generate::DatasetOptions& options = flags->options;
+app::Option AddStanceFlags(const app::Command& command, DatasetFlags* flags) {
+  worldgen::DatasetOptions& options = flags->options;
   command.AddOption("--name", flags->name, "Name of the dataset (default: that of the folder)");
   command.AddOption("--radius", options.radius_m, "Largest distance of the feet, m (default: by the robot's size)");
   command.AddOption("--slope", options.slope_rad, "Steepest ground, rad (default: 0.45)");
@@ -121,9 +121,9 @@ programs::Option AddStanceFlags(const programs::Command& command, DatasetFlags* 
   return command.AddOption("--stances", options.stances, "Stances sampled").ShowDefault();
 }
 
-void AddInstanceFlags(const programs::Command& command, DatasetFlags* flags) {
-  generate::DatasetOptions& options = flags->options;
-  programs::Option stances = AddStanceFlags(command, flags);
+void AddInstanceFlags(const app::Command& command, DatasetFlags* flags) {
+  worldgen::DatasetOptions& options = flags->options;
+  app::Option stances = AddStanceFlags(command, flags);
   command
       .AddOption("--proven", options.proven,
                  "Solution file: its stances that have a posture, instead of sampling and proving some here")
@@ -136,19 +136,19 @@ void AddInstanceFlags(const programs::Command& command, DatasetFlags* flags) {
 }
 
 /// Adds the options of all datasets: the source of robot and scene.
-void AddSourceFlags(const programs::Command& command, DatasetFlags* flags) {
+void AddSourceFlags(const app::Command& command, DatasetFlags* flags) {
   command.AddOption("--from", flags->from, "Dataset folder with the robot and the scene; its problems are not used")
       .Required();
   AddSeedFlag(command, &flags->scenario);
   command.AddOption("--out", flags->scenario.out, "Folder to make; it must not exist").Required();
 }
 
-using Build = generate::DatasetReport (*)(const generate::DatasetOptions&, const std::filesystem::path&,
-                                          const generate::BuildProgress&);
+using Build = worldgen::DatasetReport (*)(const worldgen::DatasetOptions&, const std::filesystem::path&,
+                                          const worldgen::BuildProgress&);
 
 /// Creates the folder with `build`; its identity describes the requested contents.
-generate::DatasetReport BuildFolder(const DatasetFlags& flags, const std::string& what, Build build) {
-  generate::DatasetOptions options = flags.options;
+worldgen::DatasetReport BuildFolder(const DatasetFlags& flags, const std::string& what, Build build) {
+  worldgen::DatasetOptions options = flags.options;
   options.read_guard = CallIsolated;
   const std::filesystem::path out = std::filesystem::path(flags.scenario.out).lexically_normal();
   options.name = !flags.name.empty() ? flags.name : (out.has_filename() ? out : out.parent_path()).filename().string();
@@ -157,15 +157,15 @@ generate::DatasetReport BuildFolder(const DatasetFlags& flags, const std::string
   if (flags.from) {
     options.robot_folder = *flags.from;
   } else {
-    options.robot_folder = flags.robot ? std::filesystem::path(*flags.robot) : programs::DefaultDatasetFolder();
+    options.robot_folder = flags.robot ? std::filesystem::path(*flags.robot) : app::DefaultDatasetFolder();
     options.scenario = OptionsOf(flags.scenario);
   }
   options.Validate();
   const auto source = Dataset::Load(options.robot_folder, CallIsolated);
-  generate::CheckSource(source, options.ProbeFor(*source), !options.scenario);
+  worldgen::CheckSource(source, options.ProbeFor(*source), !options.scenario);
   const std::string identity = what + options.StanceOptionsText() + ", from " + source->content_hash() + "\n";
-  generate::DatasetReport report;
-  MakeFolder(out, identity, [&](const std::filesystem::path& folder, const generate::BuildProgress& progress) {
+  worldgen::DatasetReport report;
+  MakeFolder(out, identity, [&](const std::filesystem::path& folder, const worldgen::BuildProgress& progress) {
     report = build(options, folder, progress);
   });
   if (!report.tally.empty()) std::cout << "stances: " << report.tally << "\n";
@@ -173,11 +173,11 @@ generate::DatasetReport BuildFolder(const DatasetFlags& flags, const std::string
 }
 
 ExitCode MakeDataset(const DatasetFlags& flags) {
-  const generate::DatasetReport report = BuildFolder(flags, "", generate::BuildDataset);
-  for (const generate::HistogramRow& row : report.histograms) {
+  const worldgen::DatasetReport report = BuildFolder(flags, "", worldgen::BuildDataset);
+  for (const worldgen::HistogramRow& row : report.histograms) {
     std::cout << row.heading << "\n\n";
-    for (const generate::Histogram& histogram : row.histograms)
-      std::cout << generate::FormatHistogram(histogram) << "\n";
+    for (const worldgen::Histogram& histogram : row.histograms)
+      std::cout << worldgen::FormatHistogram(histogram) << "\n";
   }
   std::cout << "plans: " << report.pairs_tried << " pairs tried, at most " << report.largest_motion
             << " stances per motion\ndataset " << report.content_hash << "\n";
@@ -185,14 +185,14 @@ ExitCode MakeDataset(const DatasetFlags& flags) {
 }
 
 ExitCode MakeCandidates(const DatasetFlags& flags) {
-  const generate::DatasetReport report = BuildFolder(flags, "candidates, ", generate::BuildCandidates);
+  const worldgen::DatasetReport report = BuildFolder(flags, "candidates, ", worldgen::BuildCandidates);
   std::cout << "dataset " << report.content_hash << "\n";
   return ExitCode::kOk;
 }
 
 }  // namespace
 
-void AddGenerateCommand(const programs::Command& program, Invocation* invocation) {
+void AddGenerateCommand(const app::Command& program, Invocation* invocation) {
   const auto generate = program.AddCommand("generate", "Generate damaged buildings and benchmark problems from a seed");
   generate.RequireCommand();
   generate.LetOptionsFollowCommands();

@@ -5,6 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "app/command_line.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
@@ -12,13 +15,10 @@
 #include "client/report/json_text.h"
 #include "client/report/terminal.h"
 #include "client/suite/input_files.h"
-#include "legopt/files/written_file.h"
 #include "legopt/dataset/text_file.h"
+#include "legopt/files/written_file.h"
 #include "legopt/import/importer.h"
 #include "legopt/types/input_error.h"
-#include "app/command_line.h"
-#include "app/isolated_call.h"
-#include "app/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -54,7 +54,7 @@ void PrintReport(const ImportReport& report, const std::string& out, bool json) 
   }
   std::cout << RenderDatasetFindings(report.findings, LayoutOf({}));
   if (!AnyError(report.findings))
-    std::cout << "dataset " << report.content_hash << " in " << programs::Printable(out) << "\n";
+    std::cout << "dataset " << report.content_hash << " in " << app::Printable(out) << "\n";
 }
 
 // Problem files are read twice: once to check them and once to copy them.
@@ -102,7 +102,7 @@ ExitCode Import(const Flags& flags) {
 
 }  // namespace
 
-void AddImportCommand(const programs::Command& program, Invocation* invocation) {
+void AddImportCommand(const app::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand(
       "import", "Make and check a dataset from robot, scene and problem files, e.g. a clone of the original benchmark");
   const auto flags = std::make_shared<Flags>();

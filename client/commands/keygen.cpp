@@ -3,11 +3,11 @@
 #include <optional>
 #include <string>
 
+#include "app/command_line.h"
+#include "app/printable.h"
 #include "bus/message_key.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
-#include "app/command_line.h"
-#include "app/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -32,7 +32,7 @@ void DeriveKey(const KeygenOptions& options) {
 }
 
 ExitCode Keygen(const KeygenOptions& options) {
-  const std::string file = programs::Printable(options.file);
+  const std::string file = app::Printable(options.file);
   switch (options.role) {
     case KeyRole::kOperator:
       bus::MessageKey::Random()->WriteFile(options.file);
@@ -58,14 +58,14 @@ ExitCode Keygen(const KeygenOptions& options) {
 
 }  // namespace
 
-void AddKeygenCommand(const programs::Command& program, Invocation* invocation) {
+void AddKeygenCommand(const app::Command& program, Invocation* invocation) {
   const auto command =
       program.AddCommand("keygen", "Make the shared key of a deployment, or a derived key with fewer rights");
   const auto options = std::make_shared<KeygenOptions>();
   command.AddOption("FILE", options->file, "File to create; an existing one is never overwritten").Required();
   const auto role = command.AddEnum<KeyRole>("--role", options->role,
                                              "Derive a key from --from: worker (a pool's host) or client (a user)",
-                                             programs::OneOf({"worker", "client"}));
+                                             app::OneOf({"worker", "client"}));
   const auto from =
       command.AddOption("--from", options->from, "Full key that the key of the role is derived from").ValueName("FILE");
   role.Needs(from);

@@ -3,6 +3,8 @@
 #include <memory>
 #include <utility>
 
+#include "app/checks.h"
+#include "app/command_line.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
@@ -10,10 +12,8 @@
 #include "client/report/method_filter.h"
 #include "client/service/experiment_status.h"
 #include "legopt/input/json.h"
-#include "legopt/types/nearest_name.h"
-#include "app/checks.h"
-#include "app/command_line.h"
 #include "legopt/types/job.h"
+#include "legopt/types/nearest_name.h"
 #include "legopt/types/result.h"
 #include "legopt/types/task.h"
 
@@ -39,7 +39,7 @@ struct ListOptions {
 
 std::string FaultOfVerdict(const std::string& word) {
   if (ParseEnum<Verdict>(word)) return {};
-  return "'" + word + "' is no verdict; " + SuggestName(word, programs::EnumNamesOf<Verdict>());
+  return "'" + word + "' is no verdict; " + SuggestName(word, app::EnumNamesOf<Verdict>());
 }
 
 template <NamedEnum Enum>
@@ -153,11 +153,11 @@ ExitCode List(const ListOptions& options) {
 
 }  // namespace
 
-void AddListCommand(const programs::Command& program, Invocation* invocation) {
-  using programs::Alternatives, programs::EnumNamesOf;
+void AddListCommand(const app::Command& program, Invocation* invocation) {
+  using app::Alternatives, app::EnumNamesOf;
   const auto command = program.AddCommand("list", "List the jobs of an experiment");
   const auto options = std::make_shared<ListOptions>();
-  command.AddOption("ID", options->experiment, "Experiment (default: the newest)").Check(programs::WholeNumber(1));
+  command.AddOption("ID", options->experiment, "Experiment (default: the newest)").Check(app::WholeNumber(1));
   command.AddEnum<JobState>("--state", options->state, Alternatives(EnumNamesOf<JobState>()));
   AddMethodFilterOptions(command, &options->methods);
   command.AddEnum<Task>("--task", options->task, Alternatives(EnumNamesOf<Task>()));
@@ -169,7 +169,7 @@ void AddListCommand(const programs::Command& program, Invocation* invocation) {
   command.AddFlag("--unsolved", options->unsolved, "Only jobs that ended without success");
   AddRuleOption(command, &options->rule);
   command.AddOption("--limit", options->limit, "Maximum number of jobs (default 1000)")
-      .Check(programs::WholeNumber(1, ResultSource::kAllRows));
+      .Check(app::WholeNumber(1, ResultSource::kAllRows));
   AddListingOptions(command, &options->listing);
   AddSourceOptions(command, &options->source);
   command.WhenChosen([=] { invocation->body = [options] { return List(*options); }; });

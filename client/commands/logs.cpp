@@ -1,15 +1,15 @@
 #include <cstring>
 #include <memory>
 
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/printable.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "client/report/attempt_list.h"
 #include "client/report/json_text.h"
 #include "legopt/input/json.h"
-#include "app/checks.h"
-#include "app/command_line.h"
-#include "app/printable.h"
 #include "legopt/types/job.h"
 
 namespace legopt::client {
@@ -50,8 +50,8 @@ std::string AttemptText(const Listing& attempts, std::size_t row) {
           attempts.Text(row, "hostname") + ", build " + ShownValue(attempts.At(row, "build")) + "\n";
   if (const std::string message = attempts.Text(row, "message"); !message.empty()) text += "  " + message + "\n";
   const std::string log = attempts.Text(row, "log_tail");
-  return programs::PrintableLines(text) +
-         (log.empty() ? "  wrote nothing to its log\n" : Indented(programs::PrintableLines(log)));
+  return app::PrintableLines(text) +
+         (log.empty() ? "  wrote nothing to its log\n" : Indented(app::PrintableLines(log)));
 }
 
 Listing ReadEvents(ResultSource& source, std::int64_t job_id) {
@@ -92,10 +92,10 @@ ExitCode Logs(const LogsOptions& options) {
 
 }  // namespace
 
-void AddLogsCommand(const programs::Command& program, Invocation* invocation) {
+void AddLogsCommand(const app::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("logs", "Show the attempts of a job: causes, signals, logs");
   const auto options = std::make_shared<LogsOptions>();
-  command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Required().Check(programs::WholeNumber(1));
+  command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Required().Check(app::WholeNumber(1));
   AddTextOrJsonOption(command, &options->json);
   AddOutputOptions(command, &options->output);
   AddSourceOptions(command, &options->source);

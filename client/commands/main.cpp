@@ -1,10 +1,10 @@
-#include "client/commands/commands.h"
-#include "legopt/planning/numeric_fingerprint.h"
 #include "app/build_identity.h"
 #include "app/program_main.h"
+#include "client/commands/commands.h"
+#include "legopt/planning/numeric_fingerprint.h"
 
 int main(int argc, char** argv) {
-  return legopt::programs::RunProgram("legopt", legopt::programs::ProcessKind::kCommand, [&] {
-    return legopt::client::RunCommandLine(argc, argv, legopt::programs::ThisBuild(legopt::NumericFingerprint()));
+  return legopt::app::RunProgram("legopt", legopt::app::ProcessKind::kCommand, [&] {
+    return legopt::client::RunCommandLine(argc, argv, legopt::app::ThisBuild(legopt::NumericFingerprint()));
   });
 }

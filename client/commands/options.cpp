@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
+#include "app/checks.h"
+#include "app/command_line.h"
 #include "bus/spec_limits.h"
 #include "client/client_error.h"
 #include "client/plot/plot_image.h"
 #include "client/plot/plot_text.h"
 #include "client/report/replaced_file.h"
-#include "app/checks.h"
-#include "app/command_line.h"
 #include "legopt/types/task.h"
 
 namespace legopt::client {
@@ -24,30 +24,30 @@ std::string LongTasks() {
   for (const TaskDescription& description : kTasks) {
     if (description.most_stances > 1) words.emplace_back(ToString(description.task));
   }
-  return programs::Alternatives(words);
+  return app::Alternatives(words);
 }
 
 }  // namespace
 
-void AddNetworkOptions(const programs::Command& command, NetworkOptions* options) {
+void AddNetworkOptions(const app::Command& command, NetworkOptions* options) {
   constexpr double kShortestTimeout_s = 0.01, kLongestTimeout_s = 3600;
-  programs::AddNetworkFlags(command, options);
+  app::AddNetworkFlags(command, options);
   command.AddOption("--timeout", options->timeout_s, "Seconds to wait for an answer of the server (default 5)")
-      .Check(programs::Number(kShortestTimeout_s, kLongestTimeout_s))
-      .Group(programs::kNetworkHeading);
+      .Check(app::Number(kShortestTimeout_s, kLongestTimeout_s))
+      .Group(app::kNetworkHeading);
   command
       .AddOption("--access", options->access,
                  "Reach the server without multicast, at the addresses in this file of 'legopt-server --listen'")
       .ValueName("FILE")
-      .Group(programs::kNetworkHeading);
+      .Group(app::kNetworkHeading);
 }
 
-void AddSourceOptions(const programs::Command& command, SourceOptions* options) {
+void AddSourceOptions(const app::Command& command, SourceOptions* options) {
   command.AddOption("--db", options->db, "Read this database file (read-only) instead of asking the server");
   AddNetworkOptions(command, &options->network);
 }
 
-void AddFormatOption(const programs::Command& command, ListingFormat* format) {
+void AddFormatOption(const app::Command& command, ListingFormat* format) {
   command.AddChoice<ListingFormat>("--format", *format, "text, markdown, csv or json (default text)",
                                    {{"text", ListingFormat::kText},
                                     {"markdown", ListingFormat::kMarkdown},
@@ -56,28 +56,28 @@ void AddFormatOption(const programs::Command& command, ListingFormat* format) {
                                     {"json", ListingFormat::kJson}});
 }
 
-void AddLayoutOptions(const programs::Command& command, OutputOptions* options) {
+void AddLayoutOptions(const app::Command& command, OutputOptions* options) {
   constexpr std::size_t kLargestWidth = 10'000;
   command.AddOption("--width", options->width, "Maximum line width (default: the terminal's; otherwise no limit)")
-      .Check(programs::WholeNumber(kSmallestWidth, kLargestWidth));
+      .Check(app::WholeNumber(kSmallestWidth, kLargestWidth));
   command.AddChoice<ColorChoice>(
       "--color", options->color, "Colour: auto (default, on a terminal, not with NO_COLOR), always or never",
       {{"auto", ColorChoice::kAuto}, {"always", ColorChoice::kAlways}, {"never", ColorChoice::kNever}});
 }
 
-void AddOutputOptions(const programs::Command& command, OutputOptions* options) {
+void AddOutputOptions(const app::Command& command, OutputOptions* options) {
   AddLayoutOptions(command, options);
   command.AddFlag("--no-pager", options->no_pager, "Do not use a pager (LEGOPT_PAGER, PAGER or less) for long text");
 }
 
-void AddListingOptions(const programs::Command& command, ListingOptions* options) {
+void AddListingOptions(const app::Command& command, ListingOptions* options) {
   AddFormatOption(command, &options->format);
   // Split later, when the columns are known: a column name may contain a comma.
   command.AddOption("--columns", options->columns, "Show only these columns, in this order").OneArgumentEach();
   AddOutputOptions(command, &options->output);
 }
 
-void AddTimeUnitOption(const programs::Command& command, TimeUnit* unit) {
+void AddTimeUnitOption(const app::Command& command, TimeUnit* unit) {
   command.AddChoice<TimeUnit>("--time-unit", *unit, "Unit of the times in text: s, ms (default) or us",
                               {{"s", kSeconds}, {"ms", kMilliseconds}, {"us", kMicroseconds}});
 }
@@ -95,7 +95,7 @@ void PrintPlain(const Listing& listing, ListingFormat format) {
   std::cout << (format == ListingFormat::kCsv ? CsvFor(StandardOutput(), text) : text) << std::flush;
 }
 
-void AddPlotOptions(const programs::Command& command, const std::string& what, PlotOptions* options) {
+void AddPlotOptions(const app::Command& command, const std::string& what, PlotOptions* options) {
   command.AddFlag("--plot", options->text, "Draw " + what + " below it, in text");
   command.AddOption("--svg", options->svg, "Draw " + what + " into this SVG file");
   command.AddOption("--png", options->png, "Draw " + what + " into this PNG file");
@@ -116,7 +116,7 @@ std::string DrawPlot(const Plot& plot, const PlotOptions& options, const TextLay
   return options.text ? "\n" + RenderPlotText(plot, layout) : "";
 }
 
-void AddTableFormatOption(const programs::Command& command, TableFormat* format) {
+void AddTableFormatOption(const app::Command& command, TableFormat* format) {
   command.AddChoice<TableFormat>("--format", *format, "text, markdown, latex, csv or json (default text)",
                                  {{"text", TableFormat::kText},
                                   {"markdown", TableFormat::kMarkdown},
@@ -127,45 +127,45 @@ void AddTableFormatOption(const programs::Command& command, TableFormat* format)
                                   {"json", TableFormat::kJson}});
 }
 
-void AddRuleOption(const programs::Command& command, std::optional<Rule>* rule, const std::string& by_default) {
+void AddRuleOption(const app::Command& command, std::optional<Rule>* rule, const std::string& by_default) {
   command.AddEnum<Rule>("--rule", *rule,
                         "Count success by this rule: literal (original evaluator), strict (every listed link pair) or "
                         "solid (physical rule) (default: " +
                             by_default + ")");
 }
 
-void AddTextOrJsonOption(const programs::Command& command, bool* json) {
+void AddTextOrJsonOption(const app::Command& command, bool* json) {
   command.AddChoice<bool>("--format", *json, "text or json (default text)", {{"text", false}, {"json", true}});
 }
 
-void AddPatienceOption(const programs::Command& command, double* patience_s) {
+void AddPatienceOption(const app::Command& command, double* patience_s) {
   constexpr double kLongest_s = 1e8;
   command
       .AddOption("--patience", *patience_s,
                  "Seconds to wait for a server that stops answering, e.g. because it is restarted (default 600)")
-      .Check(programs::Number(0, kLongest_s));
+      .Check(app::Number(0, kLongest_s));
 }
 
-void AddGiveUpOption(const programs::Command& command, std::optional<double>* give_up_s) {
+void AddGiveUpOption(const app::Command& command, std::optional<double>* give_up_s) {
   constexpr double kShortest_s = 0.1, kLongest_s = 1e8;
   command
       .AddOption("--give-up", *give_up_s,
                  "End with exit code 15 and the reason after SECONDS without progress (default: wait)")
       .ValueName("SECONDS")
-      .Check(programs::Number(kShortest_s, kLongest_s));
+      .Check(app::Number(kShortest_s, kLongest_s));
 }
 
 std::optional<std::chrono::duration<double>> GiveUpOf(const std::optional<double>& give_up_s) {
   return give_up_s ? std::optional(std::chrono::duration<double>(*give_up_s)) : std::nullopt;
 }
 
-void AddChargeOption(const programs::Command& command, std::optional<double>* charge_s) {
+void AddChargeOption(const app::Command& command, std::optional<double>* charge_s) {
   constexpr double kLeast_s = 1e-6, kMost_s = 1e9;
   command
       .AddOption("--charge", *charge_s,
                  "Seconds that a failed run costs in means of times (default: 10 for each waypoint of the problem; "
                  "where effort has no limit, ten limits of wall time)")
-      .Check(programs::Number(kLeast_s, kMost_s));
+      .Check(app::Number(kLeast_s, kMost_s));
 }
 
 std::optional<double> ChargeMs(const std::optional<double>& charge_s) {
@@ -173,12 +173,12 @@ std::optional<double> ChargeMs(const std::optional<double>& charge_s) {
   return charge_s ? std::optional(kMillisecondsPerSecond * *charge_s) : std::nullopt;
 }
 
-void AddDatasetOption(const programs::Command& command, std::optional<std::string>* dataset) {
+void AddDatasetOption(const app::Command& command, std::optional<std::string>* dataset) {
   command.AddOption("--dataset", *dataset, "Dataset folder (default: the suite's, else the embedded garage-easier)");
 }
 
-void AddSuiteOptions(const programs::Command& command, SuiteOptions* options) {
-  using programs::Joined, programs::EnumNamesOf;
+void AddSuiteOptions(const app::Command& command, SuiteOptions* options) {
+  using app::Joined, app::EnumNamesOf;
   command
       .AddOption("SUITE", options->suite,
                  "Experiment file (YAML), - for standard input, or the name of an embedded suite, e.g. quick")
@@ -198,11 +198,11 @@ void AddSuiteOptions(const programs::Command& command, SuiteOptions* options) {
   command.AddList("--collision", options->filter.collision,
                   "Keep only methods with these models: " + Joined(EnumNamesOf<SceneRepresentation>()));
   command.AddOption("--max-stances", options->filter.max_stances, "Omit longer " + LongTasks() + " problems")
-      .Check(programs::WholeNumber(2, bus::spec_limits::kMaxWaypoints));
+      .Check(app::WholeNumber(2, bus::spec_limits::kMaxWaypoints));
   command.AddEnum<Split>("--split", options->filter.split,
                          "Problems to tune on (even ids) or to report on (odd ids): " + Joined(EnumNamesOf<Split>()));
   command.AddOption("--seed", options->filter.seed, "Seed of the experiment, instead of the suite's")
-      .Check(programs::WholeNumber(0));
+      .Check(app::WholeNumber(0));
   command.AddFlag("--again,--new", options->fresh,
                   "Re-run everything as another experiment, although an identical one exists; no results are reused "
                   "from identical jobs");

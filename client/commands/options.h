@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/command_line.h"
 #include "client/plot/plot.h"
 #include "client/report/benchmark_table.h"
 #include "client/report/listing.h"
@@ -13,22 +14,21 @@
 #include "client/report/terminal.h"
 #include "client/service/server_connection.h"
 #include "client/suite/suite.h"
-#include "app/command_line.h"
 
 namespace legopt::client {
 
 // Options shared by several commands. Each function adds them to `command`; the target must outlive parsing.
 
 /// Adds the network flags and --timeout.
-void AddNetworkOptions(const programs::Command& command, NetworkOptions* options);
+void AddNetworkOptions(const app::Command& command, NetworkOptions* options);
 /// Adds --db and the network options.
-void AddSourceOptions(const programs::Command& command, SourceOptions* options);
+void AddSourceOptions(const app::Command& command, SourceOptions* options);
 /// Adds --format text|markdown|csv|json.
-void AddFormatOption(const programs::Command& command, ListingFormat* format);
+void AddFormatOption(const app::Command& command, ListingFormat* format);
 /// Adds --width, --color auto|always|never.
-void AddLayoutOptions(const programs::Command& command, OutputOptions* options);
+void AddLayoutOptions(const app::Command& command, OutputOptions* options);
 /// Adds the layout options and --no-pager, for output that may go through a pager.
-void AddOutputOptions(const programs::Command& command, OutputOptions* options);
+void AddOutputOptions(const app::Command& command, OutputOptions* options);
 /// Output options of a listing; see PrintListing.
 struct ListingOptions {
   ListingFormat format = ListingFormat::kText;
@@ -36,17 +36,17 @@ struct ListingOptions {
   OutputOptions output;
 };
 /// Adds --format, --columns and the output options.
-void AddListingOptions(const programs::Command& command, ListingOptions* options);
+void AddListingOptions(const app::Command& command, ListingOptions* options);
 /// Adds --time-unit s|ms|us.
-void AddTimeUnitOption(const programs::Command& command, TimeUnit* unit);
+void AddTimeUnitOption(const app::Command& command, TimeUnit* unit);
 /// Adds --format text|markdown|latex|csv|json.
-void AddTableFormatOption(const programs::Command& command, TableFormat* format);
+void AddTableFormatOption(const app::Command& command, TableFormat* format);
 /// Adds --format text|json.
-void AddTextOrJsonOption(const programs::Command& command, bool* json);
+void AddTextOrJsonOption(const app::Command& command, bool* json);
 /// Adds --patience, for commands that wait for an experiment.
-void AddPatienceOption(const programs::Command& command, double* patience_s);
+void AddPatienceOption(const app::Command& command, double* patience_s);
 /// Adds --give-up, for commands that wait.
-void AddGiveUpOption(const programs::Command& command, std::optional<double>* give_up_s);
+void AddGiveUpOption(const app::Command& command, std::optional<double>* give_up_s);
 /// Converts to a duration.
 std::optional<std::chrono::duration<double>> GiveUpOf(const std::optional<double>& give_up_s);
 /// Destinations of figures.
@@ -57,21 +57,21 @@ struct PlotOptions {
   bool any() const { return text || !svg.empty() || !png.empty(); }
 };
 /// Adds --plot, --svg FILE, --png FILE; `what` describes the figure, e.g. "performance profiles".
-void AddPlotOptions(const programs::Command& command, const std::string& what, PlotOptions* options);
+void AddPlotOptions(const app::Command& command, const std::string& what, PlotOptions* options);
 /// Throws ClientError (kUsage) for --plot with a format other than text.
 void RequireTextForPlot(const PlotOptions& options, bool is_text);
 /// Writes the files, and returns the text to be printed; empty without --plot. Throws the errors of RenderPlotImage and
 /// ReplaceFile.
 std::string DrawPlot(const Plot& plot, const PlotOptions& options, const TextLayout& layout);
 /// Adds --charge SECONDS: the time charged for a failed run in mean times.
-void AddChargeOption(const programs::Command& command, std::optional<double>* charge_s);
+void AddChargeOption(const app::Command& command, std::optional<double>* charge_s);
 /// Converts to ms.
 std::optional<double> ChargeMs(const std::optional<double>& charge_s);
 /// Adds --rule literal|strict|solid; `by_default` describes the default.
-void AddRuleOption(const programs::Command& command, std::optional<Rule>* rule,
+void AddRuleOption(const app::Command& command, std::optional<Rule>* rule,
                    const std::string& by_default = "the experiment's own");
 /// Adds --dataset.
-void AddDatasetOption(const programs::Command& command, std::optional<std::string>* dataset);
+void AddDatasetOption(const app::Command& command, std::optional<std::string>* dataset);
 
 /// Prints a listing on standard output, through the pager if it is long. Throws ClientError (kUsage) for an unknown
 /// column.
@@ -88,6 +88,6 @@ struct SuiteOptions {
   SuiteFilter filter;
   bool fresh = false;  ///< --again: create a new experiment and solve all its jobs
 };
-void AddSuiteOptions(const programs::Command& command, SuiteOptions* options);
+void AddSuiteOptions(const app::Command& command, SuiteOptions* options);
 
 }  // namespace legopt::client

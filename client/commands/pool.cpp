@@ -9,6 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "app/command_line.h"
+#include "app/printable.h"
+#include "app/shell_word.h"
 #include "bus/bridge/access_file.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
@@ -25,9 +28,6 @@
 #include "client/report/listing.h"
 #include "client/report/progress.h"
 #include "client/service/interrupt.h"
-#include "app/command_line.h"
-#include "app/printable.h"
-#include "app/shell_word.h"
 
 namespace legopt::client {
 namespace {
@@ -103,7 +103,7 @@ ExitCode StartSlurm(const PoolFlags& flags) {
   const SlurmArray array = SlurmArray::Submit(file, script);
   started.Keep();  // for the logs of what is submitted
   AddToRecord(flags.folder, {Engine::kSlurm, array.job_id()});
-  const std::string folder = programs::Printable(flags.folder);
+  const std::string folder = app::Printable(flags.folder);
   std::cout << "Slurm job " << array.job_id() << ": " << file.nodes << (file.nodes == 1 ? " worker" : " workers")
             << ", one to a node; logs in " << folder << "\n  legopt pool status " << folder << "\n  legopt pool stop "
             << folder << "\n";
@@ -145,7 +145,7 @@ ExitCode StartSsh(PoolFlags& flags) {
     std::string text;
     for (const std::string& host : file.hosts) {
       text += "# ssh";
-      for (const std::string& word : SshArguments(file, host)) text += " " + programs::ShellWord(word);
+      for (const std::string& word : SshArguments(file, host)) text += " " + app::ShellWord(word);
       text += "\n" + WithoutKey(HostScript(file, access, host), access);
     }
     std::cout << text;
@@ -158,7 +158,7 @@ ExitCode StartSsh(PoolFlags& flags) {
   AddToRecord(flags.folder, {Engine::kSsh, PoolProcess::ThisProcess().id()});
   started.Keep();
   std::cout << file.nodes << (file.nodes == 1 ? " worker" : " workers") << ", one to a host; logs in "
-            << programs::Printable(flags.folder) << "; Ctrl-C stops them\n"
+            << app::Printable(flags.folder) << "; Ctrl-C stops them\n"
             << std::flush;
   const HostsFile hosts(flags.folder, PoolProcess::ThisProcess());
   KeepUntilOver(pool, hosts);
@@ -239,17 +239,17 @@ ExitCode Stop(const FolderFlags& flags) {
   return ExitCode::kOk;
 }
 
-void AddStartFlags(const programs::Command& command, PoolFlags* flags) {
+void AddStartFlags(const app::Command& command, PoolFlags* flags) {
   command.AddOption("FILE", flags->file, "Pool file (docs/clusters.md)").Required();
   command.AddOption("--access", flags->access, "Access file that the server wrote ('legopt-server --listen')")
       .Required();
   command.AddOption("--folder", flags->folder, "Folder for logs, and for what status and stop need").ShowDefault();
-  programs::AddListeningFlags(command, &flags->network);
+  app::AddListeningFlags(command, &flags->network);
 }
 
 }  // namespace
 
-void AddPoolCommand(const programs::Command& program, Invocation* invocation) {
+void AddPoolCommand(const app::Command& program, Invocation* invocation) {
   const auto pool = program.AddCommand("pool", "Start and stop workers on other machines");
   pool.RequireCommand();
   pool.LetOptionsFollowCommands();
@@ -270,8 +270,7 @@ void AddPoolCommand(const programs::Command& program, Invocation* invocation) {
   const auto script_flags = std::make_shared<PoolFlags>();
   AddStartFlags(script, script_flags.get());
   script
-      .AddEnum<Engine>("--engine", script_flags->engine, "pbs, sge or htcondor",
-                       programs::OneOf({"pbs", "sge", "htcondor"}))
+      .AddEnum<Engine>("--engine", script_flags->engine, "pbs, sge or htcondor", app::OneOf({"pbs", "sge", "htcondor"}))
       .Required();
   script.WhenChosen([=] { invocation->body = [script_flags] { return PrintScript(*script_flags); }; });
 
@@ -286,7 +285,7 @@ void AddPoolCommand(const programs::Command& program, Invocation* invocation) {
   const auto stop_flags = std::make_shared<FolderFlags>();
   stop.AddOption("FOLDER", stop_flags->folder, "The pool's folder").ShowDefault();
   stop.AddOption("--patience", stop_flags->patience_s, "Seconds for running jobs to end (default 0)")
-      .Check(programs::Number(0, kMost_s));
+      .Check(app::Number(0, kMost_s));
   stop.WhenChosen([=] { invocation->body = [stop_flags] { return Stop(*stop_flags); }; });
 }
 

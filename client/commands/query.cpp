@@ -4,14 +4,14 @@
 #include <optional>
 #include <utility>
 
+#include "app/checks.h"
+#include "app/command_line.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "client/report/listing_writer.h"
 #include "client/report/terminal.h"
 #include "legopt/input/utf8.h"
-#include "app/checks.h"
-#include "app/command_line.h"
 
 namespace legopt::client {
 namespace {
@@ -88,19 +88,19 @@ ExitCode Query(const QueryOptions& options) {
 
 }  // namespace
 
-void AddQueryCommand(const programs::Command& program, Invocation* invocation) {
+void AddQueryCommand(const app::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("query", "Run a read-only SQL statement on the results");
   const auto options = std::make_shared<QueryOptions>();
   command.AddOption("SQL", options->sql, "One SELECT, e.g. \"SELECT * FROM benchmark_table\"").Required();
   command
       .AddOption("--max-rows", options->max_rows,
                  "Maximum number of rows (default 100000; CSV and JSON from --db into a file or pipe: no limit)")
-      .Check(programs::WholeNumber(1, ResultSource::kAllRows));
+      .Check(app::WholeNumber(1, ResultSource::kAllRows));
   command
       .AddOption("--limit", options->limit_s,
                  "Seconds after which the query is stopped (default 30; CSV and JSON from --db into a file or pipe: 30 "
                  "for each row); 0 with --db: never")
-      .Check(programs::Number(0, ResultSource::kLongestLimit_s));
+      .Check(app::Number(0, ResultSource::kLongestLimit_s));
   AddListingOptions(command, &options->listing);
   AddSourceOptions(command, &options->source);
   command.SetFooter(

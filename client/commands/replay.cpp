@@ -4,6 +4,12 @@
 #include <iostream>
 #include <memory>
 
+#include "app/build_identity.h"
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/granted_processors.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
@@ -12,13 +18,7 @@
 #include "client/suite/chosen_files.h"
 #include "client/suite/input_files.h"
 #include "legopt/types/input_error.h"
-#include "app/build_identity.h"
-#include "app/checks.h"
-#include "app/command_line.h"
 #include "worker/external/external_solvers.h"
-#include "app/granted_processors.h"
-#include "app/isolated_call.h"
-#include "app/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -34,7 +34,7 @@ struct ReplayOptions {
   int parallel = 0;
   bool json = false;
   SourceOptions source;
-  programs::BuildFacts build;
+  app::BuildFacts build;
 };
 
 std::vector<StoredJob> ChosenJobs(const ReplayOptions& options, const SolverRegistry& registry) {
@@ -57,7 +57,7 @@ std::vector<StoredJob> ChosenJobs(const ReplayOptions& options, const SolverRegi
 
 // Throws if a job has a result of another build, because its bits may differ.
 void RequireSameBuild(const std::vector<StoredJob>& jobs, const ReplayOptions& options) {
-  const std::string mine = programs::BuildId(options.build);
+  const std::string mine = app::BuildId(options.build);
   const auto other = std::find_if(jobs.begin(), jobs.end(), [&](const StoredJob& job) { return job.build_id != mine; });
   if (other == jobs.end()) return;
   const std::string text = "job " + std::to_string(other->job_id) + " was solved by " +
@@ -88,7 +88,7 @@ std::string DescribeReplay(const StoredJob& job, const Replay& replay) {
                      "): " + std::string(ToString(replay.outcome)) + "\n";
   for (const std::string& difference : replay.differences) text += "  " + difference + "\n";
   if (!replay.divergence.empty()) text += "  the histories part " + replay.divergence + "\n";
-  return programs::PrintableLines(text);
+  return app::PrintableLines(text);
 }
 
 nlohmann::ordered_json ReplayJson(const StoredJob& job, const Replay& replay) {
@@ -167,20 +167,20 @@ ExitCode ReplayStored(const ReplayOptions& options) {
 
 }  // namespace
 
-void AddReplayCommand(const programs::Command& program, Invocation* invocation) {
+void AddReplayCommand(const app::Command& program, Invocation* invocation) {
   constexpr int kMaxJobs = 1'000'000, kMaxParallel = 256;
   const auto command = program.AddCommand("replay", "Solve a stored job again on this machine and compare the bits");
   const auto options = std::make_shared<ReplayOptions>();
-  command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Check(programs::WholeNumber(1));
+  command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Check(app::WholeNumber(1));
   command
       .AddOption("--random", options->random,
                  "Replay this many random jobs of an experiment, over all methods and tasks")
-      .Check(programs::WholeNumber(1, kMaxJobs));
-  command.AddOption("--seed", options->seed, "Seed of --random (default 1)").Check(programs::WholeNumber(0));
+      .Check(app::WholeNumber(1, kMaxJobs));
+  command.AddOption("--seed", options->seed, "Seed of --random (default 1)").Check(app::WholeNumber(0));
   command.AddOption("--experiment", options->experiment, "Experiment for --random (default: the newest)")
-      .Check(programs::WholeNumber(1));
+      .Check(app::WholeNumber(1));
   command.AddOption("--jobs", options->parallel, "Number of parallel jobs (default: the processors granted)")
-      .Check(programs::WholeNumber(1, kMaxParallel));
+      .Check(app::WholeNumber(1, kMaxParallel));
   AddDatasetOption(command, &options->dataset);
   command.AddOption(
       "--solver", options->solvers,
@@ -191,7 +191,7 @@ void AddReplayCommand(const programs::Command& program, Invocation* invocation) 
   command.WhenChosen([=] {
     options->build = invocation->build;
     if (options->parallel == 0) {
-      options->parallel = programs::GrantedProcessors(programs::ReadProcessorFacts()).processors;
+      options->parallel = app::GrantedProcessors(app::ReadProcessorFacts()).processors;
     }
     invocation->body = [options] { return ReplayStored(*options); };
   });

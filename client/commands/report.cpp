@@ -2,6 +2,10 @@
 #include <iostream>
 #include <memory>
 
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
@@ -10,10 +14,6 @@
 #include "client/report/replaced_file.h"
 #include "client/suite/chosen_files.h"
 #include "legopt/types/number_text.h"
-#include "app/checks.h"
-#include "app/command_line.h"
-#include "app/isolated_call.h"
-#include "app/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -26,10 +26,10 @@ struct ReportOptions {
   double max_megabytes = 25.0;
   std::optional<Rule> rule;
   NetworkOptions network;
-  programs::BuildFacts build;
+  app::BuildFacts build;
 };
 
-void Say(const std::string& text) { std::cerr << "legopt: " << programs::Printable(text) << "\n"; }
+void Say(const std::string& text) { std::cerr << "legopt: " << app::Printable(text) << "\n"; }
 
 // Returns every combination of file and experiment; without a file, the server's experiments.
 std::vector<PageSource> SourcesOf(const ReportOptions& options) {
@@ -58,29 +58,29 @@ ExitCode Report(const ReportOptions& options) {
   for (const std::string& note : page.notes) Say("note: " + note);
   constexpr double kTenth = 10.0;
   const double megabytes = std::round(kTenth * static_cast<double>(page.text.size()) / kBytesPerMegabyte) / kTenth;
-  std::cerr << programs::Printable(options.out) << " written, " << megabytes << " MB\n";
+  std::cerr << app::Printable(options.out) << " written, " << megabytes << " MB\n";
   return ExitCode::kOk;
 }
 
 }  // namespace
 
-void AddReportCommand(const programs::Command& program, Invocation* invocation) {
+void AddReportCommand(const app::Command& program, Invocation* invocation) {
   constexpr double kLargest_megabytes = 1000.0, kSmallest_megabytes = 1.0;
   const auto command = program.AddCommand("report", "Write one HTML file with tables, figures and solutions");
   const auto options = std::make_shared<ReportOptions>();
   command.AddOption("EXPERIMENT", options->experiments, "Experiments, beside each other (default: the newest)")
-      .Check(programs::WholeNumber(1));
+      .Check(app::WholeNumber(1));
   command.AddOption("--out", options->out, "File to write, e.g. report.html").Required();
   command.AddList("--db", options->databases,
                   "Read this database file (read-only) instead of asking the server; several: repeat it, or use commas",
-                  programs::IsExistingPath);
+                  app::IsExistingPath);
   command.AddList("--dataset", options->datasets,
                   "Dataset folder for the 3D view (default: the embedded one); several: repeat it, or use commas",
-                  programs::IsExistingPath);
+                  app::IsExistingPath);
   command
       .AddOption("--max-size", options->max_megabytes,
                  "Largest size of the file in MB; the report names whatever was left out for it (default 25)")
-      .Check(programs::Number(kSmallest_megabytes, kLargest_megabytes));
+      .Check(app::Number(kSmallest_megabytes, kLargest_megabytes));
   AddRuleOption(command, &options->rule);
   AddNetworkOptions(command, &options->network);
   command.WhenChosen([=] {

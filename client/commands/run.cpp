@@ -5,6 +5,13 @@
 #include <memory>
 #include <span>
 
+#include "app/build_identity.h"
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/data_folder.h"
+#include "app/granted_processors.h"
+#include "app/printable.h"
+#include "app/shell_word.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/dry_run.h"
@@ -20,13 +27,6 @@
 #include "client/suite/input_files.h"
 #include "legopt/input/json.h"
 #include "legopt/types/input_error.h"
-#include "app/build_identity.h"
-#include "app/checks.h"
-#include "app/command_line.h"
-#include "app/data_folder.h"
-#include "app/granted_processors.h"
-#include "app/printable.h"
-#include "app/shell_word.h"
 #include "legopt/types/reply.h"
 
 namespace legopt::client {
@@ -50,7 +50,7 @@ struct RunOptions {
   bool no_dataset = false;
   std::optional<std::string> slurm;
   std::optional<PoolFile> pool;  // its contents
-  programs::BuildFacts build;
+  app::BuildFacts build;
   int workers = 0;  // 0 until ResolveWorkerCount
   std::string workers_reason;
   TableFormat format = TableFormat::kText;
@@ -72,8 +72,8 @@ std::string NewDatabaseStem(const std::string& suite) {
 }
 
 void PrintStart(const Submission& submission, const legopt_msg::submit_reply& reply, const std::filesystem::path& db) {
-  std::cerr << "experiment " << reply.experiment_id << " in " << programs::Printable(db.string()) << ", dataset "
-            << programs::Printable(submission.dataset_folder.string()) << "\n"
+  std::cerr << "experiment " << reply.experiment_id << " in " << app::Printable(db.string()) << ", dataset "
+            << app::Printable(submission.dataset_folder.string()) << "\n"
             << DescribeJobs(submission.spec) << "\n";
   if (SubmitStatus{reply.status} == SubmitStatus::kAlreadyKnown) {
     std::cerr
@@ -102,7 +102,7 @@ void RequireBuild(ServerConnection& server, std::int64_t experiment_id, const Ru
   const auto experiments = ParseExperiments(server.Status(experiment_id));
   if (experiments.empty() || experiments.front().over()) return;
   const ExperimentStatus& experiment = experiments.front();
-  const std::string mine = programs::BuildId(options.build);
+  const std::string mine = app::BuildId(options.build);
   if (experiment.builds == BuildPolicy::kAny || experiment.build_id.empty() || experiment.build_id == mine) return;
   if (options.any_build) {
     legopt_msg::control_request request{};
@@ -113,7 +113,7 @@ void RequireBuild(ServerConnection& server, std::int64_t experiment_id, const Ru
   }
   throw ClientError(ExitCode::kUsage, "experiment " + std::to_string(experiment_id) + " was begun by build " +
                                           experiment.build_id + ", and this is build " + mine + " (" +
-                                          programs::BuildName(options.build) +
+                                          app::BuildName(options.build) +
                                           "); finish it with that build, give --any-build to mix their results, or "
                                           "--again for another experiment");
 }
@@ -152,16 +152,16 @@ Outcome RunExperiment(const Submission& submission, const RunOptions& options, M
 // For suggested commands that need the problem definitions; empty for their default, the embedded dataset.
 std::string DatasetFlag(const std::filesystem::path& folder) {
   std::error_code ignored;
-  return std::filesystem::equivalent(folder, programs::DefaultDatasetFolder(), ignored)
+  return std::filesystem::equivalent(folder, app::DefaultDatasetFolder(), ignored)
              ? ""
-             : " --dataset " + programs::ShellWord(folder);
+             : " --dataset " + app::ShellWord(folder);
 }
 
 void PrintNextSteps(const std::string& db, const std::filesystem::path& dataset, const Outcome& outcome) {
   const std::string id = std::to_string(outcome.experiment_id);
-  const std::string flags = programs::Printable(" --db " + programs::ShellWord(db));
-  const std::string dataset_flag = programs::Printable(DatasetFlag(dataset));
-  std::cerr << "\nResults: " << programs::Printable(db) << "\n"
+  const std::string flags = app::Printable(" --db " + app::ShellWord(db));
+  const std::string dataset_flag = app::Printable(DatasetFlag(dataset));
+  std::cerr << "\nResults: " << app::Printable(db) << "\n"
             << "  legopt table " << id << flags << " --format latex\n"
             << "  legopt report " << id << flags << dataset_flag << " --out report.html\n"
             << "  legopt list " << id << flags << " --unsolved\n"
@@ -182,7 +182,7 @@ ExitCode Finish(const RunOptions& options, const std::string& db, const std::fil
             << RenderBenchmarkTable(table, options.format, {options.time_unit, LayoutOf(options.output)}) << std::flush;
   if (outcome.interrupted) {
     std::cerr << "\nStopped before the end. To go on, give the same command with --db "
-              << programs::Printable(programs::ShellWord(db)) << "\n";
+              << app::Printable(app::ShellWord(db)) << "\n";
     return ExitCode::kInterrupted;
   }
   if (outcome.status.state == ExperimentState::kCancelled) {
@@ -207,12 +207,11 @@ ExitCode DryRun(const Submission& submission, const RunOptions& options, const s
     PrintDryRunJson(submission, known.get());
     return ExitCode::kOk;
   }
-  const std::string server =
-      "legopt-server --db " + programs::ShellWord(db.string()) + (exists ? " (existing)" : " (new)");
+  const std::string server = "legopt-server --db " + app::ShellWord(db.string()) + (exists ? " (existing)" : " (new)");
   const std::string workers = options.pool
                                   ? "and have Slurm take in the script below; nothing"
                                   : "legopt-worker --slots " + std::to_string(options.workers) + " --dataset " +
-                                        programs::ShellWord(submission.dataset_folder.string()) + "; nothing";
+                                        app::ShellWord(submission.dataset_folder.string()) + "; nothing";
   PrintDryRun(submission, known.get(), options.workers, "would start: " + server + ", " + workers + " was started");
   if (options.pool) std::cout << "\n" << PreviewScript(PoolOptionsOf(options, submission, db)) << std::flush;
   return ExitCode::kOk;
@@ -282,7 +281,7 @@ ExitCode Run(RunOptions& options, bool verbose) {
 
 // Uses the rule for legopt-worker's slots.
 void ResolveWorkerCount(RunOptions& options) {
-  const programs::ProcessorGrant grant = programs::GrantedProcessors(programs::ReadProcessorFacts());
+  const app::ProcessorGrant grant = app::GrantedProcessors(app::ReadProcessorFacts());
   if (options.workers > grant.processors) {
     std::cerr << "legopt: warning: --workers " << options.workers << " is more than was granted: " << grant.reason
               << ". Jobs will take turns, and their wall times tell nothing\n";
@@ -294,7 +293,7 @@ void ResolveWorkerCount(RunOptions& options) {
 
 }  // namespace
 
-void AddRunCommand(const programs::Command& program, Invocation* invocation) {
+void AddRunCommand(const app::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand(
       "run", "Run an experiment on this machine: server, workers, progress and table in one command");
   const auto options = std::make_shared<RunOptions>();
@@ -306,7 +305,7 @@ void AddRunCommand(const programs::Command& program, Invocation* invocation) {
   const auto workers = command
                            .AddOption("--workers", options->workers,
                                       "Number of parallel jobs (default: the processors granted to this process)")
-                           .Check(programs::WholeNumber(1, kMaxWorkers));
+                           .Check(app::WholeNumber(1, kMaxWorkers));
   command
       .AddOption("--slurm", options->slurm,
                  "Workers on nodes of Slurm, as this pool file says (docs/clusters.md), with the server here")

@@ -3,6 +3,10 @@
 #include <memory>
 #include <thread>
 
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
@@ -14,10 +18,6 @@
 #include "client/service/interrupt.h"
 #include "client/suite/chosen_files.h"
 #include "legopt/types/number_text.h"
-#include "app/checks.h"
-#include "app/command_line.h"
-#include "app/isolated_call.h"
-#include "app/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -33,7 +33,7 @@ struct ServeOptions {
   std::vector<std::string> hosts;
   std::optional<Rule> rule;
   SourceOptions source;
-  programs::BuildFacts build;
+  app::BuildFacts build;
 };
 
 FigureRequest FiguresOf(const ServeOptions& options) {
@@ -110,7 +110,7 @@ ExitCode Serve(const ServeOptions& options) {
       });
   server.Publish(state.version(), *state.text());
   std::cout << server.url() << std::endl;
-  std::cerr << "legopt: serves " << (options.source.db ? programs::Printable(*options.source.db) : "the server")
+  std::cerr << "legopt: serves " << (options.source.db ? app::Printable(*options.source.db) : "the server")
             << " until interrupted (Ctrl-C)\n";
   Watching watching(&state, &server);
   while (!Interrupted()) {
@@ -122,14 +122,14 @@ ExitCode Serve(const ServeOptions& options) {
 
 }  // namespace
 
-void AddServeCommand(const programs::Command& program, Invocation* invocation) {
+void AddServeCommand(const app::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("serve", "Serve the page of 'legopt report' to browsers, with live data");
   const auto options = std::make_shared<ServeOptions>();
   command.AddOption("EXPERIMENT", options->experiments, "Shown first, beside each other (default: the newest)")
-      .Check(programs::WholeNumber(1));
+      .Check(app::WholeNumber(1));
   command
       .AddOption("--http-port", options->port, "TCP port (default " + std::to_string(kDefaultPort) + "; 0: a free one)")
-      .Check(programs::WholeNumber(0, kLargestPort));
+      .Check(app::WholeNumber(0, kLargestPort));
   command.AddOption(
       "--http-address", options->address,
       "Address to listen on (default 127.0.0.1: only this machine). Any host that can reach it can read all results");
@@ -138,7 +138,7 @@ void AddServeCommand(const programs::Command& program, Invocation* invocation) {
       "Host names that browsers may use in addition to the address and localhost; repeat it, or use commas");
   command.AddList("--dataset", options->datasets,
                   "Dataset folder for the 3D view (default: the embedded one); several: repeat it, or use commas",
-                  programs::IsExistingPath);
+                  app::IsExistingPath);
   AddRuleOption(command, &options->rule);
   AddSourceOptions(command, &options->source);
   command.SetFooter(

@@ -2,6 +2,9 @@
 #include <limits>
 #include <memory>
 
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/printable.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
@@ -10,9 +13,6 @@
 #include "db/result_record.h"
 #include "legopt/input/json.h"
 #include "legopt/types/input_error.h"
-#include "app/checks.h"
-#include "app/command_line.h"
-#include "app/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -56,7 +56,7 @@ std::string RenderText(const Listing& job, const Listing& result, const Listing&
     const auto& tail = attempts.At(i, "log_tail");
     if (!tail.is_string() || tail.get<std::string>().empty()) continue;
     text += "\nLog of attempt " + Dump(attempts.At(i, "attempt")) + "\n" +
-            programs::PrintableLines(tail.get<std::string>()) + "\n";
+            app::PrintableLines(tail.get<std::string>()) + "\n";
   }
   return text;
 }
@@ -84,10 +84,10 @@ ExitCode Show(const ShowOptions& options) {
 
 }  // namespace
 
-void AddShowCommand(const programs::Command& program, Invocation* invocation) {
+void AddShowCommand(const app::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("show", "Show one job: result, verdicts, attempts, logs");
   const auto options = std::make_shared<ShowOptions>();
-  command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Required().Check(programs::WholeNumber(1));
+  command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Required().Check(app::WholeNumber(1));
   AddTextOrJsonOption(command, &options->json);
   AddOutputOptions(command, &options->output);
   AddSourceOptions(command, &options->source);

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "app/command_line.h"
+#include "app/isolated_call.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
@@ -13,10 +15,8 @@
 #include "client/suite/chosen_files.h"
 #include "client/suite/input_files.h"
 #include "legopt/dataset/dataset.h"
-#include "app/command_line.h"
 #include "worker/external/external_solvers.h"
 #include "worker/external/solver_check.h"
-#include "app/isolated_call.h"
 
 namespace legopt::client {
 namespace {
@@ -51,7 +51,7 @@ ExitCode CheckDeclared(const SolverFlags& flags) {
 
 }  // namespace
 
-void AddSolverCommand(const programs::Command& program, Invocation* invocation) {
+void AddSolverCommand(const app::Command& program, Invocation* invocation) {
   const auto solver = program.AddCommand("solver", "Check external solvers");
   solver.RequireCommand();
   solver.LetOptionsFollowCommands();

@@ -1,6 +1,9 @@
 #include <iostream>
 #include <memory>
 
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/printable.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
@@ -8,9 +11,6 @@
 #include "client/report/progress.h"
 #include "client/report/status_table.h"
 #include "client/report/terminal.h"
-#include "app/checks.h"
-#include "app/command_line.h"
-#include "app/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -62,7 +62,7 @@ std::string MissingText(const std::vector<ExperimentStatus>& experiments) {
   std::string text;
   for (const ExperimentStatus& experiment : experiments) {
     for (const std::string& missing : experiment.missing) {
-      text += "experiment " + std::to_string(experiment.id) + ": " + programs::Printable(missing) + "\n";
+      text += "experiment " + std::to_string(experiment.id) + ": " + app::Printable(missing) + "\n";
     }
   }
   return text.empty() ? text : "\n" + text;
@@ -104,7 +104,7 @@ ExitCode StatusOfServer(const StatusOptions& options) {
   const Listing listing = ExperimentListing(experiments);
   RequireFound(listing, options);
   if (const std::string error = StoreError(status); !error.empty()) {
-    std::cerr << "legopt: warning: the server cannot write its database: " << programs::Printable(error) << "\n";
+    std::cerr << "legopt: warning: the server cannot write its database: " << app::Printable(error) << "\n";
   }
   if (status.value(nlohmann::json::json_pointer("/server/disk_low"), false)) {
     constexpr std::int64_t kMegabyte = 1'000'000;
@@ -116,10 +116,10 @@ ExitCode StatusOfServer(const StatusOptions& options) {
       std::cout << JsonText(status) << "\n";
       break;
     case ListingFormat::kText:
-      Print("Server " + programs::Printable(probe.server_version) + " at " + server.address() + " on " +
-                programs::Printable(probe.hostname) + " (pid " + std::to_string(probe.pid) + ", up " +
+      Print("Server " + app::Printable(probe.server_version) + " at " + server.address() + " on " +
+                app::Printable(probe.hostname) + " (pid " + std::to_string(probe.pid) + ", up " +
                 FormatDuration(std::chrono::microseconds(probe.uptime_us)) + "), database " +
-                programs::Printable(probe.database) + "\n\n" + TextForPeople(experiments, status, options),
+                app::Printable(probe.database) + "\n\n" + TextForPeople(experiments, status, options),
             options.output);
       break;
     case ListingFormat::kMarkdown:
@@ -133,10 +133,10 @@ ExitCode StatusOfServer(const StatusOptions& options) {
 
 }  // namespace
 
-void AddStatusCommand(const programs::Command& program, Invocation* invocation) {
+void AddStatusCommand(const app::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("status", "Show the experiments and workers of the server");
   const auto options = std::make_shared<StatusOptions>();
-  command.AddOption("ID", options->experiment, "Only this experiment").Check(programs::WholeNumber(1));
+  command.AddOption("ID", options->experiment, "Only this experiment").Check(app::WholeNumber(1));
   AddFormatOption(command, &options->format);
   AddOutputOptions(command, &options->output);
   AddSourceOptions(command, &options->source);

@@ -2,6 +2,8 @@
 
 #include <iostream>
 
+#include "app/isolated_call.h"
+#include "app/printable.h"
 #include "bus/spec_limits.h"
 #include "bus/text.h"
 #include "client/client_error.h"
@@ -9,17 +11,15 @@
 #include "client/suite/chosen_files.h"
 #include "client/suite/experiment_spec.h"
 #include "client/suite/input_files.h"
-#include "legopt/files/written_file.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/dataset_file.h"
+#include "legopt/files/written_file.h"
 #include "legopt/import/plausibility.h"
 #include "legopt/input/json.h"
 #include "legopt/input/name.h"
 #include "legopt/types/input_error.h"
 #include "worker/external/declaration.h"
 #include "worker/external/external_solvers.h"
-#include "app/isolated_call.h"
-#include "app/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -36,7 +36,7 @@ void WarnAbout(const Dataset& dataset) {
     const std::string text = dataset.folder().string() + ": " + finding.field +
                              (finding.value.empty() ? "" : " (" + finding.value + ")") + ": " + finding.message + "; " +
                              finding.fix;
-    std::cerr << "legopt: warning: " << programs::Printable(text) << "\n";
+    std::cerr << "legopt: warning: " << app::Printable(text) << "\n";
   }
 }
 
@@ -67,8 +67,8 @@ void CheckSize(const Suite& suite, const Submission& submission) {
 // Reports how the dataset's path is resolved for a suite from a pipe, which has no folder.
 void ReportPlaceOfDataset(const Suite& suite) {
   if (!suite.dataset || !files::IsStream(suite.file)) return;
-  std::cerr << "legopt: " << programs::Printable(suite.file) << ": the dataset is relative to the working directory: "
-            << programs::Printable(std::filesystem::absolute(*suite.dataset).lexically_normal().string()) << "\n";
+  std::cerr << "legopt: " << app::Printable(suite.file) << ": the dataset is relative to the working directory: "
+            << app::Printable(std::filesystem::absolute(*suite.dataset).lexically_normal().string()) << "\n";
 }
 
 }  // namespace

@@ -2,6 +2,9 @@
 #include <iostream>
 #include <memory>
 
+#include "app/command_line.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
 #include "bus/bus_error.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
@@ -13,9 +16,6 @@
 #include "legopt/dataset/dataset_archive.h"
 #include "legopt/input/json.h"
 #include "legopt/types/input_error.h"
-#include "app/command_line.h"
-#include "app/isolated_call.h"
-#include "app/printable.h"
 #include "legopt/types/reply.h"
 
 namespace legopt::client {
@@ -72,7 +72,7 @@ void SendDataset(ServerConnection& server, const Submission& submission) {
     why = error.what();
   }
   if (why.empty()) return;
-  std::cerr << "legopt: warning: the server does not store the dataset with the results: " << programs::Printable(why)
+  std::cerr << "legopt: warning: the server does not store the dataset with the results: " << app::Printable(why)
             << "; only workers that have the dataset take the jobs, and 'report', 'view', 'replay' and 'export' need "
                "--dataset\n";
 }
@@ -135,7 +135,7 @@ ExitCode Submit(const SubmitOptions& options) {
 
 }  // namespace
 
-void AddSubmitCommand(const programs::Command& program, Invocation* invocation) {
+void AddSubmitCommand(const app::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("submit", "Submit an experiment to the server; prints its id");
   const auto options = std::make_shared<SubmitOptions>();
   AddSuiteOptions(command, &options->suite);

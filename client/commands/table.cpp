@@ -1,6 +1,9 @@
 #include <memory>
 #include <optional>
 
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/data_folder.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
@@ -11,9 +14,6 @@
 #include "client/report/method_filter.h"
 #include "client/report/paper_table.h"
 #include "client/report/reading.h"
-#include "app/checks.h"
-#include "app/command_line.h"
-#include "app/data_folder.h"
 
 namespace legopt::client {
 namespace {
@@ -57,7 +57,7 @@ std::string RenderTable(const TableOptions& options, ResultSource* source) {
   const std::optional<certify::ProblemFeasibility> known =
       options.certificate ? ReadCertificateOf(*options.certificate, experiment) : FindEmbeddedCertificate(experiment);
   if (known) AddCertifiedCounts(*source, options.selection, *known, &table);
-  if (options.paper) AddPaperFigures(ReadPaperTable(programs::DataFolder() / kPaperTable), &table);
+  if (options.paper) AddPaperFigures(ReadPaperTable(app::DataFolder() / kPaperTable), &table);
   return RenderBenchmarkTable(table, options.format, style);
 }
 
@@ -85,11 +85,10 @@ ExitCode Table(TableOptions options) {
 
 }  // namespace
 
-void AddTableCommand(const programs::Command& program, Invocation* invocation) {
+void AddTableCommand(const app::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("table", "Print the benchmark table of an experiment");
   const auto options = std::make_shared<TableOptions>();
-  command.AddOption("ID", options->selection.experiment, "Experiment (default: the newest)")
-      .Check(programs::WholeNumber(1));
+  command.AddOption("ID", options->selection.experiment, "Experiment (default: the newest)").Check(app::WholeNumber(1));
   AddTableFormatOption(command, &options->format);
   AddRuleOption(command, &options->rule);
   AddCollisionOption(command, &options->selection.collision);

@@ -9,6 +9,8 @@
 #include <set>
 #include <vector>
 
+#include "app/checks.h"
+#include "app/command_line.h"
 #include "bus/endpoint.h"
 #include "bus/message_key.h"
 #include "client/client_error.h"
@@ -19,8 +21,6 @@
 #include "client/tap/captured_datagram.h"
 #include "client/tap/traffic_rates.h"
 #include "legopt/types/nearest_name.h"
-#include "app/checks.h"
-#include "app/command_line.h"
 
 namespace legopt::client {
 namespace {
@@ -266,7 +266,7 @@ std::string CheckSender(const std::string& word) {
 
 }  // namespace
 
-void AddTapCommand(const programs::Command& program, Invocation* invocation) {
+void AddTapCommand(const app::Command& program, Invocation* invocation) {
   constexpr double kShortest_s = 0.1, kLongest_s = 1e6;
   const auto command = program.AddCommand("tap", "Show the network traffic of a deployment, one JSON object per line");
   const auto options = std::make_shared<TapOptions>();
@@ -275,13 +275,12 @@ void AddTapCommand(const programs::Command& program, Invocation* invocation) {
       .Check({CheckSender, ""});
   const auto rates = command.AddOption(
       "--rates", options->rates, "Print datagrams and bytes per second by type and kind instead, every SECONDS (1)");
-  rates.ValueMayBeLeftOut("1").ValueName("SECONDS").Check(programs::Number(kShortest_s, kLongest_s));
-  command.AddOption("--count", options->count, "End after so many lines (--rates: tables)")
-      .Check(programs::WholeNumber(1));
+  rates.ValueMayBeLeftOut("1").ValueName("SECONDS").Check(app::Number(kShortest_s, kLongest_s));
+  command.AddOption("--count", options->count, "End after so many lines (--rates: tables)").Check(app::WholeNumber(1));
   command.AddOption("--seconds", options->seconds, "End after so many seconds")
-      .Check(programs::Number(kShortest_s, kLongest_s));
+      .Check(app::Number(kShortest_s, kLongest_s));
   AddTextOrJsonOption(command, &options->json);
-  programs::AddListeningFlags(command, &options->network);
+  app::AddListeningFlags(command, &options->network);
   command.SetFooter(
       "It only listens: it sends nothing and prints no key. --format json concerns --rates. Bodies above one\n"
       "datagram pass as chunks and are not reassembled.");

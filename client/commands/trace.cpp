@@ -2,13 +2,13 @@
 #include <memory>
 #include <optional>
 
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/printable.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "client/replay/stored_trace.h"
 #include "legopt/dataset/text_file.h"
-#include "app/checks.h"
-#include "app/command_line.h"
-#include "app/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -26,7 +26,7 @@ ExitCode Trace(const TraceOptions& options) {
   if (options.out) {
     const Listing& kept = options.listing.columns.empty() ? listing : KeepColumns(listing, options.listing.columns);
     WriteTextFile(*options.out, RenderListing(kept, options.listing.format));
-    std::cerr << listing.rows.size() << " records written to " << programs::Printable(*options.out) << "\n";
+    std::cerr << listing.rows.size() << " records written to " << app::Printable(*options.out) << "\n";
   } else {
     PrintListing(listing, options.listing);
   }
@@ -38,10 +38,10 @@ ExitCode Trace(const TraceOptions& options) {
 
 }  // namespace
 
-void AddTraceCommand(const programs::Command& program, Invocation* invocation) {
+void AddTraceCommand(const app::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("trace", "Show how the solve of one job converged, step by step");
   const auto options = std::make_shared<TraceOptions>();
-  command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Required().Check(programs::WholeNumber(1));
+  command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Required().Check(app::WholeNumber(1));
   command.AddOption("--out", options->out, "Write it to this file instead, replacing an existing one");
   AddListingOptions(command, &options->listing);
   AddSourceOptions(command, &options->source);

@@ -9,6 +9,10 @@
 #include <iterator>
 #include <memory>
 
+#include "app/checks.h"
+#include "app/command_line.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
@@ -18,10 +22,6 @@
 #include "client/suite/chosen_files.h"
 #include "legopt/files/file_error.h"
 #include "legopt/files/written_file.h"
-#include "app/checks.h"
-#include "app/command_line.h"
-#include "app/isolated_call.h"
-#include "app/printable.h"
 
 extern char** environ;
 
@@ -35,7 +35,7 @@ struct ViewOptions {
   std::optional<std::string> dataset, out;
   bool open = false;
   SourceOptions source;
-  programs::BuildFacts build;
+  app::BuildFacts build;
 };
 
 std::string DefaultStem(const ViewOptions& options) {
@@ -104,22 +104,22 @@ ExitCode View(const ViewOptions& options) {
   const Page page = MakeView(request);
   if (options.out) ReplaceFile(*options.out, page.text);
   const std::string written = options.out ? *options.out : WriteUnderFreeName(DefaultStem(options), page.text);
-  std::cerr << programs::Printable(written) << " written\n";
+  std::cerr << app::Printable(written) << " written\n";
   if (options.open) Open(written);
   return ExitCode::kOk;
 }
 
 }  // namespace
 
-void AddViewCommand(const programs::Command& program, Invocation* invocation) {
+void AddViewCommand(const app::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("view", "Write a page that shows a job's solution, or a problem, in 3D");
   const auto options = std::make_shared<ViewOptions>();
-  command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Check(programs::WholeNumber(1));
+  command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Check(app::WholeNumber(1));
   command.AddOption("--problem", options->problem, "Show a problem of the dataset instead, without a solution")
-      .Check(programs::WholeNumber(0));
+      .Check(app::WholeNumber(0));
   command.AddEnum<Task>("--task", options->task, "Task of the problem (default: posture)");
   command.AddOption("--ghost", options->ghost, "Draw another job of the same problem transparently")
-      .Check(programs::WholeNumber(1));
+      .Check(app::WholeNumber(1));
   command.AddOption("--out", options->out,
                     "File to write or replace (default: job-JOB.html, or the next free name: job-JOB-2.html)");
   command.AddFlag("--open", options->open, "Open the file in a browser");

@@ -2,14 +2,14 @@
 #include <iostream>
 #include <memory>
 
+#include "app/checks.h"
+#include "app/command_line.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "client/report/watch_json.h"
 #include "client/report/watching.h"
 #include "client/service/interrupt.h"
-#include "app/checks.h"
-#include "app/command_line.h"
 
 namespace legopt::client {
 namespace {
@@ -83,16 +83,15 @@ ExitCode Watch(const WatchCommandOptions& options) {
 
 }  // namespace
 
-void AddWatchCommand(const programs::Command& program, Invocation* invocation) {
+void AddWatchCommand(const app::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("watch", "Show the progress of an experiment until it ends");
   const auto options = std::make_shared<WatchCommandOptions>();
-  command.AddOption("ID", options->experiment, "Experiment (default: the newest that runs)")
-      .Check(programs::WholeNumber(1));
+  command.AddOption("ID", options->experiment, "Experiment (default: the newest that runs)").Check(app::WholeNumber(1));
   AddPatienceOption(command, &options->patience_s);
   AddGiveUpOption(command, &options->give_up_s);
   AddTextOrJsonOption(command, &options->json);
   command.AddOption("--interval", options->interval_s, "With --format json: seconds between two lines (default 1)")
-      .Check(programs::Number(kShortestInterval_s, kLongestInterval_s));
+      .Check(app::Number(kShortestInterval_s, kLongestInterval_s));
   AddNetworkOptions(command, &options->network);
   command.SetFooter(
       "Exit codes: 0 done, 3 the server did not come back, 4 jobs died or could not run, "

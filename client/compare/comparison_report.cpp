@@ -5,12 +5,12 @@
 #include <utility>
 #include <vector>
 
+#include "app/printable.h"
 #include "client/report/grouped_table.h"
 #include "client/report/inner_starts.h"
 #include "client/report/json_text.h"
 #include "client/report/listing.h"
 #include "legopt/types/number_text.h"
-#include "app/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -159,7 +159,7 @@ std::array<std::vector<std::string>, 2> Frame(const Comparison& comparison) {
   frame[1].push_back(RuleText(comparison));
   frame[1].push_back(Summary(comparison));
   for (auto& part : frame) {
-    for (std::string& text : part) text = programs::Printable(text);
+    for (std::string& text : part) text = app::Printable(text);
   }
   return frame;
 }
@@ -170,7 +170,7 @@ std::string ComparisonText(const Comparison& comparison, const TableStyle& style
   for (const std::string& line : above) text += Paragraph(line, style.layout);
   for (const CellComparison& cell : comparison.cells) {
     const Emphasis emphasis = cell.change == ComparisonResult::kWorse ? Emphasis::kBad : Emphasis::kBest;
-    text += "\n" + Paragraph(programs::Printable(TitleOf(comparison, cell)), style.layout, emphasis);
+    text += "\n" + Paragraph(app::Printable(TitleOf(comparison, cell)), style.layout, emphasis);
     text += AlignSentences(LinesOf(cell, style.time_unit), style.layout.width);
   }
   text += "\n";
@@ -188,7 +188,7 @@ std::string ComparisonMarkdown(const Comparison& comparison, const TableStyle& s
     Listing listing;
     listing.columns = {"figure", "B beside A"};
     for (const Line& line : LinesOf(cell, style.time_unit)) listing.rows.push_back({line[0], line[1]});
-    text += "**" + programs::Printable(TitleOf(comparison, cell)) + "**\n\n" +
+    text += "**" + app::Printable(TitleOf(comparison, cell)) + "**\n\n" +
             RenderListing(listing, ListingFormat::kMarkdown) + "\n";
   }
   for (const std::string& line : below) text += line + (&line == &below.back() ? "\n" : "\n\n");

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/printable.h"
 #include "client/compare/comparison_report.h"
 #include "client/report/grouped_table.h"
 #include "client/report/inner_starts.h"
 #include "legopt/types/number_text.h"
-#include "app/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -28,7 +28,7 @@ std::string NameOf(const StatisticsTable& table, const StatisticsRow& row) {
   }
   if (differ(&MethodIdentity::sample_size)) name += ", sample " + std::to_string(method.sample_size) + " %";
   if (differ(&MethodIdentity::collision)) name += ", " + std::string(ToString(method.collision));
-  return programs::Printable(name);
+  return app::Printable(name);
 }
 
 std::string Percents(double share) { return FormatGeneral(kPercent * share, 4) + " %"; }
@@ -61,7 +61,7 @@ PlotPanel ProfilePanel(const StatisticsTable& table, const BenchmarkColumn& colu
   std::string left_out;
   for (const std::string& title : table.columns.at(column).left_out) left_out += (left_out.empty() ? "" : ", ") + title;
   if (!left_out.empty())
-    panel.notes.push_back(programs::Printable("Left out, without a completed problem: " + left_out + "."));
+    panel.notes.push_back(app::Printable("Left out, without a completed problem: " + left_out + "."));
   if (profile.problems == 0) panel.notes.emplace_back("No problem has been completed by every method.");
   return panel;
 }
@@ -91,7 +91,7 @@ PlotPanel ScatterPanel(const Comparison& comparison, const CellComparison& cell,
     series.points.push_back({times.a_ms * per_ms, times.b_ms * per_ms});
   }
   PlotPanel panel;
-  panel.title = programs::Printable(TitleOf(comparison, cell));
+  panel.title = app::Printable(TitleOf(comparison, cell));
   panel.kind = PlotKind::kPoints;
   panel.x = TimeAxis("time of A (" + std::string(unit.name) + ")", series.points);
   panel.y = TimeAxis("time of B (" + std::string(unit.name) + ")", series.points);
@@ -107,15 +107,15 @@ Plot ProfilePlot(const StatisticsTable& table) {
   Plot plot;
   for (const StatisticsRow& row : table.rows) plot.entries.push_back(NameOf(table, row));
   for (const auto& [column, common] : table.columns) plot.panels.push_back(ProfilePanel(table, column));
-  plot.caption = programs::Printable(CaptionOf("Performance profiles", table));
+  plot.caption = app::Printable(CaptionOf("Performance profiles", table));
   return plot;
 }
 
 Plot ScatterPlot(const Comparison& comparison, const TimeUnit& unit) {
   Plot plot;
   for (const CellComparison& cell : comparison.cells) plot.panels.push_back(ScatterPanel(comparison, cell, unit));
-  plot.caption = programs::Printable("A: " + comparison.a.title + ". B: " + comparison.b.title + ". " +
-                                     DescribeComparison(comparison));
+  plot.caption =
+      app::Printable("A: " + comparison.a.title + ". B: " + comparison.b.title + ". " + DescribeComparison(comparison));
   return plot;
 }
 

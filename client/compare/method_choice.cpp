@@ -4,10 +4,10 @@
 #include <cctype>
 #include <utility>
 
-#include "client/client_error.h"
-#include "legopt/types/nearest_name.h"
 #include "app/value_list.h"
+#include "client/client_error.h"
 #include "legopt/types/method_name.h"
+#include "legopt/types/nearest_name.h"
 
 namespace legopt::client {
 namespace {
@@ -53,7 +53,7 @@ struct NamedFigures {
 NamedFigures ReadChoice(const std::string& text) {
   const std::size_t colon = text.rfind(':');
   NamedFigures read{text.substr(0, colon), {}};
-  for (const std::string& figure : programs::SplitValues(text.substr(colon + 1))) {
+  for (const std::string& figure : app::SplitValues(text.substr(colon + 1))) {
     const std::size_t equals = figure.find('=');
     if (equals == std::string::npos) {
       throw ClientError(ExitCode::kUsage,

@@ -107,11 +107,11 @@ Rule PageRule(const std::vector<PageSource>& sources, std::optional<Rule> asked)
   return weakest;
 }
 
-Json PageHead(const std::string& kind, const std::string& title, const programs::BuildFacts& build) {
+Json PageHead(const std::string& kind, const std::string& title, const app::BuildFacts& build) {
   return {{"format", kFormat},
           {"kind", kind},
           {"title", title},
-          {"legopt", {{"version", build.version}, {"build_id", programs::BuildId(build)}}}};
+          {"legopt", {{"version", build.version}, {"build_id", app::BuildId(build)}}}};
 }
 
 PageFigures ReadFigures(const FigureRequest& request) {

@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "app/build_identity.h"
 #include "client/page/page_dataset.h"
 #include "client/page/page_experiment.h"
 #include "client/report/result_source.h"
 #include "legopt/dataset/dataset.h"
-#include "app/build_identity.h"
 #include "legopt/types/result.h"
 
 namespace legopt::client {
@@ -33,7 +33,7 @@ struct FigureRequest {
   Rule rule = Rule::kSolid;
   /// Available datasets, for the 3D view; a note lists experiments on other datasets.
   std::vector<std::shared_ptr<const Dataset>> datasets;
-  programs::BuildFacts build;
+  app::BuildFacts build;
   std::function<void(const std::string&)> tell = {};  ///< receives progress messages
 };
 
@@ -61,6 +61,6 @@ struct PageGeometry {
 std::vector<PageGeometry> AddDatasets(const std::vector<ProblemIds>& problems, PageFigures* figures);
 
 /// Returns the members that every page begins with.
-nlohmann::ordered_json PageHead(const std::string& kind, const std::string& title, const programs::BuildFacts& build);
+nlohmann::ordered_json PageHead(const std::string& kind, const std::string& title, const app::BuildFacts& build);
 
 }  // namespace legopt::client

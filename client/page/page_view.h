@@ -6,11 +6,11 @@
 #include <optional>
 #include <string>
 
+#include "app/build_identity.h"
 #include "client/page/page_report.h"
 #include "client/page/page_solutions.h"
 #include "client/report/result_source.h"
 #include "legopt/dataset/dataset.h"
-#include "app/build_identity.h"
 #include "legopt/types/task.h"
 
 namespace legopt::client {
@@ -33,7 +33,7 @@ struct ViewRequest {
   Task task = Task::kPosture;         ///< task of `problem`
   std::optional<int> problem;
   std::shared_ptr<const Dataset> dataset;
-  programs::BuildFacts build;
+  app::BuildFacts build;
 };
 
 /// Returns the page of a view. Throws ClientError: kUsage for a job that does not exist or has no solution,

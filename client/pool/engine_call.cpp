@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "client/client_error.h"
 #include "app/processes.h"
+#include "client/client_error.h"
 
 namespace legopt::client {
 namespace {
@@ -13,7 +13,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kGrace{500};
 
 std::filesystem::path Find(const std::string& program) {
-  const std::filesystem::path found = programs::FindProgram(program);
+  const std::filesystem::path found = app::FindProgram(program);
   if (!found.empty()) return found;
   throw ClientError(ExitCode::kMachine,
                     program +

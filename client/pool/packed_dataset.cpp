@@ -4,11 +4,11 @@
 #include <cstdlib>
 #include <system_error>
 
-#include "client/client_error.h"
-#include "legopt/files/written_file.h"
-#include "legopt/dataset/dataset_archive.h"
 #include "app/isolated_call.h"
 #include "app/offered_datasets.h"
+#include "client/client_error.h"
+#include "legopt/dataset/dataset_archive.h"
+#include "legopt/files/written_file.h"
 
 namespace legopt::client {
 
@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 PackedDataset PackInto(const fs::path& folder, const fs::path& out) {
   const std::string bytes = PackDataset(folder, CallIsolated);
   PackedDataset packed{HashOfDataset(folder, CallIsolated), {}};
-  packed.archive = out / programs::ArchiveName(packed.hash);
+  packed.archive = out / app::ArchiveName(packed.hash);
   std::error_code error;
   fs::create_directories(out, error);
   files::ReplaceFile(packed.archive, bytes);

@@ -6,13 +6,13 @@
 #include <set>
 #include <string_view>
 
+#include "app/checks.h"
 #include "client/suite/yaml_map.h"
-#include "legopt/types/classic_stream.h"
 #include "legopt/input/file_text.h"
 #include "legopt/input/yaml.h"
+#include "legopt/types/classic_stream.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/nearest_name.h"
-#include "app/checks.h"
 
 namespace legopt::client {
 namespace {
@@ -69,7 +69,7 @@ EngineOption ReadOption(const std::string& file, const YAML::Node& key, const YA
   if (value.IsSequence()) {
     std::vector<std::string> items;
     for (const auto& item : value) items.push_back(YamlString(item, file, field));
-    option.value = programs::Joined(items);
+    option.value = app::Joined(items);
     std::erase(*option.value, ' ');
   } else if (const std::string text = YamlString(value, file, field); text != "true") {
     option.value = text;
@@ -200,7 +200,7 @@ bool PoolFile::Sets(const std::string& key) const {
 }
 
 PoolFile ReadPoolFile(const std::string& file, Engine engine) {
-  std::vector<std::string> sections = programs::EnumNamesOf<Engine>();
+  std::vector<std::string> sections = app::EnumNamesOf<Engine>();
   sections.insert(sections.end(), {"worker", "server"});
   PoolFile pool;
   pool.file = file;

@@ -22,11 +22,12 @@ enum class Engine {
 
 namespace legopt {
 template <>
-inline constexpr auto kEnumNames<client::Engine> = Words<client::Engine>({{client::Engine::kSlurm, "slurm"},
-                                                                          {client::Engine::kPbs, "pbs"},
-                                                                          {client::Engine::kSge, "sge"},
-                                                                          {client::Engine::kHtcondor, "htcondor"},
-                                                                          {client::Engine::kSsh, "ssh"}});
+inline constexpr auto kEnumNames<client::Engine> = MakeEnumNames<client::Engine>({{client::Engine::kSlurm, "slurm"},
+                                                                                  {client::Engine::kPbs, "pbs"},
+                                                                                  {client::Engine::kSge, "sge"},
+                                                                                  {client::Engine::kHtcondor,
+                                                                                   "htcondor"},
+                                                                                  {client::Engine::kSsh, "ssh"}});
 }  // namespace legopt
 
 namespace legopt::client {

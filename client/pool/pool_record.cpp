@@ -6,10 +6,10 @@
 #include <fstream>
 #include <optional>
 
+#include "app/processes.h"
 #include "client/client_error.h"
 #include "legopt/files/file_error.h"
 #include "legopt/files/written_file.h"
-#include "app/processes.h"
 #include "legopt/types/enum_names.h"
 
 namespace legopt::client {
@@ -32,7 +32,7 @@ std::optional<PoolMember> ReadLine(const std::string& line) {
 void AddToRecord(const std::filesystem::path& folder, const PoolMember& member) {
   const std::string line = std::string(ToString(member.engine)) + ' ' + member.id + '\n';
   try {
-    const programs::Descriptor file(files::OpenToAppend(folder / kRecordFile, files::kReadableByAll));
+    const app::Descriptor file(files::OpenToAppend(folder / kRecordFile, files::kReadableByAll));
     const ssize_t count = ::write(file.get(), line.data(), line.size());
     if (count == static_cast<ssize_t>(line.size())) return;
     // A limit on file sizes cuts a write without an error.

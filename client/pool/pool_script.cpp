@@ -6,15 +6,15 @@
 #include <iterator>
 #include <string_view>
 
+#include "app/shell_word.h"
 #include "client/client_error.h"
 #include "client/pool/script_quoting.h"
 #include "client/pool/worker_command.h"
-#include "app/shell_word.h"
 
 namespace legopt::client {
 namespace {
 
-using programs::ShellWord;
+using app::ShellWord;
 
 // Slurm checks time limits twice a minute and documents that --signal may come a minute early.
 constexpr int kSlurmEarly_s = 60;
@@ -77,7 +77,7 @@ std::string SlurmHeader(const PoolFile& pool, const PoolAccess& access) {
   options.Set("signal", "B:USR1@" + std::to_string(pool.worker.drain_s + kSlurmEarly_s));
   options.Flag(pool.requeue ? "requeue" : "no-requeue");
   options.Set("open-mode", "append");
-  options.Set("output", SlurmPatternOf(access.logs) + "/%A_%a.log");  // a filename pattern of Slurm
+  options.Set("output", SlurmPatternOf(access.logs) + "/%A_%a.log");  // reader: a filename pattern of Slurm
   options.Set("export", "NONE");
   return options.text();
 }

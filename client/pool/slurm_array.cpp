@@ -6,9 +6,9 @@
 #include <map>
 #include <thread>
 
+#include "app/printable.h"
 #include "client/client_error.h"
 #include "legopt/types/classic_stream.h"
-#include "app/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -50,7 +50,7 @@ const EngineOption* MentionedOption(const PoolFile& pool, const std::string& wor
 }
 
 std::string Refusal(const PoolFile& pool, const EngineResult& answer) {
-  const std::string words = Trimmed(programs::PrintableLines(answer.words));
+  const std::string words = Trimmed(app::PrintableLines(answer.words));
   const std::string said = words.empty() ? "sbatch ended with " + answer.exit->Describe() : "Slurm says: " + words;
   if (const EngineOption* option = MentionedOption(pool, words)) {
     return option->place + ": slurm." + option->key + ": is refused" +
@@ -65,7 +65,7 @@ void Cancel(std::vector<std::string> arguments) {
   // Ignore elements that have just ended.
   if (answer.exit && answer.words.find("already completing") != std::string::npos) return;
   std::fprintf(stderr, "legopt: warning: scancel %s: %s\n", arguments.back().c_str(),
-               answer.exit ? Trimmed(programs::PrintableLines(answer.words)).c_str() : "no answer in time");
+               answer.exit ? Trimmed(app::PrintableLines(answer.words)).c_str() : "no answer in time");
 }
 
 }  // namespace

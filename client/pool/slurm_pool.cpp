@@ -8,6 +8,9 @@
 #include <system_error>
 #include <utility>
 
+#include "app/data_folder.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
 #include "bus/bridge/access_file.h"
 #include "bus/bridge/link_socket.h"
 #include "bus/message_key.h"
@@ -18,9 +21,6 @@
 #include "client/service/interrupt.h"
 #include "legopt/dataset/dataset_archive.h"
 #include "legopt/types/input_error.h"
-#include "app/data_folder.h"
-#include "app/isolated_call.h"
-#include "app/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -77,7 +77,7 @@ PoolAccess AccessOf(const SlurmPoolOptions& options, const fs::path& folder) {
 PoolAccess AccessWithLocalPaths(const PoolFile& file, const fs::path& folder) {
   PoolAccess access;
   access.program =
-      file.worker.program.empty() ? (programs::ProgramFolder() / "legopt-worker").string() : file.worker.program;
+      file.worker.program.empty() ? (app::ProgramFolder() / "legopt-worker").string() : file.worker.program;
   access.key_file = file.worker.key_file;
   access.datasets = file.worker.datasets;
   access.logs = fs::absolute(folder).string();
@@ -109,7 +109,7 @@ SlurmPool::SlurmPool(SlurmPoolOptions options)
   array_ = SlurmArray::Submit(options_.file, SlurmScript(options_.file, access_));
   AddToRecord(folder_, {Engine::kSlurm, array_->job_id()});
   std::fprintf(stderr, "Slurm job %s: %d worker%s, one to a node; logs in %s\n", array_->job_id().c_str(),
-               options_.file.nodes, options_.file.nodes == 1 ? "" : "s", programs::Printable(folder_.string()).c_str());
+               options_.file.nodes, options_.file.nodes == 1 ? "" : "s", app::Printable(folder_.string()).c_str());
 }
 
 SlurmPool::~SlurmPool() { Stop(milliseconds(0)); }
@@ -159,7 +159,7 @@ void SlurmPool::Supervise() {
 void SlurmPool::TakeNews(const std::vector<SlurmElement>& elements) {
   if (const std::string summary = Summary(elements); summary != last_summary_) {
     last_summary_ = summary;
-    std::fprintf(stderr, "\nSlurm job %s: %s\n", array_->job_id().c_str(), programs::Printable(summary).c_str());
+    std::fprintf(stderr, "\nSlurm job %s: %s\n", array_->job_id().c_str(), app::Printable(summary).c_str());
   }
   looks_without_elements_ = elements.empty() ? looks_without_elements_ + 1 : 0;
   if (looks_without_elements_ >= kLooksToBelieve) GiveUpWithoutWorkers();

@@ -27,7 +27,7 @@ constexpr int kSshFailed = 255, kNotFound = 127, kNotExecutable = 126;
 constexpr const char* kSshPatience[] = {"BatchMode=yes", "ConnectTimeout=20", "ServerAliveInterval=15",
                                         "ServerAliveCountMax=4"};
 
-void Write(const programs::Descriptor& pipe, std::string_view text) {
+void Write(const app::Descriptor& pipe, std::string_view text) {
   while (!text.empty()) {
     const ssize_t count = ::write(pipe.get(), text.data(), text.size());
     if (count < 0 && errno != EINTR) return;  // Look() detects the end
@@ -45,7 +45,7 @@ ExitCode CodeOf(const ChildExit& exit) {
   if (exit.signal != 0) return ExitCode::kEngineRefused;
   if (exit.code == kNotFound || exit.code == kNotExecutable) return ExitCode::kMachine;
   const auto named = static_cast<ExitCode>(exit.code);
-  const bool known = std::any_of(programs::kExitCodeTexts.begin(), programs::kExitCodeTexts.end(),
+  const bool known = std::any_of(app::kExitCodeTexts.begin(), app::kExitCodeTexts.end(),
                                  [named](const auto& row) { return row.code == named; });
   return known ? named : ExitCode::kEngineRefused;
 }
@@ -94,10 +94,10 @@ SshPool::Connection SshPool::Connect(const PoolFile& pool, const PoolAccess& acc
   Connection connection;
   connection.name = host;
   connection.log = fs::path(access.logs) / LogName(host);
-  std::optional<programs::Pipe> orders = programs::MakePipe();
-  const programs::Descriptor log(files::OpenToAppend(connection.log, files::kReadableByOwner));
+  std::optional<app::Pipe> orders = app::MakePipe();
+  const app::Descriptor log(files::OpenToAppend(connection.log, files::kReadableByOwner));
   if (!orders) throw std::system_error(errno, std::generic_category(), "no pipe to ssh");
-  connection.ssh = std::make_unique<ChildProcess>(programs::FindProgram("ssh"), SshArguments(pool, host),
+  connection.ssh = std::make_unique<ChildProcess>(app::FindProgram("ssh"), SshArguments(pool, host),
                                                   ChildFiles{orders->read.get(), log.get()});
   connection.orders = std::move(orders->write);
   connection.since = system_clock::now();

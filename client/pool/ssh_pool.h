@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "app/processes.h"
 #include "client/client_error.h"
 #include "client/pool/pool_file.h"
 #include "client/pool/pool_script.h"
 #include "client/service/child_process.h"
-#include "app/processes.h"
 
 namespace legopt::client {
 
@@ -52,7 +52,7 @@ class SshPool {
   struct Connection {
     std::string name;
     std::filesystem::path log;
-    programs::Descriptor orders;  ///< standard input of the worker
+    app::Descriptor orders;  ///< standard input of the worker
     std::unique_ptr<ChildProcess> ssh;
     std::optional<ChildExit> exit = {};
     bool closed = false;  ///< by Close()

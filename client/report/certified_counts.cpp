@@ -49,7 +49,7 @@ std::optional<certify::ProblemFeasibility> FindCertificate(const std::filesystem
 }
 
 std::optional<certify::ProblemFeasibility> FindEmbeddedCertificate(const ExperimentInfo& experiment) {
-  for (const auto& folder : programs::EmbeddedDatasetFolders()) {
+  for (const auto& folder : app::EmbeddedDatasetFolders()) {
     if (auto found = FindCertificate(folder, experiment)) return found;
   }
   return std::nullopt;

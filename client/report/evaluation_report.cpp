@@ -4,11 +4,11 @@
 #include <cmath>
 #include <map>
 
+#include "app/printable.h"
 #include "client/report/grouped_table.h"
 #include "client/report/json_text.h"
 #include "client/report/listing.h"
 #include "legopt/types/classic_stream.h"
-#include "app/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -130,7 +130,7 @@ Listing MissingListing(const EvaluationReport& report) {
 std::string RenderShown(const EvaluationReport& report, ListingFormat format, const TableStyle& style) {
   std::string text;
   ClassicInput caption(EvaluationCaption(report));
-  for (std::string line; std::getline(caption, line);) text += Paragraph(programs::Printable(line), style.layout);
+  for (std::string line; std::getline(caption, line);) text += Paragraph(app::Printable(line), style.layout);
   const auto add = [&](const std::string& title, const Listing& listing) {
     if (listing.rows.empty()) return;
     text += (title.empty() ? "\n" : "\n" + title + "\n\n") + RenderListing(listing, format, style.layout);

@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "client/report/listing.h"
 #include "app/printable.h"
+#include "client/report/listing.h"
 
 namespace legopt::client {
 namespace {
@@ -36,8 +36,8 @@ std::string Sentence(const DatasetDiagnostic& finding) {
 std::string RenderDatasetFindings(std::span<const DatasetDiagnostic> findings, const TextLayout& layout) {
   std::vector<std::vector<std::string>> lines;
   for (const DatasetDiagnostic& finding : findings) {
-    lines.push_back({Mark(finding.severity), finding.check, programs::Printable(Sentence(finding))});
-    if (!finding.fix.empty()) lines.push_back({"", "", "-> " + programs::Printable(finding.fix)});
+    lines.push_back({Mark(finding.severity), finding.check, app::Printable(Sentence(finding))});
+    if (!finding.fix.empty()) lines.push_back({"", "", "-> " + app::Printable(finding.fix)});
   }
   return AlignSentences(lines, layout.width);
 }

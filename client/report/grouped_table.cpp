@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cctype>
 
-#include "client/report/markup_text.h"
 #include "app/printable.h"
+#include "client/report/markup_text.h"
 
 namespace legopt::client {
 namespace {
@@ -103,11 +103,11 @@ std::string RenderLatex(const GroupedTable& table) {
 
 GroupedTable MakePrintable(GroupedTable table) {
   const auto mend = [](TableText& text) {
-    text.full = programs::Printable(text.full);
-    text.brief = programs::Printable(text.brief);
+    text.full = app::Printable(text.full);
+    text.brief = app::Printable(text.brief);
   };
-  table.caption = programs::Printable(table.caption);
-  table.note = programs::Printable(table.note);
+  table.caption = app::Printable(table.caption);
+  table.note = app::Printable(table.note);
   for (auto& group : table.groups) {
     mend(group.section);
     mend(group.title);

@@ -36,7 +36,7 @@ struct GroupedTable {
   std::string legend;   ///< explanation of brief cells; shown only with them
 };
 
-/// Returns the table with printable texts (programs::Printable), because names in it are untrusted.
+/// Returns the table with printable texts (app::Printable), because names in it are untrusted.
 GroupedTable MakePrintable(GroupedTable table);
 
 /// Renders aligned columns, with groups separated by bars and a final line end. Without a width limit: one line per

@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "legopt/input/json.h"
 #include "app/printable.h"
+#include "legopt/input/json.h"
 
 namespace legopt::client {
 
@@ -11,7 +11,7 @@ namespace legopt::client {
 /// is replaced; terminal control characters are escaped, so parsers still get the original values.
 template <class Json>
 std::string JsonText(const Json& json, int indent = 2) {
-  return programs::PrintableJson(Dump(json, indent));
+  return app::PrintableJson(Dump(json, indent));
 }
 
 }  // namespace legopt::client

@@ -7,6 +7,8 @@
 #include <set>
 #include <stdexcept>
 
+#include "app/printable.h"
+#include "app/value_list.h"
 #include "client/client_error.h"
 #include "client/report/json_text.h"
 #include "client/report/listing_text.h"
@@ -14,8 +16,6 @@
 #include "legopt/input/json.h"
 #include "legopt/types/nearest_name.h"
 #include "legopt/types/number_text.h"
-#include "app/printable.h"
-#include "app/value_list.h"
 
 namespace legopt::client {
 namespace {
@@ -45,7 +45,7 @@ nlohmann::ordered_json JsonRow(const std::vector<std::string>& names, const std:
 std::string RenderMarkdown(const Listing& listing) {
   const auto numeric = NumericColumns(listing);
   std::string text = "|";
-  for (const auto& column : listing.columns) text += " " + MarkdownText(programs::Printable(column)) + " |";
+  for (const auto& column : listing.columns) text += " " + MarkdownText(app::Printable(column)) + " |";
   text += "\n|";
   for (const bool right : numeric) text += right ? " ---: |" : " --- |";
   text += "\n";
@@ -71,7 +71,7 @@ std::string ShownValue(const nlohmann::json& value) {
     return FormatGeneral(value.get<double>());
   }
   // A row must be a single line, and untrusted text must not control the terminal.
-  return programs::Printable(value.is_string() ? value.get<std::string>() : Dump(value));
+  return app::Printable(value.is_string() ? value.get<std::string>() : Dump(value));
 }
 
 std::vector<bool> NumericColumns(const Listing& listing) {
@@ -102,7 +102,7 @@ std::string Listing::Text(std::size_t row, std::string_view column) const {
 
 void Listing::RefuseWord(std::string_view column, const std::string& word) {
   throw ClientError(ExitCode::kDatabaseUnusable,
-                    "the results have " + std::string(column) + " '" + programs::Printable(word) +
+                    "the results have " + std::string(column) + " '" + app::Printable(word) +
                         "', which this legopt does not know: the database is damaged ('legopt doctor --db FILE' checks "
                         "it; restore a backup), or another release wrote it");
 }
@@ -178,7 +178,7 @@ Listing KeepColumns(const Listing& listing, const std::vector<std::string>& colu
   Listing kept;
   kept.truncated = listing.truncated;
   for (const std::string& list : columns) {
-    for (std::string& column : programs::SplitValues(list, is_column)) kept.columns.push_back(std::move(column));
+    for (std::string& column : app::SplitValues(list, is_column)) kept.columns.push_back(std::move(column));
   }
   const std::vector<std::size_t> sources = ColumnPositions(listing.columns, kept.columns);
   for (const auto& row : listing.rows) {

@@ -40,7 +40,7 @@ Grid GridOf(const Listing& listing) {
   Grid grid;
   grid.numeric = NumericColumns(listing);
   auto& titles = grid.lines.emplace_back();
-  for (const auto& column : listing.columns) titles.push_back({programs::Printable(column), Emphasis::kDim});
+  for (const auto& column : listing.columns) titles.push_back({app::Printable(column), Emphasis::kDim});
   for (const auto& row : listing.rows) {
     auto& line = grid.lines.emplace_back();
     for (std::size_t i = 0; i < row.size(); ++i) {

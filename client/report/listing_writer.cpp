@@ -4,11 +4,11 @@
 #include <iostream>
 #include <utility>
 
+#include "app/program_main.h"
+#include "app/value_list.h"
 #include "client/client_error.h"
 #include "client/report/json_text.h"
 #include "client/report/listing.h"
-#include "app/program_main.h"
-#include "app/value_list.h"
 
 namespace legopt::client {
 
@@ -20,7 +20,7 @@ void ListingWriter::Begin(const std::vector<std::string>& columns) {
     };
     names_.clear();
     for (const std::string& list : kept_) {
-      for (std::string& name : programs::SplitValues(list, is_column)) names_.push_back(std::move(name));
+      for (std::string& name : app::SplitValues(list, is_column)) names_.push_back(std::move(name));
     }
   }
   positions_ = ColumnPositions(columns, names_);
@@ -29,7 +29,7 @@ void ListingWriter::Begin(const std::vector<std::string>& columns) {
 }
 
 void ListingWriter::Row(const std::vector<nlohmann::json>& row) {
-  if (!std::cout) throw ClientError(ExitCode::kUsage, programs::OutputFault());
+  if (!std::cout) throw ClientError(ExitCode::kUsage, app::OutputFault());
   std::vector<nlohmann::json> cells;
   for (const std::size_t position : positions_) cells.push_back(row[position]);
   if (format_ == Format::kCsv) {

@@ -5,12 +5,12 @@
 #include <set>
 #include <string_view>
 
-#include "client/client_error.h"
-#include "legopt/input/json.h"
-#include "legopt/types/nearest_name.h"
 #include "app/checks.h"
 #include "app/command_line.h"
+#include "client/client_error.h"
+#include "legopt/input/json.h"
 #include "legopt/types/method_name.h"
+#include "legopt/types/nearest_name.h"
 
 namespace legopt::client {
 namespace {
@@ -39,18 +39,18 @@ std::optional<std::string> TextOf(const std::optional<SceneRepresentation>& mode
 
 }  // namespace
 
-void AddMethodFilterOptions(const programs::Command& command, MethodFilter* filter) {
+void AddMethodFilterOptions(const app::Command& command, MethodFilter* filter) {
   constexpr std::int64_t kMost = 1'000'000;
   command.AddOption("--method", filter->method, "Only methods of this name");
   command.AddOption("--multi-starts", filter->multi_starts, "Only methods with this number of restarts")
-      .Check(programs::WholeNumber(0, kMost));
+      .Check(app::WholeNumber(0, kMost));
   command.AddOption("--sample-size", filter->sample_size, "Only methods with this sample size, in percent")
-      .Check(programs::WholeNumber(1, 100));
+      .Check(app::WholeNumber(1, 100));
   AddCollisionOption(command, &filter->collision);
 }
 
-void AddCollisionOption(const programs::Command& command, std::optional<SceneRepresentation>* collision) {
-  using programs::Alternatives, programs::EnumNamesOf;
+void AddCollisionOption(const app::Command& command, std::optional<SceneRepresentation>* collision) {
+  using app::Alternatives, app::EnumNamesOf;
   command.AddEnum<SceneRepresentation>(
       "--collision", *collision, "Only methods with this model: " + Alternatives(EnumNamesOf<SceneRepresentation>()));
 }

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "client/report/result_source.h"
 #include "app/command_line.h"
+#include "client/report/result_source.h"
 #include "legopt/types/collision.h"
 
 namespace legopt::client {
@@ -20,10 +20,10 @@ struct MethodFilter {
 };
 
 /// Adds --method, --multi-starts, --sample-size, --collision. `filter` must outlive parsing.
-void AddMethodFilterOptions(const programs::Command& command, MethodFilter* filter);
+void AddMethodFilterOptions(const app::Command& command, MethodFilter* filter);
 
 /// Adds only --collision.
-void AddCollisionOption(const programs::Command& command, std::optional<SceneRepresentation>* collision);
+void AddCollisionOption(const app::Command& command, std::optional<SceneRepresentation>* collision);
 
 /// The methods of an experiment and their distinguishing properties.
 class ExperimentMethods {

@@ -64,8 +64,8 @@ pid_t Start(const std::string& command, int input) {
   ::posix_spawnattr_setsigdefault(&attributes, &usual);
   ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
   pid_t pid = -1;
-  if (::posix_spawnp(&pid, words.front().c_str(), &actions, &attributes, programs::Pointers(words).data(),
-                     programs::Pointers(environment).data()) != 0) {
+  if (::posix_spawnp(&pid, words.front().c_str(), &actions, &attributes, app::Pointers(words).data(),
+                     app::Pointers(environment).data()) != 0) {
     pid = -1;
   }
   ::posix_spawnattr_destroy(&attributes);
@@ -85,7 +85,7 @@ void WriteAll(int descriptor, const std::string& text) {
 // Returns whether the pager ran: the shell returns 126 and 127 for a command that it cannot run or find.
 bool WaitForPager(pid_t pid) {
   constexpr int kNotExecutable = 126, kNotFound = 127;
-  const int status = programs::WaitForEnd(pid).value_or(0);
+  const int status = app::WaitForEnd(pid).value_or(0);
   return !WIFEXITED(status) || (WEXITSTATUS(status) != kNotExecutable && WEXITSTATUS(status) != kNotFound);
 }
 
@@ -101,7 +101,7 @@ std::string ChoosePager(const Environment& environment) {
 
 bool ShowInPager(const std::string& text, const std::string& command) {
   if (command.empty()) return false;
-  std::optional<programs::Pipe> pipe = programs::MakePipe();
+  std::optional<app::Pipe> pipe = app::MakePipe();
   if (!pipe) return false;
   std::cout.flush();
   const PagerSignalGuard signals;

@@ -5,8 +5,8 @@
 
 #include <cstdio>
 
-#include "legopt/types/number_text.h"
 #include "app/printable.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt::client {
 namespace {
@@ -45,7 +45,7 @@ bool ProgressPrinter::DueAsLine(const ExperimentStatus& status, const std::strin
 
 void ProgressPrinter::Show(const ExperimentStatus& status) {
   const std::optional<double> rate = meter_.Observe(elapsed(), status);
-  const std::string note = programs::Printable(stall_notice_.Observe(elapsed(), status));
+  const std::string note = app::Printable(stall_notice_.Observe(elapsed(), status));
   if (terminal_) {
     // One column less than the terminal's width: some terminals wrap full lines.
     std::fprintf(stderr, "\r\033[K%s", RenderProgressBar(status, rate, note, TerminalWidth() - 1).c_str());

@@ -8,14 +8,14 @@
 #include <system_error>
 #include <utility>
 
-#include "client/client_error.h"
-#include "client/report/submitted_datasets.h"
-#include "legopt/dataset/dataset_archive.h"
-#include "legopt/types/input_error.h"
 #include "app/data_folder.h"
 #include "app/dataset_cache_folder.h"
 #include "app/isolated_call.h"
 #include "app/printable.h"
+#include "client/client_error.h"
+#include "client/report/submitted_datasets.h"
+#include "legopt/dataset/dataset_archive.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt::client {
 namespace {
@@ -55,7 +55,7 @@ class UnpackedDataset {
 };
 
 std::shared_ptr<const Dataset> FindEmbedded(const std::string& hash) {
-  for (const fs::path& folder : programs::EmbeddedDatasetFolders()) {
+  for (const fs::path& folder : app::EmbeddedDatasetFolders()) {
     if (HashOfDataset(folder, CallIsolated) == hash) return Dataset::Load(folder, CallIsolated);
   }
   return nullptr;
@@ -74,8 +74,8 @@ std::shared_ptr<const Dataset> LoadIfContent(const fs::path& folder, const std::
 // Returns a dataset fetched by a worker of this user. A damaged one is not removed: the worker replaces it.
 std::shared_ptr<const Dataset> FindCached(const std::string& hash) {
   std::error_code ignored;
-  const fs::path folder = programs::DatasetCacheFolder() / hash;
-  if (!programs::IsDatasetHash(hash) || !fs::is_directory(folder, ignored)) return nullptr;
+  const fs::path folder = app::DatasetCacheFolder() / hash;
+  if (!app::IsDatasetHash(hash) || !fs::is_directory(folder, ignored)) return nullptr;
   return LoadIfContent(folder, hash);
 }
 
@@ -101,7 +101,7 @@ std::shared_ptr<const Dataset> FindStored(ResultSource& source, const std::strin
     fault = error.what();
   }
   std::cerr << "legopt: warning: the archive of dataset " << hash
-            << " that is stored with the results is not used: " << programs::Printable(fault) << "\n";
+            << " that is stored with the results is not used: " << app::Printable(fault) << "\n";
   return nullptr;
 }
 

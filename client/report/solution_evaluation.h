@@ -21,8 +21,8 @@ enum class Definitions {
 }  // namespace client
 
 template <>
-inline constexpr auto kEnumNames<client::Definitions> =
-    Words<client::Definitions>({{client::Definitions::kFile, "file"}, {client::Definitions::kDataset, "dataset"}});
+inline constexpr auto kEnumNames<client::Definitions> = MakeEnumNames<client::Definitions>(
+    {{client::Definitions::kFile, "file"}, {client::Definitions::kDataset, "dataset"}});
 
 }  // namespace legopt
 

@@ -6,11 +6,11 @@
 #include <utility>
 #include <vector>
 
+#include "app/printable.h"
 #include "client/report/progress.h"
 #include "client/report/text_layout.h"
 #include "legopt/input/json.h"
 #include "legopt/types/number_text.h"
-#include "app/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -93,7 +93,7 @@ std::string Eta(const ExperimentStatus& status) {
 template <class Rows, class Cell>
 Column MakeColumn(const std::string& title, bool right_aligned, const Rows& rows, const Cell& cell) {
   Column column{title, right_aligned, {}};
-  for (const auto& row : rows) column.cells.push_back(programs::Printable(cell(row)));
+  for (const auto& row : rows) column.cells.push_back(app::Printable(cell(row)));
   return column;
 }
 
@@ -220,7 +220,7 @@ std::string RenderExperiments(std::span<const ExperimentStatus> experiments, std
     text += Cut(lines[i], limit) + "\n";
     if (i == 0 || experiments[i - 1].over()) continue;
     if (const std::string details = Details(experiments[i - 1]); !details.empty()) {
-      text += Cut("      " + programs::Printable(details), limit) + "\n";
+      text += Cut("      " + app::Printable(details), limit) + "\n";
     }
   }
   return text;

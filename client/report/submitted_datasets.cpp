@@ -13,18 +13,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path LinkOf(const std::string& hash) { return programs::DatasetCacheFolder().parent_path() / "submitted" / hash; }
+fs::path LinkOf(const std::string& hash) { return app::DatasetCacheFolder().parent_path() / "submitted" / hash; }
 
 bool IsEmbedded(const fs::path& folder) {
   std::error_code ignored;
-  return std::ranges::any_of(programs::EmbeddedDatasetFolders(),
+  return std::ranges::any_of(app::EmbeddedDatasetFolders(),
                              [&](const fs::path& embedded) { return fs::equivalent(embedded, folder, ignored); });
 }
 
 }  // namespace
 
 void RecordDatasetFolder(const std::string& hash, const fs::path& folder) {
-  if (!programs::IsDatasetHash(hash) || IsEmbedded(folder)) return;
+  if (!app::IsDatasetHash(hash) || IsEmbedded(folder)) return;
   std::error_code error;
   const fs::path link = LinkOf(hash);
   if (fs::read_symlink(link, error) == folder) return;
@@ -37,7 +37,7 @@ void RecordDatasetFolder(const std::string& hash, const fs::path& folder) {
 }
 
 std::optional<fs::path> RecordedDatasetFolder(const std::string& hash) {
-  if (!programs::IsDatasetHash(hash)) return std::nullopt;
+  if (!app::IsDatasetHash(hash)) return std::nullopt;
   std::error_code error;
   const fs::path folder = fs::read_symlink(LinkOf(hash), error);
   if (error || !fs::is_directory(folder, error)) return std::nullopt;

@@ -11,8 +11,8 @@
 #include <iostream>
 #include <string_view>
 
-#include "client/report/pager.h"
 #include "app/printable.h"
+#include "client/report/pager.h"
 
 namespace legopt::client {
 namespace {
@@ -83,7 +83,7 @@ TextLayout ChooseLayout(const OutputOptions& options, const Terminal& terminal, 
 TextLayout LayoutOf(const OutputOptions& options) { return ChooseLayout(options, StandardOutput(), OwnEnvironment); }
 
 std::string CsvFor(const Terminal& terminal, const std::string& csv) {
-  return terminal.is_terminal ? programs::PrintableLines(csv) : csv;
+  return terminal.is_terminal ? app::PrintableLines(csv) : csv;
 }
 
 void Print(const std::string& text, const OutputOptions& options) {

@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "app/printable.h"
 #include "client/client_error.h"
 #include "client/report/progress_printer.h"
 #include "client/service/interrupt.h"
-#include "app/printable.h"
 
 namespace legopt::client {
 namespace {
@@ -36,7 +36,7 @@ void StoreOutageMonitor::Look(const nlohmann::json& status, WatchView* view) {
           stderr,
           "legopt: warning: the server cannot write its database: %s. Nothing is lost: it continues as soon as "
           "it can\n",
-          programs::Printable(error).c_str());
+          app::Printable(error).c_str());
     }
   }
   error_ = error;

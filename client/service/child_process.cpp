@@ -14,10 +14,10 @@
 #include <string_view>
 #include <utility>
 
-#include "client/client_error.h"
-#include "legopt/files/file_error.h"
 #include "app/process_start.h"
 #include "app/signal_meaning.h"
+#include "client/client_error.h"
+#include "legopt/files/file_error.h"
 
 namespace legopt::client {
 namespace {
@@ -37,9 +37,9 @@ constexpr off_t kTailBytes = 64 << 10;  // warnings may follow an error
 [[noreturn]] void BecomeProgram(char* const* arguments, pid_t parent, int error, const ChildFiles& files, int failure,
                                 std::span<const int> kept) {
   ::setpgid(0, 0);
-  if (!programs::DieWith(parent, SIGTERM)) ::_exit(kCannotStart);
-  programs::UnblockSignals();
-  programs::RestoreStartState();
+  if (!app::DieWith(parent, SIGTERM)) ::_exit(kCannotStart);
+  app::UnblockSignals();
+  app::RestoreStartState();
   ::dup2(files.input, STDIN_FILENO);
   ::dup2(files.output, STDOUT_FILENO);
   if (error >= 0) ::dup2(error, STDERR_FILENO);
@@ -62,9 +62,9 @@ int WriteAll(int fd, std::string_view text) {
 }
 
 // Returns a readable file that contains `text`.
-programs::Descriptor Holding(const std::filesystem::path& program, const std::string& text) {
-  if (text.empty()) return programs::Descriptor(::open("/dev/null", O_RDONLY | O_CLOEXEC));
-  programs::Descriptor memory(::memfd_create("legopt-child-input", MFD_CLOEXEC));
+app::Descriptor Holding(const std::filesystem::path& program, const std::string& text) {
+  if (text.empty()) return app::Descriptor(::open("/dev/null", O_RDONLY | O_CLOEXEC));
+  app::Descriptor memory(::memfd_create("legopt-child-input", MFD_CLOEXEC));
   if (!memory.open()) return memory;
   if (const int error = WriteAll(memory.get(), text); error != 0) {
     throw ClientError(files::IsShortage(error) ? ExitCode::kMachine : ExitCode::kUsage,
@@ -78,17 +78,17 @@ programs::Descriptor Holding(const std::filesystem::path& program, const std::st
 }  // namespace
 
 std::string ChildExit::Describe() const {
-  if (signal == 0) return programs::ExitCodeMeaning(code);
-  return "signal " + std::to_string(signal) + ", " + programs::SignalMeaning(signal);
+  if (signal == 0) return app::ExitCodeMeaning(code);
+  return "signal " + std::to_string(signal) + ", " + app::SignalMeaning(signal);
 }
 
 ChildProcess::ChildProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments, bool quiet,
                            const std::string& input, std::span<const int> kept) {
-  std::optional<programs::Pipe> output = programs::MakePipe();
+  std::optional<app::Pipe> output = app::MakePipe();
   if (!output) Fail(program, std::strerror(errno));
-  const programs::Descriptor given = Holding(program, input);
+  const app::Descriptor given = Holding(program, input);
   if (!given.open()) Fail(program, std::strerror(errno));
-  if (quiet) error_ = programs::Descriptor(::memfd_create("legopt-child-errors", MFD_CLOEXEC));
+  if (quiet) error_ = app::Descriptor(::memfd_create("legopt-child-errors", MFD_CLOEXEC));
   if (error_.open()) ::fcntl(error_.get(), F_SETFL, O_APPEND);
   Start(program, arguments, {given.get(), output->write.get()}, error_.get(), kept);
   output_pipe_ = std::move(output->read);
@@ -106,8 +106,8 @@ void ChildProcess::Start(const std::filesystem::path& program, const std::vector
     Fail(program, std::string(std::strerror(errno)) + "; build or install it beside legopt");
   std::vector<std::string> texts = {program.string()};
   texts.insert(texts.end(), arguments.begin(), arguments.end());
-  const std::vector<char*> argv = programs::Pointers(texts);
-  std::optional<programs::Pipe> failure = programs::MakePipe();
+  const std::vector<char*> argv = app::Pointers(texts);
+  std::optional<app::Pipe> failure = app::MakePipe();
   if (!failure) Fail(program, std::strerror(errno));
   const pid_t parent = ::getpid();
   pid_ = ::fork();
@@ -120,7 +120,7 @@ void ChildProcess::Start(const std::filesystem::path& program, const std::vector
     count = ::read(failure->read.get(), &refusal, sizeof(refusal));
   } while (count < 0 && errno == EINTR);
   if (count != sizeof(refusal)) return;
-  programs::WaitForEnd(std::exchange(pid_, -1));
+  app::WaitForEnd(std::exchange(pid_, -1));
   Fail(program, std::strerror(refusal));
 }
 

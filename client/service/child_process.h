@@ -76,8 +76,8 @@ class ChildProcess {
   void DrainOutput();
 
   pid_t pid_ = -1;
-  programs::Descriptor output_pipe_;
-  programs::Descriptor error_;  // memfd
+  app::Descriptor output_pipe_;
+  app::Descriptor error_;  // memfd
   std::string output_;
   std::optional<ChildExit> exit_;
 };

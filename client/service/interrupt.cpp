@@ -21,7 +21,7 @@ InterruptGuard::InterruptGuard() {
   interrupt_count = 0;
   struct sigaction action {};
   action.sa_handler = CountSignal;  // without SA_RESTART: blocking calls return early
-  for (const int signal : programs::StoppingSignals()) {
+  for (const int signal : app::StoppingSignals()) {
     struct sigaction previous {};
     ::sigaction(signal, &action, &previous);
     previous_actions.emplace_back(signal, previous);

@@ -2,7 +2,7 @@
 
 namespace legopt::client {
 
-/// During its lifetime, the signals of programs::StoppingSignals request an orderly end instead of killing the process.
+/// During its lifetime, the signals of app::StoppingSignals request an orderly end instead of killing the process.
 /// Only one guard may exist at a time, because signal handlers are process-wide.
 class InterruptGuard {
  public:

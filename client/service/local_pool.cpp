@@ -16,9 +16,9 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds kWorkerLeave{3'000};
 
-std::string NameOf(const programs::Descriptor& file) { return "/dev/fd/" + std::to_string(file.get()); }
+std::string NameOf(const app::Descriptor& file) { return "/dev/fd/" + std::to_string(file.get()); }
 
-NetworkOptions WithKey(NetworkOptions network, const programs::Descriptor& key) {
+NetworkOptions WithKey(NetworkOptions network, const app::Descriptor& key) {
   network.key_file = NameOf(key);
   return network;
 }

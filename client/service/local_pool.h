@@ -44,7 +44,7 @@ class LocalPool final : public ManagedPool {
   void StartWorker();
 
   LocalPoolOptions options_;
-  programs::Descriptor key_, worker_key_;  // key files in memory (memfd)
+  app::Descriptor key_, worker_key_;  // key files in memory (memfd)
   ManagedServer server_;
   ManagedProgram worker_;
 };

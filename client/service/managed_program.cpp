@@ -7,10 +7,10 @@
 #include <cstdio>
 #include <optional>
 
+#include "app/data_folder.h"
 #include "client/client_error.h"
 #include "legopt/files/file_error.h"
 #include "legopt/types/classic_stream.h"
-#include "app/data_folder.h"
 
 namespace legopt::client {
 namespace {
@@ -21,8 +21,8 @@ constexpr int kMaxRestarts = 20;
 bool IsSpecificExitCode(int code) {
   const auto named = static_cast<ExitCode>(code);
   if (named == ExitCode::kOk || named == ExitCode::kInterrupted || named == ExitCode::kInternal) return false;
-  return std::any_of(programs::kExitCodeTexts.begin(), programs::kExitCodeTexts.end(),
-                     [named](const programs::ExitCodeText& known) { return known.code == named; });
+  return std::any_of(app::kExitCodeTexts.begin(), app::kExitCodeTexts.end(),
+                     [named](const app::ExitCodeText& known) { return known.code == named; });
 }
 
 // Returns the message of a line that reports an error: "[date] [PROGRAM] [error] MESSAGE" or "PROGRAM: error: MESSAGE".
@@ -85,7 +85,7 @@ void ManagedProgram::Start(std::vector<std::string> arguments, std::span<const i
   // jobs that the worker releases.
   arguments.insert(arguments.end(), {"--owner", std::to_string(::getpid())});
   if (verbose_) arguments.emplace_back("--verbose");
-  child_ = std::make_unique<ChildProcess>(programs::ProgramFolder() / name_, arguments, !verbose_, std::string(), kept);
+  child_ = std::make_unique<ChildProcess>(app::ProgramFolder() / name_, arguments, !verbose_, std::string(), kept);
 }
 
 bool ManagedProgram::WasKilled() {

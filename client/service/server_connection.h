@@ -8,16 +8,16 @@
 #include <optional>
 #include <string>
 
+#include "app/network_flags.h"
 #include "bus/bridge/uplink.h"
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
 #include "bus/typed_calls.h"
-#include "app/network_flags.h"
 
 namespace legopt::client {
 
 /// Address and timeout of the server.
-struct NetworkOptions : programs::NetworkFlags {
+struct NetworkOptions : app::NetworkFlags {
   double timeout_s = 5;               ///< time for the first answer, (0, 3600]
   std::optional<std::string> access;  ///< access file of the server: use a bridge
 };

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <vector>
 
+#include "app/data_folder.h"
 #include "client/client_error.h"
 #include "client/suite/input_files.h"
 #include "legopt/files/written_file.h"
 #include "legopt/types/nearest_name.h"
-#include "app/data_folder.h"
 
 namespace legopt::client {
 namespace {
@@ -48,7 +48,7 @@ std::filesystem::path FindSuite(const std::string& name) {
   if (!bare) {
     throw ClientError(ExitCode::kUsage, "no experiment file '" + name + "'; check the path");
   }
-  const auto folder = programs::DataFolder() / kSuiteFolder;
+  const auto folder = app::DataFolder() / kSuiteFolder;
   const auto stem = std::filesystem::path(name).extension() == kSuiteExtension ? std::filesystem::path(name).stem()
                                                                                : std::filesystem::path(name);
   auto file = folder / stem;
@@ -62,11 +62,11 @@ std::filesystem::path ChooseDatasetFolder(const std::optional<std::string>& flag
   if (flag) {
     const bool bare = !flag->empty() && flag->find('/') == std::string::npos && *flag != "." && *flag != "..";
     if (!bare || IsFolder(*flag)) return *flag;
-    const std::filesystem::path embedded = programs::DataFolder() / *flag;
+    const std::filesystem::path embedded = app::DataFolder() / *flag;
     return IsFile(embedded / "dataset.yaml") ? embedded : std::filesystem::path(*flag);
   }
   if (suite != nullptr && suite->dataset) return *suite->dataset;
-  return programs::DefaultDatasetFolder();
+  return app::DefaultDatasetFolder();
 }
 
 }  // namespace legopt::client

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "app/value_list.h"
 #include "bus/spec_limits.h"
 #include "client/suite/yaml_map.h"
 #include "legopt/files/written_file.h"
@@ -16,7 +17,6 @@
 #include "legopt/types/input_error.h"
 #include "legopt/types/nearest_name.h"
 #include "worker/external/external_solvers.h"
-#include "app/value_list.h"
 
 namespace legopt::client {
 namespace {
@@ -290,7 +290,7 @@ void KeepMethods(const std::vector<std::string>& lists, Suite* suite) {
   const auto is_method = [&](const std::string& name) { return has(name) || has(name + kExternalMark); };
   std::vector<std::string> wanted;
   for (const std::string& list : lists) {
-    for (const std::string& name : programs::SplitValues(list, is_method)) {
+    for (const std::string& name : app::SplitValues(list, is_method)) {
       const bool marked = !has(name) && has(name + kExternalMark);
       wanted.push_back(marked ? name + kExternalMark : name);
     }

@@ -15,8 +15,8 @@ enum class GradientMemory : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kEnumNames<GradientMemory> = Words<GradientMemory>({{GradientMemory::kGradients, "gradients"},
-                                                                          {GradientMemory::kModels, "models"}});
+inline constexpr auto kEnumNames<GradientMemory> =
+    MakeEnumNames<GradientMemory>({{GradientMemory::kGradients, "gradients"}, {GradientMemory::kModels, "models"}});
 
 /// Numerical options of gradient methods, complete for SGD. Defaults are the paper's where it states them; every one is
 /// a key under `options:` of a method.

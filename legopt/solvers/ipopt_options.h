@@ -13,7 +13,7 @@ enum class IpoptHessian : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kEnumNames<IpoptHessian> = Words<IpoptHessian>(
+inline constexpr auto kEnumNames<IpoptHessian> = MakeEnumNames<IpoptHessian>(
     {{IpoptHessian::kGaussNewton, "gauss_newton"}, {IpoptHessian::kLimitedMemory, "limited_memory"}});
 
 /// Strategy by which Ipopt lowers the barrier parameter. The names are Ipopt's own.
@@ -23,8 +23,8 @@ enum class IpoptBarrier : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kEnumNames<IpoptBarrier> = Words<IpoptBarrier>({{IpoptBarrier::kMonotone, "monotone"},
-                                                                      {IpoptBarrier::kAdaptive, "adaptive"}});
+inline constexpr auto kEnumNames<IpoptBarrier> = MakeEnumNames<IpoptBarrier>({{IpoptBarrier::kMonotone, "monotone"},
+                                                                              {IpoptBarrier::kAdaptive, "adaptive"}});
 
 /// Options for solving the whole problem as one nonlinear program by Ipopt. Every one is a key under `options:` of a
 /// method.

@@ -15,8 +15,8 @@ enum class TrustRule : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kEnumNames<TrustRule> = Words<TrustRule>({{TrustRule::kTrajOpt, "trajopt"},
-                                                                {TrustRule::kMeasured, "measured"}});
+inline constexpr auto kEnumNames<TrustRule> = MakeEnumNames<TrustRule>({{TrustRule::kTrajOpt, "trajopt"},
+                                                                        {TrustRule::kMeasured, "measured"}});
 
 /// Solver of the convex subproblem.
 enum class SubproblemMethod : std::uint8_t {
@@ -25,7 +25,7 @@ enum class SubproblemMethod : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kEnumNames<SubproblemMethod> = Words<SubproblemMethod>(
+inline constexpr auto kEnumNames<SubproblemMethod> = MakeEnumNames<SubproblemMethod>(
     {{SubproblemMethod::kInteriorPoint, "interior_point"}, {SubproblemMethod::kIpopt, "ipopt"}});
 
 /// Inner loops that end as soon as the constraints hold after an accepted step, converged or not.
@@ -36,9 +36,8 @@ enum class FeasibleStop : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kEnumNames<FeasibleStop> = Words<FeasibleStop>({{FeasibleStop::kIncremental, "incremental"},
-                                                                      {FeasibleStop::kAlways, "always"},
-                                                                      {FeasibleStop::kNever, "never"}});
+inline constexpr auto kEnumNames<FeasibleStop> = MakeEnumNames<FeasibleStop>(
+    {{FeasibleStop::kIncremental, "incremental"}, {FeasibleStop::kAlways, "always"}, {FeasibleStop::kNever, "never"}});
 
 /// Numerical options of the trust-region SQP (docs/readings.md#sqp). Defaults are TrajOpt's with the paper's penalties;
 /// every one is a key under `options:` of a method.

@@ -27,7 +27,7 @@ struct EnumName {
 /// Names of the enumerators of `Enum`, in the order 0, 1, 2, ... Each enumeration specialises it next to its
 /// declaration:
 ///
-///     template <> inline constexpr auto kEnumNames<Task> = Words<Task>({{Task::kPosture, "posture"}, ...});
+///     template <> inline constexpr auto kEnumNames<Task> = MakeEnumNames<Task>({{Task::kPosture, "posture"}, ...});
 template <class Enum>
 inline constexpr std::nullptr_t kEnumNames = nullptr;
 

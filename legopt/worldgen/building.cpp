@@ -8,7 +8,7 @@
 #include "legopt/types/input_error.h"
 #include "legopt/types/nearest_name.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -145,4 +145,4 @@ Building MakeBuilding(BuildingKind kind, std::uint64_t seed) {
   return kind == BuildingKind::kGarage ? MakeGarage(seed) : MakeHouse(seed);
 }
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

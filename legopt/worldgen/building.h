@@ -8,7 +8,7 @@
 #include <vector>
 
 /// Generation of datasets from a seed: damaged buildings, stances and footstep plans.
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 /// Types of buildings that can be generated.
 enum class BuildingKind {
@@ -104,4 +104,4 @@ Building MakeHouse(std::uint64_t seed);
 /// Generates a building of the given kind.
 Building MakeBuilding(BuildingKind kind, std::uint64_t seed);
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

@@ -5,7 +5,7 @@
 
 #include "legopt/geometry/signed_distance.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 using Eigen::Vector3d;
 
@@ -102,4 +102,4 @@ std::vector<CellContacts::Point> CellContacts::Touch(int a, int b) const {
   return points;
 }
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

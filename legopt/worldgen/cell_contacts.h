@@ -6,7 +6,7 @@
 #include "legopt/geometry/convex_shape.h"
 #include "legopt/worldgen/fracture.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 /// Contact points between moving cells, for the simulation.
 ///
@@ -50,4 +50,4 @@ class CellContacts {
   std::vector<PointArena::Range> ranges_;
 };
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

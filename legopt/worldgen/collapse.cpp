@@ -10,10 +10,10 @@
 #include <utility>
 
 #include "legopt/geometry/ode_runtime.h"
-#include "legopt/worldgen/cell_contacts.h"
 #include "legopt/math/random_numbers.h"
+#include "legopt/worldgen/cell_contacts.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 namespace {
 
 using Eigen::Isometry3d;
@@ -370,4 +370,4 @@ std::vector<Snapshot> SimulateCollapse(const Building& building, const std::vect
   return snapshots;
 }
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

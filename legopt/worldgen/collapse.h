@@ -9,7 +9,7 @@
 #include "legopt/worldgen/building.h"
 #include "legopt/worldgen/fracture.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 /// Properties of a material for the simulation.
 struct MaterialProperties {
@@ -66,4 +66,4 @@ std::vector<Snapshot> SimulateCollapse(const Building& building, const std::vect
                                        const std::vector<Bond>& bonds, const CollapseOptions& options,
                                        std::uint64_t seed, const CollapseProgress& progress);
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

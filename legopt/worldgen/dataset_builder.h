@@ -11,7 +11,7 @@
 #include "legopt/worldgen/scenario.h"
 #include "legopt/worldgen/stance_sampler.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 /// Name of the file, in the dataset's folder, with the stances at which plans start and end.
 inline constexpr const char* kStancesFileName = "stances.json";
@@ -78,4 +78,4 @@ DatasetReport BuildDataset(const DatasetOptions& options, const std::filesystem:
 DatasetReport BuildCandidates(const DatasetOptions& options, const std::filesystem::path& folder,
                               const BuildProgress& progress);
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

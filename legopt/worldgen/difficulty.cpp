@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 namespace {
 
 /// Computes the variance of the ground height around a sample; returns the number of the eight neighbours that are
@@ -64,4 +64,4 @@ Difficulty MeasureDifficulty(const Terrain& terrain, const Eigen::AlignedBox2d& 
   return result;
 }
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

@@ -4,7 +4,7 @@
 
 #include "legopt/geometry/terrain.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 /// Options of a measure for how hard a scene is to walk through. Samples are taken on a square grid in plan, on every
 /// storey.
@@ -29,4 +29,4 @@ struct Difficulty {
 Difficulty MeasureDifficulty(const Terrain& terrain, const Eigen::AlignedBox2d& plan,
                              const DifficultyOptions& options = {});
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

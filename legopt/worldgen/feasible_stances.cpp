@@ -6,10 +6,10 @@
 
 #include "legopt/judge/judge.h"
 #include "legopt/judge/solution_file.h"
-#include "legopt/worldgen/stance_sampler.h"
 #include "legopt/types/input_error.h"
+#include "legopt/worldgen/stance_sampler.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 std::vector<Stance> ReadFeasibleStances(const std::shared_ptr<const Dataset>& dataset,
                                         const std::filesystem::path& path) {
@@ -43,4 +43,4 @@ std::vector<Stance> ReadFeasibleStances(const std::shared_ptr<const Dataset>& da
   return stances;
 }
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

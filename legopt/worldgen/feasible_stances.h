@@ -7,7 +7,7 @@
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/stance.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 /// Reads the stances of a solution file (solution_file.h, one stance per problem) that have a posture: the judge of
 /// `dataset` accepts at least one of the solutions by the literal and the strict rule (the original evaluator's rule,
@@ -17,4 +17,4 @@ namespace legopt::generate {
 std::vector<Stance> ReadFeasibleStances(const std::shared_ptr<const Dataset>& dataset,
                                         const std::filesystem::path& path);
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

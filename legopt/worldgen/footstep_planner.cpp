@@ -9,7 +9,7 @@
 #include <unordered_map>
 #include <utility>
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 namespace {
 
 using Eigen::Vector2d;
@@ -344,4 +344,4 @@ std::vector<Stance> ExpandSteps(const Stance& start, const std::vector<Foothold>
   return stances;
 }
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

@@ -10,7 +10,7 @@
 #include "legopt/worldgen/guide_map.h"
 #include "legopt/worldgen/stance_probe.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 /// Action set and effort limits of the planner. Lengths are for Atlas (base 0.874 m above the contact patches) and are
 /// scaled with the robot. Positions are relative to the stance foot, in the direction of its heading.
@@ -79,4 +79,4 @@ class FootstepPlanner {
 /// during the swing and the double support after it.
 std::vector<Stance> ExpandSteps(const Stance& start, const std::vector<Foothold>& steps);
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

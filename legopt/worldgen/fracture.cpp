@@ -11,7 +11,7 @@
 #include "legopt/geometry/hull.h"
 #include "legopt/math/random_numbers.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 namespace {
 
 using Eigen::Vector3d;
@@ -223,4 +223,4 @@ std::vector<Bond> FindBonds(const Building& building, const std::vector<Cell>& c
   return bonds;
 }
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

@@ -6,7 +6,7 @@
 
 #include "legopt/worldgen/building.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 /// A convex cell, the smallest piece that a building can break into. World frame of the intact building, m.
 struct Cell {
@@ -46,4 +46,4 @@ std::vector<Bond> FindBonds(const Building& building, const std::vector<Cell>& c
 /// Returns a whole member as one cell.
 Cell WholeCell(const Member& member, int index);
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

@@ -4,10 +4,10 @@
 #include <random>
 #include <string>
 
-#include "legopt/worldgen/building.h"
 #include "legopt/math/random_numbers.h"
+#include "legopt/worldgen/building.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 namespace {
 
 using Eigen::Vector3d;
@@ -294,4 +294,4 @@ class GarageMaker {
 
 Building MakeGarage(std::uint64_t seed) { return GarageMaker(seed).Make(); }
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

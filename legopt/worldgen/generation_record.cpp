@@ -5,7 +5,7 @@
 #include "legopt/dataset/content_hash.h"
 #include "legopt/input/json.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 using OrderedJson = nlohmann::ordered_json;
 
@@ -45,4 +45,4 @@ std::string DescribeGeneration(const DatasetOptions& options, const ProbeOptions
   return Dump(root, 1) + "\n";
 }
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

@@ -5,7 +5,7 @@
 #include <limits>
 #include <queue>
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 namespace {
 
 constexpr float kUnreached = std::numeric_limits<float>::infinity();
@@ -200,4 +200,4 @@ double GuideMap::LowerBound(const std::vector<float>& shortest, const Eigen::Vec
   return std::max(0.0, detour * Distance(shortest, point) - ends);
 }
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

@@ -6,7 +6,7 @@
 
 #include "legopt/worldgen/stance_probe.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 /// Coarse map of possible foot positions for the planner. It gives a lower bound of the length of any walk, and a
 /// weighted distance as a heuristic.
@@ -57,4 +57,4 @@ class GuideMap {
   std::vector<int> first_;   ///< index of the first node per cell; one more at the end
 };
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

@@ -6,7 +6,7 @@
 
 #include "legopt/types/number_text.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 namespace {
 
 /// Returns the smallest 1, 2 or 5 times a power of ten that is at least `least`.
@@ -112,4 +112,4 @@ std::string FormatHistogramsAsSvg(std::span<const HistogramRow> rows) {
   return svg + "</svg>\n";
 }
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 /// Numbers of values in bins of equal width.
 struct Histogram {
@@ -32,4 +32,4 @@ struct HistogramRow {
 /// Formats an SVG picture with one line of histograms per element of `rows`.
 std::string FormatHistogramsAsSvg(std::span<const HistogramRow> rows);
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

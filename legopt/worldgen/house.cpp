@@ -3,10 +3,10 @@
 #include <random>
 #include <string>
 
-#include "legopt/worldgen/building.h"
 #include "legopt/math/random_numbers.h"
+#include "legopt/worldgen/building.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 namespace {
 
 using Eigen::Vector3d;
@@ -238,4 +238,4 @@ class HouseMaker {
 
 Building MakeHouse(std::uint64_t seed) { return HouseMaker(seed).Make(); }
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

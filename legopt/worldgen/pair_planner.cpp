@@ -11,13 +11,13 @@
 
 #include "legopt/dataset/problem_file.h"
 #include "legopt/dataset/text_file.h"
-#include "legopt/worldgen/seeds.h"
 #include "legopt/input/json.h"
-#include "legopt/types/input_error.h"
 #include "legopt/math/parallel.h"
 #include "legopt/math/random_numbers.h"
+#include "legopt/types/input_error.h"
+#include "legopt/worldgen/seeds.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 namespace {
 
 using Json = nlohmann::json;
@@ -142,4 +142,4 @@ std::vector<PlannedPair> PlanPairs(const std::shared_ptr<const ProbeModel>& mode
   return pairs;
 }
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

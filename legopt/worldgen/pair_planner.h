@@ -9,7 +9,7 @@
 
 #include "legopt/worldgen/footstep_planner.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 /// Kind of a plan: does it change the floor?
 enum class FloorChange {
@@ -54,4 +54,4 @@ std::vector<PlannedPair> PlanPairs(const std::shared_ptr<const ProbeModel>& mode
                                    const std::filesystem::path& state_file,
                                    const std::function<void(int, int)>& progress);
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

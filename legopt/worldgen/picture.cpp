@@ -9,7 +9,7 @@
 
 #include "legopt/types/input_error.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 namespace {
 
 using Eigen::Vector2d;
@@ -236,4 +236,4 @@ void WritePng(const std::filesystem::path& path, const Picture& picture) {
   }
 }
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

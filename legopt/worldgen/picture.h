@@ -8,7 +8,7 @@
 
 #include "legopt/geometry/mesh.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 /// Red, green, blue.
 using Colour = std::array<std::uint8_t, 3>;
@@ -44,4 +44,4 @@ Picture Render(const Drawing& drawing, const Camera& camera);
 /// Writes a PNG (libpng). Throws InputError if the file cannot be written.
 void WritePng(const std::filesystem::path& path, const Picture& picture);
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

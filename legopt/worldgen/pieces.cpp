@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <utility>
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 namespace {
 
 using Eigen::Vector3d;
@@ -61,4 +61,4 @@ TriangleMesh MeshOf(const std::vector<Piece>& pieces, std::vector<int>* piece_of
   return mesh;
 }
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

@@ -7,7 +7,7 @@
 #include "legopt/worldgen/collapse.h"
 #include "legopt/worldgen/fracture.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 /// One convex solid of a scenario, world frame; coordinates are representable as float.
 struct Piece {  ///< vertices of the convex hull, m
@@ -25,4 +25,4 @@ std::vector<Piece> PiecesOf(const Building& building, const std::vector<Cell>& c
 /// Vertices of different pieces are separate. `piece_of_triangle` may be null.
 TriangleMesh MeshOf(const std::vector<Piece>& pieces, std::vector<int>* piece_of_triangle = nullptr);
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <string>
 
-#include "legopt/worldgen/stance_features.h"
-#include "legopt/types/input_error.h"
 #include "legopt/math/parallel.h"
+#include "legopt/types/input_error.h"
+#include "legopt/worldgen/stance_features.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 namespace {
 
 constexpr int kNone = -1;
@@ -53,4 +53,4 @@ std::vector<int> SelectProven(std::span<const Eigen::Vector3d> points, int count
                     "ask for fewer posture problems, or for more plans"});
 }
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

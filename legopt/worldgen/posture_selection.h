@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 /// Predicate: does point `point` have a posture? Called by thread `worker` < threads, concurrently for different
 /// clusters, and never again for a cluster after it returned true.
@@ -22,4 +22,4 @@ using ProveMember = std::function<bool(int worker, std::size_t cluster, int poin
 std::vector<int> SelectProven(std::span<const Eigen::Vector3d> points, int count, std::uint64_t seed, int threads,
                               const ProveMember& prove, const std::function<void(int, int)>& progress);
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

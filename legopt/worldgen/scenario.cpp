@@ -7,17 +7,17 @@
 #include <string>
 #include <utility>
 
-#include "legopt/geometry/mesh_faults.h"
-#include "legopt/geometry/mesh_writer.h"
 #include "legopt/dataset/content_hash.h"
 #include "legopt/dataset/text_file.h"
-#include "legopt/worldgen/seeds.h"
+#include "legopt/geometry/mesh_faults.h"
+#include "legopt/geometry/mesh_writer.h"
 #include "legopt/input/json.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/nearest_name.h"
 #include "legopt/types/number_text.h"
+#include "legopt/worldgen/seeds.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 namespace {
 
 using OrderedJson = nlohmann::ordered_json;
@@ -225,4 +225,4 @@ void WriteScenario(const Scenario& scenario, const std::filesystem::path& folder
   WriteTextFile(folder / kScenarioFileName, Dump(root, 2) + "\n");
 }
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

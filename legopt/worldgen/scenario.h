@@ -6,15 +6,15 @@
 #include <string_view>
 #include <vector>
 
+#include "legopt/types/read_guard.h"
 #include "legopt/worldgen/building.h"
 #include "legopt/worldgen/collapse.h"
 #include "legopt/worldgen/difficulty.h"
 #include "legopt/worldgen/fracture.h"
 #include "legopt/worldgen/picture.h"
 #include "legopt/worldgen/pieces.h"
-#include "legopt/types/read_guard.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 /// The paper's difficulty levels: snapshots of one collapse at increasing time.
 enum class ScenarioLevel {
@@ -73,4 +73,4 @@ inline constexpr const char* kMembersFileName = "building.csv";    ///< the memb
 void WriteScenario(const Scenario& scenario, const std::filesystem::path& folder, bool pictures,
                    const ReadGuard& guard = {});
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

@@ -3,7 +3,7 @@
 #include "legopt/math/blake2b.h"
 #include "legopt/types/number_text.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 std::uint64_t DeriveSeed(std::uint64_t seed, const std::string& purpose) {
   constexpr std::size_t kDigits = 16;
@@ -12,4 +12,4 @@ std::uint64_t DeriveSeed(std::uint64_t seed, const std::string& purpose) {
                                       kHexadecimal);
 }
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

@@ -2,13 +2,13 @@
 
 #include <string>
 
-#include "legopt/types/classic_stream.h"
 #include "legopt/geometry/mesh.h"
 #include "legopt/geometry/mesh_faults.h"
-#include "legopt/types/input_error.h"
 #include "legopt/robot/kinematics.h"
+#include "legopt/types/classic_stream.h"
+#include "legopt/types/input_error.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 void RequireClosedMeshes(const Dataset& dataset) {
   for (const SceneObject& object : dataset.scene().objects) {
@@ -63,4 +63,4 @@ void CheckSource(const std::shared_ptr<const Dataset>& source, const ProbeOption
   ProbeModel::Build(source, options);
 }
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

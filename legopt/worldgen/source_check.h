@@ -3,7 +3,7 @@
 #include "legopt/dataset/dataset.h"
 #include "legopt/worldgen/stance_probe.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 /// Throws InputError for the first mesh with holes or inverted winding, about which solver and judge would disagree.
 void RequireClosedMeshes(const Dataset& dataset);
@@ -20,4 +20,4 @@ void RequireMappableScene(const Dataset& dataset);
 /// InputError with the user's files and flags.
 void CheckSource(const std::shared_ptr<const Dataset>& source, const ProbeOptions& options, bool uses_scene);
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

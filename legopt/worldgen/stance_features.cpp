@@ -6,10 +6,10 @@
 #include <random>
 #include <string>
 
-#include "legopt/types/input_error.h"
 #include "legopt/math/random_numbers.h"
+#include "legopt/types/input_error.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 namespace {
 
 using Eigen::Vector3d;
@@ -134,4 +134,4 @@ std::vector<std::vector<int>> ClusterPoints(std::span<const Vector3d> points, in
   return clusters;
 }
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

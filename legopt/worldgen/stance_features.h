@@ -6,7 +6,7 @@
 
 #include "legopt/worldgen/stance_probe.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 /// Features that the paper uses to describe problems.
 struct StanceFeatures {
@@ -30,4 +30,4 @@ StanceFeatures FeaturesOf(const Stance& stance, StanceProbe& probe);
 /// `seed` only. Throws InputError unless 1 <= k <= number of points.
 std::vector<std::vector<int>> ClusterPoints(std::span<const Eigen::Vector3d> points, int k, std::uint64_t seed);
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

@@ -9,7 +9,7 @@
 #include "legopt/types/input_error.h"
 #include "legopt/types/number_text.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 namespace {
 
 using Eigen::Isometry3d;
@@ -193,4 +193,4 @@ double StanceProbe::TrunkDistance(const Stance& stance, double margin_m) {
   return PartDistance(model_->trunk_link(), pose, margin_m);
 }
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

@@ -5,13 +5,13 @@
 #include <optional>
 #include <vector>
 
-#include "legopt/geometry/collision_query.h"
-#include "legopt/geometry/terrain.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/stance.h"
+#include "legopt/geometry/collision_query.h"
+#include "legopt/geometry/terrain.h"
 #include "legopt/robot/kinematics.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 /// Criteria for valid contacts and stances. Lengths in metres.
 struct ProbeOptions {
@@ -80,4 +80,4 @@ class StanceProbe {
 /// Returns the heading of a contact about z.
 double Yaw(const Foothold& foothold);
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

@@ -7,13 +7,13 @@
 #include <utility>
 
 #include "legopt/judge/judge.h"
-#include "legopt/worldgen/seeds.h"
-#include "legopt/types/input_error.h"
 #include "legopt/math/parallel.h"
 #include "legopt/math/random_numbers.h"
 #include "legopt/planning/problem_solver.h"
+#include "legopt/types/input_error.h"
+#include "legopt/worldgen/seeds.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 namespace {
 
 using Eigen::Vector3d;
@@ -206,4 +206,4 @@ SampledStances SampleStances(const std::shared_ptr<const ProbeModel>& model, con
               "not enough stances found; " + result.tally.Describe());
 }
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

@@ -7,7 +7,7 @@
 
 #include "legopt/worldgen/stance_probe.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 
 /// Options of stance sampling.
 struct StanceSamplerOptions {
@@ -79,4 +79,4 @@ class PostureProver {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

@@ -14,10 +14,10 @@
 namespace legopt::test {
 namespace {
 
-using programs::AffinityMask;
-using programs::OneOfEachCore;
-using programs::PinnedThread;
-using programs::ProcessorsOfSlots;
+using app::AffinityMask;
+using app::OneOfEachCore;
+using app::PinnedThread;
+using app::ProcessorsOfSlots;
 
 using Numbers = std::vector<int>;
 

@@ -14,7 +14,7 @@
 #include "app/command_line.h"
 #include "legopt/types/task.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 namespace {
 
 using testing::AllOf;
@@ -278,4 +278,4 @@ TEST(Checks, WordsInSentences) {
 }
 
 }  // namespace
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -7,7 +7,7 @@
 
 #include <string>
 
-namespace legopt::programs {
+namespace legopt::app {
 namespace {
 
 using testing::HasSubstr;
@@ -73,4 +73,4 @@ TEST(BuildIdentity, AProgramThatComputesNothingHasNoId) {
 }
 
 }  // namespace
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -20,57 +20,56 @@ namespace {
 using ::testing::HasSubstr;
 
 TEST(GrantedProcessors, NothingGrantedIsTheWholeMachine) {
-  programs::ProcessorFacts facts;
+  app::ProcessorFacts facts;
   facts.machine = 64;
-  EXPECT_EQ(programs::GrantedProcessors(facts).processors, 64);
-  EXPECT_EQ(programs::GrantedProcessors(facts).reason, "this machine has 64 processors");
+  EXPECT_EQ(app::GrantedProcessors(facts).processors, 64);
+  EXPECT_EQ(app::GrantedProcessors(facts).reason, "this machine has 64 processors");
   facts.affinity = 64;
   facts.slurm_cpus_on_node = 64;
   facts.cgroup_quota = 64.0;
-  EXPECT_EQ(programs::GrantedProcessors(facts).reason, "this machine has 64 processors") << "no limit limits";
+  EXPECT_EQ(app::GrantedProcessors(facts).reason, "this machine has 64 processors") << "no limit limits";
 }
 
 TEST(GrantedProcessors, TheSmallestLimitDecidesAndGivesTheReason) {
-  programs::ProcessorFacts facts;
+  app::ProcessorFacts facts;
   facts.machine = 64;
   facts.affinity = 16;
-  EXPECT_EQ(programs::GrantedProcessors(facts).reason, "the affinity mask grants 16 of this machine's 64 processors");
+  EXPECT_EQ(app::GrantedProcessors(facts).reason, "the affinity mask grants 16 of this machine's 64 processors");
   facts.slurm_cpus_per_task = 4;
-  EXPECT_EQ(programs::GrantedProcessors(facts).processors, 4);
-  EXPECT_EQ(programs::GrantedProcessors(facts).reason, "SLURM_CPUS_PER_TASK grants 4 of this machine's 64 processors");
+  EXPECT_EQ(app::GrantedProcessors(facts).processors, 4);
+  EXPECT_EQ(app::GrantedProcessors(facts).reason, "SLURM_CPUS_PER_TASK grants 4 of this machine's 64 processors");
   facts.cgroup_quota = 1.5;
-  EXPECT_EQ(programs::GrantedProcessors(facts).processors, 2) << "rounded up";
-  EXPECT_THAT(programs::GrantedProcessors(facts).reason, HasSubstr("CPU quota grants 2 of"));
+  EXPECT_EQ(app::GrantedProcessors(facts).processors, 2) << "rounded up";
+  EXPECT_THAT(app::GrantedProcessors(facts).reason, HasSubstr("CPU quota grants 2 of"));
   facts.affinity = 1;
-  EXPECT_EQ(programs::GrantedProcessors(facts).processors, 1);
+  EXPECT_EQ(app::GrantedProcessors(facts).processors, 1);
 }
 
 TEST(GrantedProcessors, OfSlurmsNumbersThatOfTheTaskCounts) {
-  programs::ProcessorFacts facts;
+  app::ProcessorFacts facts;
   facts.machine = 8;
   facts.slurm_cpus_on_node = 6;
-  EXPECT_EQ(programs::GrantedProcessors(facts).processors, 6);
-  EXPECT_THAT(programs::GrantedProcessors(facts).reason, HasSubstr("SLURM_CPUS_ON_NODE"));
+  EXPECT_EQ(app::GrantedProcessors(facts).processors, 6);
+  EXPECT_THAT(app::GrantedProcessors(facts).reason, HasSubstr("SLURM_CPUS_ON_NODE"));
   facts.slurm_cpus_per_task = 7;
-  EXPECT_EQ(programs::GrantedProcessors(facts).processors, 7);
+  EXPECT_EQ(app::GrantedProcessors(facts).processors, 7);
 }
 
 TEST(GrantedProcessors, TwoThreadsOfACoreAreOne) {
-  programs::ProcessorFacts facts;
+  app::ProcessorFacts facts;
   facts.machine = 8;
   facts.affinity = 8;
   facts.cores = 4;
-  EXPECT_EQ(programs::GrantedProcessors(facts).reason,
-            "one to a physical core grants 4 of this machine's 8 processors");
+  EXPECT_EQ(app::GrantedProcessors(facts).reason, "one to a physical core grants 4 of this machine's 8 processors");
   facts.slurm_cpus_per_task = 3;
-  EXPECT_EQ(programs::GrantedProcessors(facts).processors, 3);
+  EXPECT_EQ(app::GrantedProcessors(facts).processors, 3);
 }
 
 TEST(GrantedProcessors, ASmallQuotaIsStillOneProcessor) {
-  programs::ProcessorFacts facts;
+  app::ProcessorFacts facts;
   facts.machine = 2;
   facts.cgroup_quota = 0.05;
-  EXPECT_EQ(programs::GrantedProcessors(facts).processors, 1);
+  EXPECT_EQ(app::GrantedProcessors(facts).processors, 1);
 }
 
 // --- Control groups --------------------------------------------------------------------------------------------------
@@ -81,7 +80,7 @@ class CgroupProcessorQuotaTest : public testing::Test {
     std::filesystem::create_directories((folder_ / file).parent_path());
     std::ofstream(folder_ / file) << text;
   }
-  std::optional<double> Quota() { return programs::CgroupProcessorQuota(folder_.path()); }
+  std::optional<double> Quota() { return app::CgroupProcessorQuota(folder_.path()); }
 
   TemporaryFolder folder_;
 };
@@ -142,13 +141,13 @@ TEST(ReadProcessorFacts, TheAffinityMaskOfThisProcessCounts) {
         CPU_ZERO(&one);
         CPU_SET(first, &one);
         if (sched_setaffinity(0, sizeof one, &one) != 0) return "refused";
-        return std::to_string(programs::ReadProcessorFacts().affinity.value_or(0));
+        return std::to_string(app::ReadProcessorFacts().affinity.value_or(0));
       },
       {});
   if (answer == "refused") GTEST_SKIP() << "NOT TESTED: sched_setaffinity is refused here";
   EXPECT_EQ(answer, "1");
-  EXPECT_EQ(programs::ReadProcessorFacts().affinity, CPU_COUNT(&mask));
-  EXPECT_EQ(programs::ReadProcessorFacts().machine, sysconf(_SC_NPROCESSORS_ONLN));
+  EXPECT_EQ(app::ReadProcessorFacts().affinity, CPU_COUNT(&mask));
+  EXPECT_EQ(app::ReadProcessorFacts().machine, sysconf(_SC_NPROCESSORS_ONLN));
 }
 
 TEST(ReadProcessorFacts, OfSlurmsVariablesOnlyNumbersCount) {
@@ -157,7 +156,7 @@ TEST(ReadProcessorFacts, OfSlurmsVariablesOnlyNumbersCount) {
         [value] {
           ::setenv("SLURM_CPUS_PER_TASK", value, 1);
           ::unsetenv("SLURM_CPUS_ON_NODE");
-          const programs::ProcessorFacts facts = programs::ReadProcessorFacts();
+          const app::ProcessorFacts facts = app::ReadProcessorFacts();
           return std::to_string(facts.slurm_cpus_per_task.value_or(0)) + "|" +
                  std::to_string(facts.slurm_cpus_on_node.value_or(0));
         },

@@ -9,7 +9,7 @@
 
 #include "tests/temporary_folder.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 namespace {
 
 class HostFactsTest : public testing::Test {
@@ -49,4 +49,4 @@ TEST(HostFacts, OfThisMachineAreKnown) {
 }
 
 }  // namespace
-}  // namespace legopt::programs
+}  // namespace legopt::app

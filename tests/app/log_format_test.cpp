@@ -9,7 +9,7 @@
 #include <sstream>
 #include <string>
 
-namespace legopt::programs {
+namespace legopt::app {
 namespace {
 
 TEST(LogFormat, MessagesAreEscaped) {
@@ -33,4 +33,4 @@ TEST(LogFormat, TheUsualLineIsThatOfSpdlog) {
 }
 
 }  // namespace
-}  // namespace legopt::programs
+}  // namespace legopt::app

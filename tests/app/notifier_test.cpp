@@ -14,7 +14,7 @@
 #include "legopt/types/input_error.h"
 #include "tests/temporary_folder.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 namespace {
 
 using namespace std::chrono_literals;
@@ -89,4 +89,4 @@ TEST_F(NotifierTest, AMissingProgramIsAnErrorAtTheStart) {
 }
 
 }  // namespace
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -11,8 +11,8 @@
 namespace legopt::test {
 namespace {
 
-using programs::ArchiveName;
-using programs::OfferedDatasets;
+using app::ArchiveName;
+using app::OfferedDatasets;
 
 const std::string kHash(64, 'a'), kOther(64, 'b');
 constexpr std::size_t kMost = 100;

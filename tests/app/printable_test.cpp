@@ -6,7 +6,7 @@
 
 #include <string>
 
-namespace legopt::programs {
+namespace legopt::app {
 namespace {
 
 TEST(Printable, LettersStay) {
@@ -60,4 +60,4 @@ TEST(PrintableLines, KeepsLinesAndNothingElse) {
 }
 
 }  // namespace
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -17,7 +17,7 @@
 
 #include "app/isolated_call.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 namespace {
 
 using ::testing::HasSubstr;
@@ -158,4 +158,4 @@ TEST(ProcessStart, TheProgramKnowsItsFile) {
 }
 
 }  // namespace
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -15,12 +15,12 @@
 #include <string>
 #include <system_error>
 
+#include "app/isolated_call.h"
 #include "legopt/files/file_error.h"
 #include "legopt/types/input_error.h"
-#include "app/isolated_call.h"
 #include "tests/temporary_folder.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 namespace {
 
 using ::testing::HasSubstr;
@@ -82,4 +82,4 @@ TEST(ProgramMain, ARemovedWorkingDirectoryIsTheCause) {
 }
 
 }  // namespace
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -7,7 +7,7 @@
 
 #include <csignal>
 
-namespace legopt::programs {
+namespace legopt::app {
 namespace {
 
 using ::testing::StartsWith;
@@ -28,4 +28,4 @@ TEST(SignalMeaning, AShellReportsASignalAsAnExitCode) {
 }
 
 }  // namespace
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -21,7 +21,7 @@ std::string Taken(std::initializer_list<int> signals, bool owned_by_another = fa
       [&] {
         std::signal(SIGHUP, hangup);
         std::signal(SIGINT, SIG_DFL);  // ignored if a script runs the tests in the background
-        programs::StopSignals stop(owned_by_another ? ::getppid() : 0);
+        app::StopSignals stop(owned_by_another ? ::getppid() : 0);
         std::string taken;
         for (const int signal : signals) {
           ::kill(::getpid(), signal);
@@ -42,7 +42,7 @@ TEST(StopSignals, AnIgnoredInterruptStaysIgnoredAndTerminationIsAlwaysAnOrder) {
   const std::string taken = CallIsolated(
       [] {
         for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_IGN);
-        programs::StopSignals stop;
+        app::StopSignals stop;
         ::kill(::getpid(), SIGINT);
         const std::string interrupted = stop.Take() ? "1" : "0";
         ::kill(::getpid(), SIGTERM);
@@ -56,7 +56,7 @@ TEST(StopSignals, WithAnOwnerNobodyElseGivesOrders) {
   EXPECT_EQ(Taken({SIGINT, SIGTERM, SIGHUP}, true), "000");
   const std::string own = CallIsolated(
       [] {
-        programs::StopSignals stop(::getpid());
+        app::StopSignals stop(::getpid());
         ::kill(::getpid(), SIGTERM);
         return std::string(stop.Take() ? "1" : "0");
       },
@@ -68,7 +68,7 @@ TEST(StopSignals, EachOrderIsTakenOnce) {
   const std::string taken = CallIsolated(
       [] {
         std::signal(SIGINT, SIG_DFL);
-        programs::StopSignals stop;
+        app::StopSignals stop;
         ::kill(::getpid(), SIGTERM);
         ::kill(::getpid(), SIGINT);
         std::string each;

@@ -9,7 +9,7 @@
 
 #include "tests/temporary_folder.h"
 
-namespace legopt::programs {
+namespace legopt::app {
 namespace {
 
 using Values = std::vector<std::string>;
@@ -45,4 +45,4 @@ TEST(ValueList, PathsThatExistAreWhole) {
 }
 
 }  // namespace
-}  // namespace legopt::programs
+}  // namespace legopt::app

@@ -11,11 +11,11 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "app/exit_codes.h"
 #include "client/report/benchmark_table.h"
 #include "client/report/reading.h"
 #include "legopt/planning/certify/certificate.h"
 #include "program_run.h"
-#include "app/exit_codes.h"
 #include "table_parsers.h"
 #include "test_database.h"
 #include "tests/dataset/test_data.h"
@@ -155,7 +155,7 @@ TEST_F(CertifiedCounts, TheTableCommandTakesAFileOrAFolder) {
 TEST_F(CertifiedCounts, WhatDoesNotFitIsRefusedWhereItWasAskedFor) {
   WriteCertificate(std::string(64, 'b'));
   const ProgramResult refused = Table({"--certificate", "."});
-  EXPECT_EQ(refused.exit_code, static_cast<int>(programs::ExitCode::kCertificateMismatch));
+  EXPECT_EQ(refused.exit_code, static_cast<int>(app::ExitCode::kCertificateMismatch));
   EXPECT_THAT(refused.err, AllOf(HasSubstr("certificate.json"), HasSubstr("tiny")));
   EXPECT_FALSE(FindCertificate(folder_.path(), FindExperiment(*source_, 1)));
   EXPECT_EQ(Table({"--certificate", "nowhere"}).exit_code, kUsage);

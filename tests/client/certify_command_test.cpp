@@ -7,16 +7,16 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "app/exit_codes.h"
 #include "legopt/files/name_lock.h"
 #include "program_run.h"
-#include "app/exit_codes.h"
 #include "tests/dataset/test_data.h"
 #include "tests/folders.h"
 
 namespace legopt::client {
 namespace {
 
-using programs::ExitCode;
+using app::ExitCode;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;

@@ -15,8 +15,8 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-constexpr int kWorse = static_cast<int>(programs::ExitCode::kWorse);
-constexpr int kOtherDataset = static_cast<int>(programs::ExitCode::kDatasetMismatch);
+constexpr int kWorse = static_cast<int>(app::ExitCode::kWorse);
+constexpr int kOtherDataset = static_cast<int>(app::ExitCode::kDatasetMismatch);
 
 class CompareCommand : public CommandLine {
  protected:

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
-#include "program_run.h"
 #include "app/exit_codes.h"
+#include "program_run.h"
 #include "tests/dataset/test_data.h"
 #include "tests/folders.h"
 #include "tests/worldgen/plain_dataset.h"
@@ -12,7 +12,7 @@
 namespace legopt::client {
 namespace {
 
-using programs::ExitCode;
+using app::ExitCode;
 using testing::HasSubstr;
 
 TEST(GenerateCommand, ScenarioRepeatsByteByByteAndNothingIsOverwritten) {

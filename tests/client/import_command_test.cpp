@@ -7,17 +7,17 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "app/exit_codes.h"
 #include "bus/lcm_transport.h"
 #include "client/report/result_source.h"
 #include "program_run.h"
-#include "app/exit_codes.h"
 #include "tests/folders.h"
 #include "tests/import/clone_folder.h"
 
 namespace legopt::client {
 namespace {
 
-using programs::ExitCode;
+using app::ExitCode;
 
 namespace fs = std::filesystem;
 using testing::AllOf;

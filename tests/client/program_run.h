@@ -20,7 +20,7 @@ std::vector<int> WaitForChildren(int parent, const std::string& name);
 /// Blocks until a process that is not a child of this one has ended.
 void WaitForEnd(int pid);
 
-inline constexpr int kUsage = static_cast<int>(programs::ExitCode::kUsage);
+inline constexpr int kUsage = static_cast<int>(app::ExitCode::kUsage);
 inline constexpr int kSignalBase = 128;  ///< exit code of a signal in shells
 
 /// Exit code and output of a program.

@@ -85,7 +85,7 @@ std::string Fetch(std::uint16_t port, const std::string& path, const std::string
 }
 
 std::uint16_t FreePort() {
-  const programs::Descriptor socket(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  const app::Descriptor socket(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);

@@ -24,7 +24,7 @@ class RawHttp {
   bool Closed(std::chrono::milliseconds limit = std::chrono::seconds(20));
 
  private:
-  programs::Descriptor socket_;
+  app::Descriptor socket_;
   std::uint16_t port_;
 };
 

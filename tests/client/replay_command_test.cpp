@@ -20,8 +20,8 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr int kOtherBits = static_cast<int>(programs::ExitCode::kOtherBits);
-constexpr int kOtherResult = static_cast<int>(programs::ExitCode::kOtherResult);
+constexpr int kOtherBits = static_cast<int>(app::ExitCode::kOtherBits);
+constexpr int kOtherResult = static_cast<int>(app::ExitCode::kOtherResult);
 
 // Eight jobs, solved once by a pool; each test uses a copy.
 class ReplayCommand : public CommandLine {

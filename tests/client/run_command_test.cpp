@@ -13,12 +13,12 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "app/data_folder.h"
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
 #include "client/report/result_source.h"
 #include "client/service/local_pool.h"
 #include "program_run.h"
-#include "app/data_folder.h"
 #include "test_database.h"
 
 namespace legopt::client {
@@ -208,14 +208,14 @@ TEST_F(RunCommand, ExportAndEvaluateAgree) {
 TEST_F(RunCommand, AResultCarriesItsDataset) {
   ::setenv("XDG_CACHE_HOME", folder_.path().c_str(), 1);  // the user's cache must not affect the test
   const auto dataset = folder_.path() / "mine";
-  std::filesystem::copy(programs::DataFolder() / "garage-small", dataset);
+  std::filesystem::copy(app::DataFolder() / "garage-small", dataset);
   ASSERT_EQ(Run({Suite(1), "--dataset", "mine", "--db", Db()}).exit_code, 0);
   ASSERT_EQ(Run({Suite(1), "--dataset", "mine", "--db", "bare.sqlite", "--no-dataset"}).exit_code, 0);
   EXPECT_EQ(RunLegopt({"replay", "1", "--db", "bare.sqlite"}, folder_.path()).exit_code, 0)
       << "the submission's folder";
   const auto moved = folder_.path() / "moved";
   std::filesystem::rename(dataset, moved);
-  std::filesystem::copy(programs::DataFolder() / "garage-easier", dataset);
+  std::filesystem::copy(app::DataFolder() / "garage-easier", dataset);
   EXPECT_EQ(RunLegopt({"replay", "1", "--db", "bare.sqlite"}, folder_.path()).exit_code, 5) << "another dataset there";
   std::filesystem::remove_all(dataset);
   EXPECT_EQ(Count("dataset_archives"), 1);
@@ -316,7 +316,7 @@ TEST_F(RunCommand, KilledItLeavesNoProcessBehind) {
 }
 
 TEST_F(RunCommand, CommandsItPrintsNameTheDataset) {
-  std::filesystem::copy(programs::DefaultDatasetFolder(), folder_.path() / "my data",
+  std::filesystem::copy(app::DefaultDatasetFolder(), folder_.path() / "my data",
                         std::filesystem::copy_options::recursive);
   const auto result = Run({Suite(1), "--db", Db(), "--dataset", "my data"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -395,11 +395,11 @@ TEST_F(RunCommand, CorruptSceneMeshIsNamedBeforeAnythingIsStored) {
   const auto dataset = folder_.path() / "broken";
   std::filesystem::create_directories(dataset);
   for (const char* file : {"robot.urdf", "problems-posture.json"}) {
-    std::filesystem::copy(programs::DefaultDatasetFolder() / file, dataset / file);
+    std::filesystem::copy(app::DefaultDatasetFolder() / file, dataset / file);
   }
   std::ofstream(dataset / "hall.stl") << std::string(300, 'x');
   std::ofstream(dataset / "scene.yaml") << "objects:\n- {name: hall, shape: mesh, file: hall.stl}\n";
-  std::ifstream original(programs::DefaultDatasetFolder() / "dataset.yaml");
+  std::ifstream original(app::DefaultDatasetFolder() / "dataset.yaml");
   std::ofstream copy(dataset / "dataset.yaml");
   for (std::string line; std::getline(original, line) && line.rfind("files:", 0) != 0;) {
     if (line.rfind("scene:", 0) == 0) line = "scene: scene.yaml";

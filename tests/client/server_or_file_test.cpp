@@ -177,7 +177,7 @@ TEST_F(ServerOrFile, EveryCommandGivesTheSameBytes) {
     const std::string errors_of_file = errors_;
     const auto of_server = RunOn({"--port", port_}, "server", command, &code_of_server);
     EXPECT_EQ(code_of_server, code_of_file) << Joined(command) << "\n" << errors_of_file << errors_;
-    EXPECT_NE(code_of_file, programs::StatusOf(programs::ExitCode::kInternal)) << Joined(command) << errors_of_file;
+    EXPECT_NE(code_of_file, app::StatusOf(app::ExitCode::kInternal)) << Joined(command) << errors_of_file;
     ASSERT_EQ(of_server.size(), of_file.size());
     for (std::size_t i = 0; i < of_file.size(); ++i) {
       EXPECT_TRUE(of_server[i] == of_file[i]) << Joined(command) << ": " << (i == 0 ? "output" : "file") << " of "

@@ -13,15 +13,15 @@
 #include <string>
 #include <vector>
 
-#include "program_run.h"
 #include "app/exit_codes.h"
+#include "program_run.h"
 #include "tests/dataset/test_data.h"
 #include "tests/folders.h"
 
 namespace legopt::client {
 namespace {
 
-using programs::ExitCode;
+using app::ExitCode;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;

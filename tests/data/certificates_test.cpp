@@ -7,12 +7,12 @@
 #include <filesystem>
 #include <optional>
 
+#include "app/data_folder.h"
+#include "legopt/dataset/dataset.h"
 #include "legopt/planning/certify/certificate.h"
 #include "legopt/planning/certify/dataset_certifier.h"
 #include "legopt/planning/certify/stance_catalogue.h"
 #include "legopt/planning/certify/stance_certifier.h"
-#include "legopt/dataset/dataset.h"
-#include "app/data_folder.h"
 
 namespace legopt {
 namespace {
@@ -25,7 +25,7 @@ certify::Certificate EmbeddedCertificate(const Dataset& dataset, const StanceCat
 }
 
 TEST(EmbeddedCertificates, PosturesAreAcceptedByTheJudge) {
-  for (const auto& folder : programs::EmbeddedDatasetFolders()) {
+  for (const auto& folder : app::EmbeddedDatasetFolders()) {
     const auto dataset = Dataset::Load(folder);
     const StanceCatalogue catalogue(*dataset);
     const auto certificate = EmbeddedCertificate(*dataset, catalogue);
@@ -39,7 +39,7 @@ TEST(EmbeddedCertificates, PosturesAreAcceptedByTheJudge) {
 }
 
 TEST(EmbeddedCertificates, WhatIsOpenHasItsReason) {
-  const auto dataset = Dataset::Load(programs::DefaultDatasetFolder());
+  const auto dataset = Dataset::Load(app::DefaultDatasetFolder());
   const StanceCatalogue catalogue(*dataset);
   const auto certificate = EmbeddedCertificate(*dataset, catalogue);
   EXPECT_EQ(CountProblems(certificate, catalogue, Task::kPosture)[Feasibility::kCertified], 50);
@@ -54,7 +54,7 @@ TEST(EmbeddedCertificates, WhatIsOpenHasItsReason) {
 
 // Plans were kept only if all stances have a posture (generate --certified); half of them change floors.
 TEST(EmbeddedCertificates, AllProblemsOfTheHardGarageAreCertified) {
-  const auto dataset = Dataset::Load(programs::EmbeddedDatasetFolders().at(1));
+  const auto dataset = Dataset::Load(app::EmbeddedDatasetFolders().at(1));
   EXPECT_EQ(dataset->name(), "garage-hard");
   const StanceCatalogue catalogue(*dataset);
   const auto certificate = EmbeddedCertificate(*dataset, catalogue);

@@ -7,12 +7,12 @@
 #include <string>
 #include <utility>
 
-#include "legopt/geometry/exact_collision.h"
+#include "app/data_folder.h"
 #include "legopt/dataset/dataset.h"
+#include "legopt/geometry/exact_collision.h"
 #include "legopt/judge/judge.h"
 #include "legopt/judge/solution_file.h"
 #include "legopt/robot/kinematics.h"
-#include "app/data_folder.h"
 #include "tests/folders.h"
 
 namespace legopt {
@@ -24,7 +24,7 @@ std::shared_ptr<const Dataset> DefaultDataset() {
 }
 
 TEST(GarageEasier, IsTheDefault) {
-  EXPECT_TRUE(std::filesystem::equivalent(programs::DefaultDatasetFolder(), SourceFolder() + "/data/garage-easier"));
+  EXPECT_TRUE(std::filesystem::equivalent(app::DefaultDatasetFolder(), SourceFolder() + "/data/garage-easier"));
   EXPECT_EQ(DefaultDataset()->name(), "garage-easier");
 }
 

@@ -9,18 +9,18 @@
 #include <string>
 #include <vector>
 
+#include "app/exit_codes.h"
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
 #include "client/service/child_process.h"
-#include "app/exit_codes.h"
 #include "tests/figures/figures.h"
 #include "tests/service/deployment.h"
 
 namespace legopt::figures {
 namespace {
 
+using app::ExitCode;
 using client::ChildProcess;
-using programs::ExitCode;
 using std::chrono::seconds;
 
 constexpr char kUnshare[] = "/usr/bin/unshare";

@@ -68,7 +68,7 @@ class ReferenceTest(unittest.TestCase):
     def lines_about(self, text):
         """Output lines about a header with this text."""
         with tempfile.TemporaryDirectory() as copy:
-            for folder in ("words", "legopt", "bus", "docs", "lcmtypes"):
+            for folder in ("legopt", "bus", "docs", "lcmtypes"):
                 shutil.copytree(os.path.join(ROOT, folder), os.path.join(copy, folder))
             with open(os.path.join(copy, "legopt", "planted.h"), "w", encoding="utf-8") as file:
                 file.write(text)

@@ -9,9 +9,9 @@
 #include <csignal>
 #include <optional>
 
+#include "app/exit_codes.h"
 #include "db/read_only_database.h"
 #include "db/store_error.h"
-#include "app/exit_codes.h"
 #include "tests/figures/process_facts.h"
 #include "tests/service/deployment.h"
 #include "tests/temporary_folder.h"
@@ -19,7 +19,7 @@
 namespace legopt::service {
 namespace {
 
-using programs::ExitCode;
+using app::ExitCode;
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;

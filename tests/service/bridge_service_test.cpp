@@ -9,9 +9,9 @@
 #include <fstream>
 #include <optional>
 
+#include "app/exit_codes.h"
 #include "bus/bridge/link_socket.h"
 #include "bus/message_key.h"
-#include "app/exit_codes.h"
 #include "tests/service/deployment.h"
 #include "tests/service/posture_spec.h"
 #include "tests/temporary_folder.h"
@@ -19,7 +19,7 @@
 namespace legopt::service {
 namespace {
 
-using programs::ExitCode;
+using app::ExitCode;
 
 constexpr char kKeyOfTheEnvironment[] = "LEGOPT_KEY_FILE";
 constexpr std::chrono::milliseconds kPatience{20'000};

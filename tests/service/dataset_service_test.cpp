@@ -28,7 +28,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr int kDatasetMismatchCode = static_cast<int>(programs::ExitCode::kDatasetMismatch);
+constexpr int kDatasetMismatchCode = static_cast<int>(app::ExitCode::kDatasetMismatch);
 
 // Returns printable characters, 6 random bits each.
 std::string Noise(std::size_t bytes) {

@@ -8,16 +8,16 @@
 #include <filesystem>
 #include <optional>
 
+#include "app/exit_codes.h"
 #include "bus/message_key.h"
 #include "client/client_error.h"
-#include "app/exit_codes.h"
 #include "tests/service/deployment.h"
 #include "tests/temporary_folder.h"
 
 namespace legopt::service {
 namespace {
 
-using programs::ExitCode;
+using app::ExitCode;
 
 constexpr char kKeyVariable[] = "LEGOPT_KEY_FILE";
 constexpr std::chrono::milliseconds kEndPatience{20'000};

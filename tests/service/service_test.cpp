@@ -7,17 +7,17 @@
 #include <cstring>
 #include <optional>
 
+#include "app/exit_codes.h"
 #include "bus/lcm_transport.h"
 #include "db/audit.h"
-#include "app/exit_codes.h"
+#include "legopt/types/reply.h"
 #include "tests/service/deployment.h"
 #include "tests/service/stub_executor.h"
-#include "legopt/types/reply.h"
 
 namespace legopt::service {
 namespace {
 
-using programs::ExitCode;
+using app::ExitCode;
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;

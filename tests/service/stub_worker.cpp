@@ -9,9 +9,9 @@
 namespace {
 
 // Returns the same build for all stubs; LEGOPT_STUB_BUILD in the environment selects another.
-legopt::programs::BuildFacts Build() {
+legopt::app::BuildFacts Build() {
   const char* other = std::getenv("LEGOPT_STUB_BUILD");
-  legopt::programs::BuildFacts build;
+  legopt::app::BuildFacts build;
   build.version = other == nullptr ? "stub" : other;
   return build;
 }
@@ -20,7 +20,7 @@ legopt::programs::BuildFacts Build() {
 
 int main(int argc, char** argv) {
   namespace worker = legopt::worker;
-  return legopt::programs::RunProgram("legopt-worker", worker::KindOf(argc, argv), [&] {
+  return legopt::app::RunProgram("legopt-worker", worker::KindOf(argc, argv), [&] {
     return worker::WorkerMain(argc, argv, Build(), [](worker::WorkerInputs inputs) {
       return std::make_unique<worker::StubExecutor>(std::move(inputs.datasets));
     });

@@ -10,16 +10,16 @@
 #include <memory>
 #include <optional>
 
-#include "db/audit.h"
 #include "app/exit_codes.h"
+#include "db/audit.h"
 #include "tests/client/program_run.h"
 #include "tests/service/deployment.h"
 
 namespace legopt::service {
 namespace {
 
+using app::ExitCode;
 using client::ProgramResult;
-using programs::ExitCode;
 using testing::HasSubstr;
 using testing::Not;
 

@@ -13,15 +13,15 @@
 #include <sstream>
 #include <utility>
 
+#include "app/dataset_cache_folder.h"
 #include "bus/codec.h"
 #include "legopt/dataset/dataset_archive.h"
 #include "legopt/types/input_error.h"
+#include "legopt/types/reply.h"
 #include "legopt_msg/dataset_reply.hpp"
 #include "legopt_msg/dataset_request.hpp"
-#include "app/dataset_cache_folder.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/temporary_folder.h"
-#include "legopt/types/reply.h"
 #include "worker/dataset_cache.h"
 #include "worker/fetched_datasets.h"
 
@@ -187,10 +187,10 @@ TEST_F(DatasetCacheTest, AFileThatWasChangedOnTheDiskIsNotUsed) {
 }
 
 TEST_F(DatasetCacheTest, HashesAreNoFolders) {
-  EXPECT_TRUE(programs::IsDatasetHash(hash_));
-  EXPECT_FALSE(programs::IsDatasetHash("garage-easier"));
-  EXPECT_FALSE(programs::IsDatasetHash(std::string(64, 'A')));
-  EXPECT_FALSE(programs::IsDatasetHash(std::string(63, 'a')));
+  EXPECT_TRUE(app::IsDatasetHash(hash_));
+  EXPECT_FALSE(app::IsDatasetHash("garage-easier"));
+  EXPECT_FALSE(app::IsDatasetHash(std::string(64, 'A')));
+  EXPECT_FALSE(app::IsDatasetHash(std::string(63, 'a')));
 }
 
 class FetchedDatasetsTest : public DatasetCacheTest {
@@ -198,7 +198,7 @@ class FetchedDatasetsTest : public DatasetCacheTest {
   bool Fetch(const std::string& hash) { return datasets_.Fetch(hash, link_, {}, {stop_, *logger_, "nowhere"}); }
 
   FakeServerLink link_;
-  programs::StopSignals stop_;
+  app::StopSignals stop_;
   std::ostringstream log_;
   std::shared_ptr<spdlog::logger> logger_ =
       std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::ostream_sink_st>(log_));

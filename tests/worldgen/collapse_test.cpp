@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 namespace {
 
 using Eigen::Vector3d;
@@ -107,4 +107,4 @@ TEST(Collapse, FarFromTheFrontNothingMoves) {
 }
 
 }  // namespace
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

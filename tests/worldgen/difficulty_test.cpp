@@ -4,7 +4,7 @@
 
 #include "legopt/worldgen/pieces.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 namespace {
 
 /// Returns a ground of 10 x 10 m with a table of 2 x 2 m, whose top is at 1 m and whose underside is at 0.8 m.
@@ -31,4 +31,4 @@ TEST(Difficulty, LowSpaceAndEdgesAreNotWalkable) {
 }
 
 }  // namespace
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

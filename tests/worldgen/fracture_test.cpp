@@ -10,7 +10,7 @@
 #include "legopt/worldgen/pieces.h"
 #include "tests/dataset/test_data.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 namespace {
 
 using Eigen::Vector3d;
@@ -144,4 +144,4 @@ TEST(Pieces, EveryFirstByteIsReadBack) {
 }
 
 }  // namespace
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

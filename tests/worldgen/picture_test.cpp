@@ -5,7 +5,7 @@
 #include "legopt/worldgen/pieces.h"
 #include "tests/dataset/test_data.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 namespace {
 
 Drawing RedCube() {
@@ -46,4 +46,4 @@ TEST(Picture, PngStartsAsOneAndUnwritablePathIsAnError) {
 }
 
 }  // namespace
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

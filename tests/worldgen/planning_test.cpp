@@ -1,12 +1,12 @@
 #include <gtest/gtest.h>
 
+#include "legopt/types/input_error.h"
 #include "legopt/worldgen/footstep_planner.h"
 #include "legopt/worldgen/stance_sampler.h"
-#include "legopt/types/input_error.h"
 #include "tests/dataset/test_data.h"
 #include "tests/worldgen/plain_dataset.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 namespace {
 
 using Eigen::Vector3d;
@@ -156,4 +156,4 @@ TEST_F(Planning, RobotsWithoutTwoFeetAreRefused) {
 }
 
 }  // namespace
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

@@ -4,12 +4,12 @@
 
 #include <nlohmann/json.hpp>
 
+#include "legopt/dataset/text_file.h"
 #include "legopt/geometry/mesh_faults.h"
 #include "legopt/geometry/scene_solids.h"
-#include "legopt/dataset/text_file.h"
 #include "tests/dataset/test_data.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 namespace {
 
 TEST(Scenario, WordsOfKindAndLevel) {
@@ -120,4 +120,4 @@ TEST(StagedFolder, NothingIsOverwrittenAndUnfinishedWorkIsKept) {
 }
 
 }  // namespace
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

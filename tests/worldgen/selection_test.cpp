@@ -9,16 +9,16 @@
 #include "legopt/dataset/problem_file.h"
 #include "legopt/judge/judge.h"
 #include "legopt/judge/solution_file.h"
+#include "legopt/types/input_error.h"
 #include "legopt/worldgen/dataset_builder.h"
 #include "legopt/worldgen/feasible_stances.h"
 #include "legopt/worldgen/posture_selection.h"
 #include "legopt/worldgen/source_check.h"
 #include "legopt/worldgen/stance_features.h"
-#include "legopt/types/input_error.h"
 #include "tests/dataset/test_data.h"
 #include "tests/worldgen/plain_dataset.h"
 
-namespace legopt::generate {
+namespace legopt::worldgen {
 namespace {
 
 using Eigen::Vector3d;
@@ -318,4 +318,4 @@ TEST_F(DatasetBuilding, MeshWithHolesOrInsideOutIsRefused) {
 }
 
 }  // namespace
-}  // namespace legopt::generate
+}  // namespace legopt::worldgen

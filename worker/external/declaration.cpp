@@ -4,15 +4,15 @@
 #include <string_view>
 #include <system_error>
 
+#include "app/processes.h"
 #include "legopt/files/written_file.h"
-#include "legopt/math/blake2b.h"
 #include "legopt/input/file_text.h"
 #include "legopt/input/json.h"
-#include "legopt/types/input_error.h"
+#include "legopt/math/blake2b.h"
 #include "legopt/solvers/methods/option_visitors.h"
 #include "legopt/solvers/methods/registry.h"
+#include "legopt/types/input_error.h"
 #include "worker/external/solver_confinement.h"
-#include "app/processes.h"
 
 namespace legopt::external {
 namespace {
@@ -64,8 +64,8 @@ void ReadName(OptionReader& reader, Declaration& declaration, OptionDiagnostics&
 void FindExecutable(Declaration& declaration, OptionDiagnostics& faults) {
   const std::string& word = declaration.command.front();
   const bool is_path = word.find('/') != std::string::npos;
-  const fs::path found = is_path ? (declaration.folder / word).lexically_normal() : programs::FindProgram(word);
-  if (found.empty() || !programs::IsExecutable(found)) {
+  const fs::path found = is_path ? (declaration.folder / word).lexically_normal() : app::FindProgram(word);
+  if (found.empty() || !app::IsExecutable(found)) {
     faults.Add("command", word, is_path ? "there is no executable file " + found.string() : "is not in PATH",
                is_path ? "paths are relative to the declaration's folder; chmod +x where it is there"
                        : "install it, or give a path such as './" + word + "'");

@@ -19,17 +19,17 @@
 #include <string>
 #include <utility>
 
-#include "legopt/types/number_text.h"
 #include "app/data_folder.h"
-#include "worker/external/launcher_messages.h"
-#include "worker/external/solver_confinement.h"
 #include "app/process_start.h"
 #include "app/processes.h"
+#include "legopt/types/number_text.h"
+#include "worker/external/launcher_messages.h"
+#include "worker/external/solver_confinement.h"
 
 namespace legopt::external {
 namespace {
 
-using programs::Descriptor;
+using app::Descriptor;
 
 constexpr int kLaunchSocket = 3;  // descriptor of the socket in the launcher
 constexpr int kExecFailed = 127;
@@ -43,7 +43,7 @@ struct Running {
 
 /// Pipes for the three standard streams of a solver.
 struct StreamPipes {
-  std::optional<programs::Pipe> in = programs::MakePipe(), out = programs::MakePipe(), error = programs::MakePipe();
+  std::optional<app::Pipe> in = app::MakePipe(), out = app::MakePipe(), error = app::MakePipe();
 
   bool complete() const { return in && out && error; }
 };
@@ -64,25 +64,25 @@ void BecomeSolver(pid_t launcher, const StreamPipes& streams, const LaunchComman
                   char** environment, std::int64_t memory_bytes) {
   ::setpgid(0, 0);
   ConfineSolver(command.needs_network);  // entering a user namespace may clear the signal set in the next line
-  if (!programs::DieWith(launcher, SIGKILL)) return;
+  if (!app::DieWith(launcher, SIGKILL)) return;
   ::dup2(streams.in->read.get(), STDIN_FILENO);
   ::dup2(streams.out->write.get(), STDOUT_FILENO);
   ::dup2(streams.error->write.get(), STDERR_FILENO);
   if (::chdir(command.folder.c_str()) != 0) return;
-  programs::RestoreStartState();
+  app::RestoreStartState();
   LimitSolver(memory_bytes);
-  programs::UnblockSignals();
+  app::UnblockSignals();
   ::execve(command.executable.c_str(), arguments, environment);
 }
 
 /// Returns 0, or the errno with which the start failed.
 int StartSolver(const LaunchCommand& command, const StreamPipes& streams, std::int64_t memory_bytes, Running& running) {
-  std::optional<programs::Pipe> failure = programs::MakePipe();
+  std::optional<app::Pipe> failure = app::MakePipe();
   if (!failure) return errno;
   std::vector<std::string> texts = command.arguments;
-  const std::vector<char*> arguments = programs::Pointers(texts);
+  const std::vector<char*> arguments = app::Pointers(texts);
   std::vector<std::string> variables = SolverEnvironment(command.variables);
-  const std::vector<char*> environment = programs::Pointers(variables);
+  const std::vector<char*> environment = app::Pointers(variables);
   const pid_t launcher = ::getpid();
   const pid_t pid = ::fork();
   if (pid < 0) return errno;
@@ -218,7 +218,7 @@ void AnswerStart(const LaunchRequest& request, std::span<const LaunchCommand> co
 
 // Lets solvers in Python import legopt.solver. The user's own path comes first.
 void OfferPythonPackage() {
-  const std::string folder = programs::PythonFolder().string();
+  const std::string folder = app::PythonFolder().string();
   if (folder.empty()) return;
   const char* path = std::getenv("PYTHONPATH");
   const std::string before = path == nullptr || *path == '\0' ? std::string() : std::string(path) + ":";

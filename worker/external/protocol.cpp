@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
+#include "app/printable.h"
 #include "legopt/input/json.h"
 #include "legopt/types/input_error.h"
 #include "worker/external/line_channel.h"
-#include "app/printable.h"
 
 namespace legopt::external {
 namespace {
@@ -24,7 +24,7 @@ constexpr std::pair<std::string_view, ReportedStatus> kClaims[] = {
 
 std::string Excerpt(std::string_view line) {
   const bool cut = line.size() > kShownBytes;
-  return "'" + programs::Printable(std::string(line.substr(0, kShownBytes))) + (cut ? "...'" : "'");
+  return "'" + app::Printable(std::string(line.substr(0, kShownBytes))) + (cut ? "...'" : "'");
 }
 
 // Throws SolverFault if the text is no JSON object of the protocol; `what` names it.

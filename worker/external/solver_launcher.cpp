@@ -33,10 +33,10 @@ void TakeDescriptors(msghdr& message, SolverLauncher::Streams& streams) {
   std::array<int, 4> descriptors{};
   if (header == nullptr || header->cmsg_len != CMSG_LEN(sizeof(descriptors))) return;
   std::memcpy(descriptors.data(), CMSG_DATA(header), sizeof(descriptors));
-  streams.in = programs::Descriptor(descriptors[0]);
-  streams.out = programs::Descriptor(descriptors[1]);
-  streams.error = programs::Descriptor(descriptors[2]);
-  streams.process = programs::Descriptor(descriptors[3]);
+  streams.in = app::Descriptor(descriptors[0]);
+  streams.out = app::Descriptor(descriptors[1]);
+  streams.error = app::Descriptor(descriptors[2]);
+  streams.process = app::Descriptor(descriptors[3]);
   for (const auto* stream : {&streams.in, &streams.out, &streams.error}) stream->SetNonBlocking();
 }
 
@@ -64,8 +64,8 @@ Answer AskLauncher(int socket, const LaunchRequest& request) {
 SolverLauncher::SolverLauncher(std::span<const LaunchCommand> commands, const std::filesystem::path& scratch) {
   std::array<int, 2> sockets{};
   if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, sockets.data()) != 0) RefuseLaunch("socketpair");
-  socket_ = programs::Descriptor(sockets[0]);
-  const programs::Descriptor theirs(sockets[1]);
+  socket_ = app::Descriptor(sockets[0]);
+  const app::Descriptor theirs(sockets[1]);
   launcher_ = ::fork();
   if (launcher_ < 0) RefuseLaunch("cannot start the process that starts external solvers");
   if (launcher_ == 0) {
@@ -78,7 +78,7 @@ SolverLauncher::SolverLauncher(std::span<const LaunchCommand> commands, const st
 
 SolverLauncher::~SolverLauncher() {
   socket_.Close();  // makes the launcher end
-  programs::WaitForEnd(launcher_);
+  app::WaitForEnd(launcher_);
 }
 
 SolverLauncher::Streams SolverLauncher::Start(std::size_t command, std::int64_t memory_bytes) {

@@ -60,7 +60,7 @@ class SolverLauncher {
   /// Ends of a solver's standard streams, non-blocking, and a descriptor that is readable once its process has ended
   /// (pidfd).
   struct Streams {
-    programs::Descriptor in, out, error, process;
+    app::Descriptor in, out, error, process;
   };
 
   /// Starts command number `command` with an address space of at most `memory_bytes` (0: no limit). Throws SolverFault
@@ -79,7 +79,7 @@ class SolverLauncher {
   ProcessUsage TakeUsage() { return std::exchange(usage_, {}); }
 
  private:
-  programs::Descriptor socket_;
+  app::Descriptor socket_;
   pid_t launcher_ = -1;
   ProcessUsage usage_;
 };

@@ -52,9 +52,9 @@ int MillisecondsUntil(LineChannel::Clock::time_point deadline) {
 
 std::string HowItEnded(const ProcessEnd& end, std::int64_t memory_bytes) {
   if (end.killed) return "closed its standard output before its solution";
-  if (!WIFSIGNALED(end.status)) return "ended with " + programs::ExitCodeMeaning(WEXITSTATUS(end.status));
+  if (!WIFSIGNALED(end.status)) return "ended with " + app::ExitCodeMeaning(WEXITSTATUS(end.status));
   const int number = WTERMSIG(end.status);
-  const std::string ended = "was ended by signal " + std::to_string(number) + ", " + programs::SignalMeaning(number);
+  const std::string ended = "was ended by signal " + std::to_string(number) + ", " + app::SignalMeaning(number);
   if (number == SIGXFSZ)
     return ended + ": it may write files of " + std::to_string(SolverLauncher::kMaxFileBytes >> 20) + " MiB at most";
   return memory_bytes > 0 ? ended + "; its memory is limited to " + std::to_string(memory_bytes >> 20) + " MiB" : ended;
@@ -64,7 +64,7 @@ std::string HowItEnded(const ProcessEnd& end, std::int64_t memory_bytes) {
 std::string LastLine(std::string text) {
   while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
   const auto begin = text.rfind('\n');
-  return programs::Printable(begin == std::string::npos ? text : text.substr(begin + 1));
+  return app::Printable(begin == std::string::npos ? text : text.substr(begin + 1));
 }
 
 }  // namespace

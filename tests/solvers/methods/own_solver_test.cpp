@@ -6,9 +6,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "legopt/types/input_error.h"
 #include "legopt/solvers/methods/method.h"
 #include "legopt/solvers/solver.h"
+#include "legopt/types/input_error.h"
 #include "tests/solvers/analytic_program.h"
 
 namespace outside {
@@ -18,7 +18,7 @@ enum class StepRule : std::uint8_t { kShrinking, kFixed };
 }  // namespace outside
 
 template <>
-inline constexpr auto legopt::kEnumNames<outside::StepRule> = legopt::Words<outside::StepRule>(
+inline constexpr auto legopt::kEnumNames<outside::StepRule> = legopt::MakeEnumNames<outside::StepRule>(
     {{outside::StepRule::kShrinking, "shrinking"}, {outside::StepRule::kFixed, "fixed"}});
 
 namespace outside {
