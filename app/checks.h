@@ -31,7 +31,7 @@ ValueCheck OneOf(std::vector<std::string> words);
 template <NamedEnum Enum>
 std::vector<std::string> EnumNamesOf() {
   std::vector<std::string> words;
-  for (const Word<Enum>& row : kEnumNames<Enum>) words.emplace_back(row.word);
+  for (const EnumName<Enum>& row : kEnumNames<Enum>) words.emplace_back(row.word);
   return words;
 }
 
@@ -39,7 +39,7 @@ std::vector<std::string> EnumNamesOf() {
 template <NamedEnum Enum>
 std::vector<std::pair<std::string, Enum>> EnumChoicesOf() {
   std::vector<std::pair<std::string, Enum>> choices;
-  for (const Word<Enum>& row : kEnumNames<Enum>) choices.emplace_back(row.word, row.value);
+  for (const EnumName<Enum>& row : kEnumNames<Enum>) choices.emplace_back(row.word, row.value);
   return choices;
 }
 

@@ -239,7 +239,7 @@ void CheckSize(const ExperimentSpec& spec) {
 void CheckSplit(Split split, const ExperimentSpec& spec) {
   for (const auto& task : spec.tasks) {
     for (const int id : task.problems) {
-      if (Holds(split, id)) continue;
+      if (ContainsProblem(split, id)) continue;
       Refuse("split", std::string(ToString(split)) + " has no problem " + std::to_string(id));
     }
   }

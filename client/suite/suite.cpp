@@ -35,7 +35,7 @@ static_assert(Method::kMaxMultiStarts == limits::kMaxMultiStarts);
 template <NamedEnum Enum>
 std::vector<std::string> EnumNamesOf() {
   std::vector<std::string> words;
-  for (const Word<Enum>& row : kEnumNames<Enum>) words.emplace_back(row.word);
+  for (const EnumName<Enum>& row : kEnumNames<Enum>) words.emplace_back(row.word);
   return words;
 }
 

@@ -66,7 +66,7 @@ template <class Enum>
 void ExpectListed(const std::string& message, std::string_view field, const fields::EnumNameOf<Enum>& /*rule*/) {
   ++enumerated_fields;
   const std::string comment = CommentOf(message, field);
-  for (const Word<Enum>& row : kEnumNames<Enum>) {
+  for (const EnumName<Enum>& row : kEnumNames<Enum>) {
     EXPECT_NE(comment.find('"' + std::string(row.word) + '"'), std::string::npos)
         << message << "." << field << ": " << row.word << " in:" << comment;
   }
@@ -93,7 +93,7 @@ TEST(ProtocolWords, FieldsListTheValuesOfTheirEnumerations) {
 
 template <class Enum>
 void ExpectEveryWordIn(const std::string& text) {
-  for (const Word<Enum>& row : kEnumNames<Enum>) {
+  for (const EnumName<Enum>& row : kEnumNames<Enum>) {
     EXPECT_TRUE(std::regex_search(text, std::regex("\\b" + std::string(row.word) + "\\b"))) << row.word;
   }
 }

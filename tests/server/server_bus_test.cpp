@@ -545,7 +545,7 @@ TEST(Permission, ActionsThatConcernTheWorkOfOthersAreForOperators) {
   const std::vector<ControlAction> operators_only = {ControlAction::kHold, ControlAction::kRelease,
                                                      ControlAction::kPriority, ControlAction::kDelete,
                                                      ControlAction::kDrainWorker};
-  for (const Word<ControlAction>& row : kEnumNames<ControlAction>) {
+  for (const EnumName<ControlAction>& row : kEnumNames<ControlAction>) {
     legopt_msg::control_request request{};
     request.action = EnumNumber(row.value);
     const bool restricted = std::find(operators_only.begin(), operators_only.end(), row.value) != operators_only.end();
