@@ -32,7 +32,7 @@ constexpr std::size_t kSaltBytes = 8, kWord = 4;
 constexpr std::uint32_t kLogMagic = 0x377f0682;  // the last bit: checksums of big-endian words
 constexpr std::size_t kSmallestPage = 512, kLargestPage = 65536;
 
-std::uint32_t EnumAt(Bytes bytes, std::size_t at) {
+std::uint32_t NumberAt(Bytes bytes, std::size_t at) {
   std::uint32_t word = 0;
   for (std::size_t i = 0; i < kWord; ++i) word = word << 8U | bytes[at + i];
   return word;
@@ -49,14 +49,14 @@ class File {
   File(const File&) = delete;
   File& operator=(const File&) = delete;
 
-  /// Empty if it cannot be read, or is no regular file.
+  /// Returns nothing if the file cannot be read or is not a regular file.
   std::optional<struct stat> Status() const {
     struct stat status {};
     if (fd_ < 0 || ::fstat(fd_, &status) != 0 || !S_ISREG(status.st_mode)) return std::nullopt;
     return status;
   }
 
-  /// False: it has fewer bytes there.
+  /// Returns false if the file ends before.
   bool Read(std::size_t at, std::span<unsigned char> bytes) const {
     const ssize_t count = ::pread(fd_, bytes.data(), bytes.size(), static_cast<off_t>(at));
     return count == std::ssize(bytes);
@@ -72,14 +72,14 @@ struct Checksum {
 
   void Add(Bytes bytes, bool big_endian) {
     for (std::size_t at = 0; at + 2 * kWord <= bytes.size(); at += 2 * kWord) {
-      const std::uint32_t one = EnumAt(bytes, at), two = EnumAt(bytes, at + kWord);
+      const std::uint32_t one = NumberAt(bytes, at), two = NumberAt(bytes, at + kWord);
       first += (big_endian ? one : Reversed(one)) + second;
       second += (big_endian ? two : Reversed(two)) + first;
     }
   }
 };
 
-Checksum StoredAt(Bytes bytes, std::size_t at) { return {EnumAt(bytes, at), EnumAt(bytes, at + kWord)}; }
+Checksum StoredAt(Bytes bytes, std::size_t at) { return {NumberAt(bytes, at), NumberAt(bytes, at + kWord)}; }
 
 bool IsPageSize(std::size_t size) { return size >= kSmallestPage && size <= kLargestPage && (size & (size - 1)) == 0; }
 
@@ -88,30 +88,30 @@ class LogReader {
  public:
   LogReader(const File& log, std::size_t size) : log_(log), size_(size) {}
 
-  /// What is wrong; empty if nothing is, or what a loss of power leaves.
+  /// Returns a description of the damage; empty if there is none, or if a loss of power explains it.
   std::string Fault() {
     if (size_ <= kLogHeader + kFrameHeader) return {};
     if (!log_.Read(0, header_)) return {};
     if (!HeaderIsRight()) return "its header is damaged";
     std::optional<std::size_t> wrong;  // the first frame
-    bool commit_behind = false;        // a whole one, behind the wrong frame
+    bool commit_behind = false;        // a complete commit follows the wrong frame
     Checksum before = StoredAt(header_, kLogSumAt);
     for (std::size_t frame = 0; Read(frame); ++frame) {
       const bool of_this_log = std::memcmp(frame_.data() + kFrameSaltAt, header_.data() + kLogSaltAt, kSaltBytes) == 0;
       const bool right = of_this_log && SumAfter(before) == StoredAt(frame_, kFrameSumAt);
-      before = StoredAt(frame_, kFrameSumAt);  // of a wrong frame, too: the next frame is summed from what it says
+      before = StoredAt(frame_, kFrameSumAt);  // also of a wrong frame: the next checksum continues from the stored one
       if (!right && !wrong) wrong = frame;
       if (!right || !wrong) continue;
       if (commit_behind) return "its frame " + std::to_string(*wrong + 1) + " is damaged, and commits follow";
-      commit_behind = EnumAt(frame_, kFrameCommitAt) != 0;
+      commit_behind = NumberAt(frame_, kFrameCommitAt) != 0;
     }
     return {};
   }
 
  private:
   bool HeaderIsRight() {
-    const std::uint32_t magic = EnumAt(header_, 0);
-    page_size_ = EnumAt(header_, kLogPageSizeAt);
+    const std::uint32_t magic = NumberAt(header_, 0);
+    page_size_ = NumberAt(header_, kLogPageSizeAt);
     if ((magic & ~1U) != kLogMagic || !IsPageSize(page_size_)) return false;
     big_endian_ = (magic & 1U) != 0;
     frame_.resize(kFrameHeader + page_size_);
@@ -139,41 +139,47 @@ class LogReader {
   std::vector<unsigned char> frame_;
 };
 
-struct Look {
+struct LogState {
   std::string fault;
   std::optional<struct stat> status;
 
-  // Nobody has written in between.
-  bool Repeats(const Look& other) const {
+  /// Returns whether the log did not change between two readings.
+  bool Repeats(const LogState& other) const {
     return fault == other.fault && status && other.status && status->st_ino == other.status->st_ino &&
            status->st_size == other.status->st_size && status->st_mtim.tv_sec == other.status->st_mtim.tv_sec &&
            status->st_mtim.tv_nsec == other.status->st_mtim.tv_nsec;
   }
 };
 
-Look LookAt(const std::filesystem::path& log_path) {
+LogState ReadLogState(const std::filesystem::path& log_path) {
   const File log(log_path);
-  Look look{{}, log.Status()};
-  if (look.status) look.fault = LogReader(log, static_cast<std::size_t>(look.status->st_size)).Fault();
-  return look;
+  LogState state{{}, log.Status()};
+  if (state.status) state.fault = LogReader(log, static_cast<std::size_t>(state.status->st_size)).Fault();
+  return state;
 }
 
 // A server may write while the log is read: a fault counts once it is found twice in the same state of the log.
 std::string FaultOfLog(const std::filesystem::path& log_path) {
   constexpr std::chrono::milliseconds kBetween{50};
-  Look look = LookAt(log_path);
-  while (!look.fault.empty()) {
+  LogState state = ReadLogState(log_path);
+  while (!state.fault.empty()) {
     std::this_thread::sleep_for(kBetween);
-    Look next = LookAt(log_path);
-    if (next.Repeats(look)) return look.fault;
-    look = std::move(next);
+    LogState next = ReadLogState(log_path);
+    if (next.Repeats(state)) return state.fault;
+    state = std::move(next);
   }
   return {};
 }
 
+bool HasContent(const std::filesystem::path& path) {
+  std::error_code error;
+  const auto size = std::filesystem::file_size(path, error);
+  return !error && size > 0;
+}
+
 bool IsKnownVersion(unsigned version) { return version == 1 || version == 2; }
 
-std::string FaultOfFile(const std::filesystem::path& path, bool has_log) {
+std::string FaultOfFile(const std::filesystem::path& path, bool can_recover) {
   const File file(path);
   const auto status = file.Status();
   std::array<unsigned char, kFileHeader> header{};
@@ -185,8 +191,8 @@ std::string FaultOfFile(const std::filesystem::path& path, bool has_log) {
   }
   std::size_t page_size = static_cast<std::size_t>(header[kPageSizeAt]) << 8U | header[kPageSizeAt + 1];
   if (page_size == 1) page_size = kLargestPage;
-  // A checkpoint that could not end leaves the log, which has the page.
-  if (!has_log && IsPageSize(page_size) && static_cast<std::size_t>(status->st_size) % page_size != 0) {
+  // An interrupted checkpoint leaves the log, and an interrupted rollback the journal, which contain the page.
+  if (!can_recover && IsPageSize(page_size) && static_cast<std::size_t>(status->st_size) % page_size != 0) {
     return "its last page is cut off";
   }
   return {};
@@ -196,16 +202,15 @@ std::string FaultOfFile(const std::filesystem::path& path, bool has_log) {
 
 void RequireSoundFiles(const std::filesystem::path& file) {
   const std::string name = file.string(), log = name + "-wal";
-  std::error_code error;
-  const auto log_size = std::filesystem::file_size(log, error);
-  if (const std::string fault = FaultOfFile(file, !error && log_size > 0); !fault.empty()) {
+  const bool can_recover = HasContent(log) || HasContent(name + "-journal");
+  if (const std::string fault = FaultOfFile(file, can_recover); !fault.empty()) {
     throw StoreError(StoreErrorCode::kCorrupt, name + ": the file is damaged (" + fault +
                                                    "); restore a backup: 'legopt restore BACKUP --db FILE'");
   }
   if (const std::string fault = FaultOfLog(log); !fault.empty()) {
     throw StoreError(StoreErrorCode::kCorrupt, name + ": the log " + log + " is damaged (" + fault +
                                                    "): results in it are lost; restore a backup: 'legopt restore "
-                                                   "BACKUP --db FILE'; to go on with the file as it was before the "
+                                                   "BACKUP --db FILE'; to use the file as it was before the "
                                                    "log, move its -wal, -shm and .lock away");
   }
 }

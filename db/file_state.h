@@ -18,8 +18,8 @@ class LockFile;
 std::optional<std::string> SessionOf(Connection& connection);
 
 /// Throws StoreError (kCorrupt) if the file or its log is damaged (RequireSoundFiles), or if the log beside `file` was
-/// written for another file. The latter happens when a backup is copied over a database whose server was killed. Changes
-/// nothing.
+/// written for another file. The latter happens when a backup is copied over a database whose server was killed.
+/// Changes nothing.
 void RequireOwnLog(const std::filesystem::path& file);
 
 /// Assigns a new session and writes it to the database and to its lock file. If a reader prevents the log from being

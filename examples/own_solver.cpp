@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "legopt/judge/judge.h"
-#include "legopt/types/input_error.h"
-#include "legopt/solvers/solver.h"
 #include "legopt/planning/problem_solver.h"
+#include "legopt/solvers/solver.h"
+#include "legopt/types/input_error.h"
 
 namespace {
 

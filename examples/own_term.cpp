@@ -4,11 +4,11 @@
 #include <memory>
 
 #include "legopt/geometry/collision_query.h"
-#include "legopt/types/input_error.h"
-#include "legopt/solvers/methods/method.h"
-#include "legopt/solvers/solver.h"
 #include "legopt/problem/terms/initial_guess.h"
 #include "legopt/problem/terms/task_program.h"
+#include "legopt/solvers/methods/method.h"
+#include "legopt/solvers/solver.h"
+#include "legopt/types/input_error.h"
 
 namespace {
 

@@ -3,8 +3,8 @@
 #include <cstdlib>
 
 #include "legopt/judge/judge.h"
-#include "legopt/types/input_error.h"
 #include "legopt/planning/problem_solver.h"
+#include "legopt/types/input_error.h"
 
 int main(int argc, char** argv) {
   if (argc < 2) {

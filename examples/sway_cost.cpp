@@ -15,11 +15,11 @@
 #include <span>
 
 #include "legopt/geometry/collision_query.h"
-#include "legopt/types/input_error.h"
-#include "legopt/solvers/methods/method.h"
-#include "legopt/solvers/solver.h"
 #include "legopt/problem/terms/initial_guess.h"
 #include "legopt/problem/terms/task_program.h"
+#include "legopt/solvers/methods/method.h"
+#include "legopt/solvers/solver.h"
+#include "legopt/types/input_error.h"
 
 namespace {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "db/records.h"
-#include "legopt_msg/hello_request.hpp"
 #include "legopt/types/capability.h"
+#include "legopt_msg/hello_request.hpp"
 
 /// @file
 /// Matching of jobs and workers: requirements of jobs and capabilities of workers. Thread rule: none, values.

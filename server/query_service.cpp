@@ -16,8 +16,8 @@
 
 #include "db/query_json.h"
 #include "db/read_only_database.h"
-#include "server/query_queue.h"
 #include "legopt/types/reply.h"
+#include "server/query_queue.h"
 
 namespace legopt::server {
 namespace {

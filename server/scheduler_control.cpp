@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "legopt/input/name.h"
-#include "server/scheduler.h"
 #include "legopt/types/reply.h"
+#include "server/scheduler.h"
 
 namespace legopt::server {
 namespace {

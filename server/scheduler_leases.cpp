@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "bus/messages.h"
-#include "server/scheduler.h"
 #include "legopt/types/reply.h"
+#include "server/scheduler.h"
 
 namespace legopt::server {
 namespace {

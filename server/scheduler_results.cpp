@@ -3,9 +3,9 @@
 #include <csignal>
 #include <utility>
 
+#include "legopt/types/reply.h"
 #include "server/result_message.h"
 #include "server/scheduler.h"
-#include "legopt/types/reply.h"
 
 namespace legopt::server {
 namespace {

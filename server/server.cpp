@@ -7,9 +7,9 @@
 
 #include "bus/codec.h"
 #include "legopt/input/json.h"
+#include "legopt/types/reply.h"
 #include "server/permission.h"
 #include "server/status.h"
-#include "legopt/types/reply.h"
 
 namespace legopt::server {
 namespace {

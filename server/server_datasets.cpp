@@ -7,9 +7,9 @@
 
 #include "bus/codec.h"
 #include "bus/field_limits.h"
+#include "legopt/types/reply.h"
 #include "server/budget.h"
 #include "server/server.h"
-#include "legopt/types/reply.h"
 
 namespace legopt::server {
 namespace {

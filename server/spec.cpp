@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "bus/spec_limits.h"
-#include "legopt/math/blake2b.h"
 #include "legopt/input/json.h"
 #include "legopt/input/name.h"
+#include "legopt/math/blake2b.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/split.h"
 

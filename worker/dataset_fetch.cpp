@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "bus/codec.h"
+#include "legopt/types/reply.h"
 #include "legopt_msg/dataset_reply.hpp"
 #include "legopt_msg/dataset_request.hpp"
-#include "legopt/types/reply.h"
 
 namespace legopt::worker {
 namespace {

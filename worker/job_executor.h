@@ -6,9 +6,9 @@
 #include <string_view>
 #include <vector>
 
+#include "legopt/types/capability.h"
 #include "legopt_msg/lease.hpp"
 #include "legopt_msg/result_request.hpp"
-#include "legopt/types/capability.h"
 
 namespace legopt::worker {
 

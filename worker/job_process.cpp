@@ -13,10 +13,10 @@
 #include <optional>
 #include <string>
 
-#include "bus/codec.h"
-#include "worker/external/solver_confinement.h"
 #include "app/process_limits.h"
+#include "bus/codec.h"
 #include "worker/child_protocol.h"
+#include "worker/external/solver_confinement.h"
 #include "worker/job_slot.h"
 #include "worker/outcome.h"
 #include "worker/process_guards.h"

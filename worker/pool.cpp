@@ -4,8 +4,8 @@
 #include <cstdlib>
 #include <utility>
 
-#include "legopt/types/number_text.h"
 #include "app/exit_codes.h"
+#include "legopt/types/number_text.h"
 #include "legopt/types/reply.h"
 #include "worker/child_protocol.h"
 #include "worker/outcome.h"

@@ -11,12 +11,12 @@
 #include <string>
 #include <vector>
 
+#include "legopt/types/task.h"
 #include "legopt_msg/heartbeat_reply.hpp"
 #include "legopt_msg/hello_reply.hpp"
 #include "legopt_msg/lease_reply.hpp"
 #include "legopt_msg/method_reply.hpp"
 #include "legopt_msg/result_reply.hpp"
-#include "legopt/types/task.h"
 #include "worker/actions.h"
 #include "worker/job_executor.h"
 #include "worker/job_slot.h"

@@ -8,12 +8,12 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "legopt/types/enum_input.h"
+#include "app/isolated_call.h"
 #include "legopt/input/json.h"
+#include "legopt/planning/trace.h"
+#include "legopt/types/enum_input.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/number_text.h"
-#include "legopt/planning/trace.h"
-#include "app/isolated_call.h"
 #include "worker/outcome.h"
 
 namespace legopt::worker {

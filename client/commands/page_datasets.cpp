@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
+#include "app/isolated_call.h"
 #include "client/client_error.h"
 #include "client/report/result_dataset.h"
 #include "client/suite/chosen_files.h"
-#include "app/isolated_call.h"
 
 namespace legopt::client {
 namespace {

@@ -6,11 +6,11 @@
 #include <map>
 
 #include "client/client_error.h"
-#include "legopt/types/number_text.h"
 #include "legopt/statistics/bootstrap.h"
 #include "legopt/statistics/charged_times.h"
 #include "legopt/statistics/checks.h"
 #include "legopt/statistics/many_methods.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt::client {
 namespace {

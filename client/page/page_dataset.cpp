@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "legopt/geometry/convex_surfaces.h"
 #include "legopt/dataset/support_polygon.h"
+#include "legopt/geometry/convex_surfaces.h"
 #include "legopt/robot/dof_names.h"
 #include "legopt/robot/kinematics.h"
 

@@ -7,8 +7,8 @@
 #include "client/page/page_block.h"
 #include "client/page/page_findings.h"
 #include "client/replay/stored_trace.h"
-#include "legopt/judge/interpolation.h"
 #include "legopt/input/json.h"
+#include "legopt/judge/interpolation.h"
 #include "legopt/planning/trace.h"
 
 namespace legopt::client {

@@ -9,11 +9,11 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "app/isolated_call.h"
 #include "legopt/input/json.h"
+#include "legopt/planning/trace.h"
 #include "legopt/types/number_text.h"
 #include "legopt/types/read_guard.h"
-#include "legopt/planning/trace.h"
-#include "app/isolated_call.h"
 
 namespace legopt::client {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "client/client_error.h"
 #include "legopt/input/json.h"
-#include "legopt/types/input_error.h"
 #include "legopt/planning/trace.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt::client {
 namespace {

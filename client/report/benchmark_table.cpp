@@ -7,8 +7,8 @@
 #include <set>
 
 #include "client/report/inner_starts.h"
-#include "legopt/types/number_text.h"
 #include "legopt/types/job.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt::client {
 namespace {

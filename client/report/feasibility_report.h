@@ -3,9 +3,9 @@
 #include <string>
 
 #include "client/report/listing.h"
+#include "legopt/dataset/dataset.h"
 #include "legopt/planning/certify/certificate.h"
 #include "legopt/planning/certify/stance_catalogue.h"
-#include "legopt/dataset/dataset.h"
 
 namespace legopt::client {
 

@@ -4,8 +4,8 @@
 #include <cctype>
 #include <charconv>
 
-#include "legopt/types/classic_stream.h"
 #include "legopt/input/file_text.h"
+#include "legopt/types/classic_stream.h"
 #include "legopt/types/input_error.h"
 
 namespace legopt::client {

@@ -6,8 +6,8 @@
 #include <set>
 
 #include "legopt/dataset/problem_file.h"
-#include "legopt/types/input_error.h"
 #include "legopt/robot/dof_names.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt::client {
 namespace {

@@ -11,10 +11,10 @@
 
 #include "bus/text.h"
 #include "client/client_error.h"
-#include "legopt/math/blake2b.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/input/json.h"
 #include "legopt/input/name.h"
+#include "legopt/math/blake2b.h"
 #include "legopt/types/input_error.h"
 
 namespace legopt::client {

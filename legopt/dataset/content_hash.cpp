@@ -5,12 +5,12 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "legopt/math/blake2b.h"
 #include "legopt/dataset/scene_file.h"
+#include "legopt/files/output_file.h"
 #include "legopt/input/file_text.h"
 #include "legopt/input/json.h"
+#include "legopt/math/blake2b.h"
 #include "legopt/types/input_error.h"
-#include "legopt/files/output_file.h"
 
 namespace legopt {
 namespace {

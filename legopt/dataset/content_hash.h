@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "legopt/geometry/scene.h"
 #include "legopt/dataset/dataset_file.h"
+#include "legopt/geometry/scene.h"
 #include "legopt/robot/robot_model.h"
 
 namespace legopt {

@@ -6,15 +6,15 @@
 #include <tuple>
 #include <utility>
 
-#include "legopt/geometry/mesh.h"
 #include "legopt/dataset/content_hash.h"
 #include "legopt/dataset/link_box.h"
 #include "legopt/dataset/problem_file.h"
 #include "legopt/dataset/scene_file.h"
+#include "legopt/geometry/mesh.h"
+#include "legopt/robot/kinematics.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/nearest_name.h"
 #include "legopt/types/number_text.h"
-#include "legopt/robot/kinematics.h"
 
 namespace legopt {
 namespace {

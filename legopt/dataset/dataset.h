@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "legopt/geometry/collision_model.h"
-#include "legopt/geometry/scene.h"
 #include "legopt/dataset/dataset_file.h"
 #include "legopt/dataset/stance.h"
+#include "legopt/geometry/collision_model.h"
+#include "legopt/geometry/scene.h"
 #include "legopt/robot/robot_model.h"
 #include "legopt/types/task.h"
 

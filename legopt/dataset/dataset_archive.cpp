@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
-#include "legopt/files/file_error.h"
-#include "legopt/files/written_file.h"
 #include "legopt/dataset/content_hash.h"
 #include "legopt/dataset/dataset_file.h"
+#include "legopt/files/file_error.h"
+#include "legopt/files/written_file.h"
 #include "legopt/input/file_text.h"
 #include "legopt/input/json.h"
 #include "legopt/types/input_error.h"

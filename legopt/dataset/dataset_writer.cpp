@@ -7,10 +7,10 @@
 #include <string_view>
 #include <system_error>
 
-#include "legopt/types/classic_stream.h"
-#include "legopt/input/json.h"
-#include "legopt/types/input_error.h"
 #include "legopt/files/output_file.h"
+#include "legopt/input/json.h"
+#include "legopt/types/classic_stream.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt {
 namespace {

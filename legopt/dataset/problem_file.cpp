@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "legopt/types/enum_input.h"
 #include "legopt/input/json.h"
+#include "legopt/types/enum_input.h"
 #include "legopt/types/input_error.h"
 
 namespace legopt {

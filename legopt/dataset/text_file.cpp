@@ -4,8 +4,8 @@
 #include <iterator>
 #include <system_error>
 
-#include "legopt/types/input_error.h"
 #include "legopt/files/output_file.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt {
 namespace {

@@ -3,8 +3,8 @@
 #include <bit>
 #include <cstdint>
 
-#include "legopt/types/classic_stream.h"
 #include "legopt/files/output_file.h"
+#include "legopt/types/classic_stream.h"
 
 namespace legopt {
 namespace {

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "legopt/types/read_guard.h"
 #include "legopt/robot/robot_model.h"
+#include "legopt/types/read_guard.h"
 
 namespace legopt {
 

@@ -3,8 +3,8 @@
 #include <memory>
 #include <vector>
 
-#include "legopt/geometry/terrain.h"
 #include "legopt/dataset/dataset.h"
+#include "legopt/geometry/terrain.h"
 #include "legopt/import/dataset_diagnostic.h"
 #include "legopt/import/footholds.h"
 

@@ -7,8 +7,8 @@
 #include "legopt/geometry/collision_query.h"
 #include "legopt/import/dataset_check.h"
 #include "legopt/import/ground.h"
-#include "legopt/types/number_text.h"
 #include "legopt/robot/kinematics.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt {
 namespace {

@@ -7,8 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "legopt/geometry/scene_solids.h"
-#include "legopt/geometry/terrain.h"
 #include "legopt/dataset/content_hash.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/dataset_writer.h"
@@ -17,15 +15,17 @@
 #include "legopt/dataset/problem_file.h"
 #include "legopt/dataset/scene_file.h"
 #include "legopt/dataset/text_file.h"
+#include "legopt/files/output_file.h"
+#include "legopt/geometry/scene_solids.h"
+#include "legopt/geometry/terrain.h"
 #include "legopt/import/dataset_check.h"
 #include "legopt/import/quaternion_order.h"
 #include "legopt/import/robot_files.h"
 #include "legopt/import/scene_files.h"
 #include "legopt/input/json.h"
+#include "legopt/robot/kinematics.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/number_text.h"
-#include "legopt/files/output_file.h"
-#include "legopt/robot/kinematics.h"
 
 namespace legopt {
 namespace {

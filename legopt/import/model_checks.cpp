@@ -10,9 +10,9 @@
 #include "legopt/geometry/collision_query.h"
 #include "legopt/geometry/mesh_faults.h"
 #include "legopt/import/dataset_check.h"
-#include "legopt/types/number_text.h"
-#include "legopt/robot/kinematics.h"
 #include "legopt/problem/terms/initial_guess.h"
+#include "legopt/robot/kinematics.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt {
 namespace {

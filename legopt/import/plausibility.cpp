@@ -5,8 +5,8 @@
 #include <string>
 #include <utility>
 
-#include "legopt/types/number_text.h"
 #include "legopt/robot/urdf_review.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt {
 namespace {

@@ -9,11 +9,11 @@
 #include <set>
 #include <system_error>
 
-#include "legopt/geometry/mesh_writer.h"
 #include "legopt/dataset/text_file.h"
+#include "legopt/files/output_file.h"
+#include "legopt/geometry/mesh_writer.h"
 #include "legopt/input/json.h"
 #include "legopt/types/input_error.h"
-#include "legopt/files/output_file.h"
 
 namespace legopt {
 namespace {

@@ -4,15 +4,15 @@
 #include <cctype>
 #include <map>
 
+#include "legopt/dataset/scene_file.h"
+#include "legopt/dataset/text_file.h"
+#include "legopt/files/output_file.h"
 #include "legopt/geometry/collada_up_axis.h"
 #include "legopt/geometry/mesh_faults.h"
 #include "legopt/geometry/mesh_writer.h"
-#include "legopt/dataset/scene_file.h"
-#include "legopt/dataset/text_file.h"
 #include "legopt/input/file_text.h"
 #include "legopt/input/yaml.h"
 #include "legopt/types/input_error.h"
-#include "legopt/files/output_file.h"
 
 namespace legopt {
 namespace {

@@ -7,11 +7,11 @@
 #include <system_error>
 #include <vector>
 
-#include "legopt/types/classic_stream.h"
 #include "legopt/dataset/dataset_file.h"
 #include "legopt/dataset/problem_file.h"
 #include "legopt/dataset/scene_file.h"
 #include "legopt/import/collada_document.h"
+#include "legopt/types/classic_stream.h"
 #include "legopt/types/input_error.h"
 
 namespace legopt {

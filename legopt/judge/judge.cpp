@@ -7,15 +7,15 @@
 #include <utility>
 #include <vector>
 
-#include "legopt/geometry/exact_collision.h"
 #include "legopt/dataset/support_polygon.h"
+#include "legopt/geometry/exact_collision.h"
 #include "legopt/judge/diagnostic_text.h"
 #include "legopt/judge/foot_pose_error.h"
 #include "legopt/judge/path_examiner.h"
 #include "legopt/judge/timed_path.h"
-#include "legopt/types/input_error.h"
 #include "legopt/robot/dof_names.h"
 #include "legopt/robot/kinematics.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt {
 namespace {

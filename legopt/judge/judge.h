@@ -7,9 +7,9 @@
 #include <span>
 #include <string>
 
-#include "legopt/geometry/culling.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/stance.h"
+#include "legopt/geometry/culling.h"
 #include "legopt/judge/interpolation.h"
 #include "legopt/types/result.h"
 #include "legopt/types/task.h"

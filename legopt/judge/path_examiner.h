@@ -5,8 +5,8 @@
 #include <deque>
 #include <string>
 
-#include "legopt/geometry/exact_collision.h"
 #include "legopt/dataset/dataset.h"
+#include "legopt/geometry/exact_collision.h"
 #include "legopt/judge/interpolation.h"
 #include "legopt/judge/timed_path.h"
 #include "legopt/robot/kinematics.h"

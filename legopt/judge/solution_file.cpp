@@ -9,11 +9,11 @@
 #include <utility>
 
 #include "legopt/dataset/problem_file.h"
+#include "legopt/files/output_file.h"
 #include "legopt/input/file_text.h"
 #include "legopt/input/json.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/number_text.h"
-#include "legopt/files/output_file.h"
 
 namespace legopt {
 namespace {

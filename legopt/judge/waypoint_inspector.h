@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "legopt/geometry/exact_collision.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/stance.h"
+#include "legopt/geometry/exact_collision.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/types/result.h"
 

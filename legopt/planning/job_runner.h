@@ -7,9 +7,9 @@
 
 #include "legopt/dataset/dataset.h"
 #include "legopt/judge/judge.h"
+#include "legopt/planning/problem_solver.h"
 #include "legopt/solvers/methods/method.h"
 #include "legopt/solvers/solve_outcome.h"
-#include "legopt/planning/problem_solver.h"
 #include "legopt/types/task.h"
 
 namespace legopt {

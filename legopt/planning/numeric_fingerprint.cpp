@@ -9,9 +9,9 @@
 #include <string_view>
 #include <vector>
 
-#include "legopt/math/blake2b.h"
 #include "legopt/geometry/mesh.h"
 #include "legopt/geometry/trimesh_world.h"
+#include "legopt/math/blake2b.h"
 
 namespace legopt {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "legopt/dataset/support_polygon.h"
 #include "legopt/judge/foot_pose_error.h"
-#include "legopt/robot/interpolation.h"
 #include "legopt/problem/terms/task_program.h"
+#include "legopt/robot/interpolation.h"
 
 namespace legopt {
 namespace {

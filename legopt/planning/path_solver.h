@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "legopt/geometry/collision_query.h"
 #include "legopt/dataset/dataset.h"
-#include "legopt/solvers/solver.h"
-#include "legopt/robot/kinematics.h"
+#include "legopt/geometry/collision_query.h"
 #include "legopt/planning/multi_start.h"
 #include "legopt/planning/path_clearance.h"
 #include "legopt/problem/terms/task_program.h"
+#include "legopt/robot/kinematics.h"
+#include "legopt/solvers/solver.h"
 #include "legopt/types/task.h"
 
 namespace legopt {

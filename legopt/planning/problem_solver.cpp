@@ -9,14 +9,14 @@
 #include <string>
 #include <utility>
 
-#include "legopt/math/blake2b.h"
 #include "legopt/judge/timed_path.h"
-#include "legopt/types/number_text.h"
+#include "legopt/math/blake2b.h"
 #include "legopt/planning/multi_start.h"
 #include "legopt/planning/path_solver.h"
 #include "legopt/planning/solve_timer.h"
 #include "legopt/problem/terms/initial_guess.h"
 #include "legopt/problem/terms/task_program.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt {
 namespace {

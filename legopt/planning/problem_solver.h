@@ -5,8 +5,8 @@
 #include <limits>
 #include <memory>
 
-#include "legopt/geometry/collision_query.h"
 #include "legopt/dataset/dataset.h"
+#include "legopt/geometry/collision_query.h"
 #include "legopt/solvers/methods/method.h"
 #include "legopt/solvers/solve_outcome.h"
 #include "legopt/types/task.h"

@@ -10,11 +10,11 @@
 
 #include "legopt/input/file_text.h"
 #include "legopt/input/utf8.h"
-#include "legopt/types/input_error.h"
-#include "legopt/types/nearest_name.h"
 #include "legopt/robot/urdf_rules.h"
 #include "legopt/robot/urdf_tree.h"
 #include "legopt/robot/urdf_values.h"
+#include "legopt/types/input_error.h"
+#include "legopt/types/nearest_name.h"
 
 namespace legopt {
 namespace {

@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <string_view>
 
-#include "legopt/types/numeric_locale.h"
 #include "legopt/robot/urdf_values.h"
+#include "legopt/types/numeric_locale.h"
 
 namespace legopt {
 namespace {

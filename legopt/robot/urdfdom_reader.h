@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "legopt/types/read_guard.h"
 #include "legopt/robot/robot_model.h"
 #include "legopt/robot/urdf_check.h"
+#include "legopt/types/read_guard.h"
 
 namespace legopt {
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "legopt/problem/waypoint_view.h"
 #include "legopt/math/random_numbers.h"
+#include "legopt/problem/waypoint_view.h"
 
 namespace legopt {
 namespace {

@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "legopt/solvers/waypoint_metric.h"
 #include "legopt/problem/program.h"
+#include "legopt/solvers/waypoint_metric.h"
 
 namespace legopt {
 

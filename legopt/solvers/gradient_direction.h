@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <memory>
 
-#include "legopt/solvers/gradient_options.h"
 #include "legopt/problem/program.h"
+#include "legopt/solvers/gradient_options.h"
 
 namespace legopt {
 

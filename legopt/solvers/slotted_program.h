@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "legopt/solvers/penalty_objective.h"
 #include "legopt/problem/program.h"
+#include "legopt/solvers/penalty_objective.h"
 #include "legopt/solvers/subproblem/convex_subproblem.h"
 
 namespace legopt {

@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "legopt/problem/program.h"
 #include "legopt/solvers/penalty_objective.h"
 #include "legopt/solvers/smooth_penalty.h"
 #include "legopt/solvers/term_models.h"
-#include "legopt/problem/program.h"
 
 namespace legopt {
 

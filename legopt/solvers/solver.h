@@ -6,10 +6,10 @@
 #include <random>
 #include <vector>
 
-#include "legopt/types/demand.h"
+#include "legopt/problem/program.h"
 #include "legopt/solvers/penalty_objective.h"
 #include "legopt/solvers/solve_outcome.h"
-#include "legopt/problem/program.h"
+#include "legopt/types/demand.h"
 
 namespace legopt {
 

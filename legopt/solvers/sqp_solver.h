@@ -9,9 +9,9 @@
 #include "legopt/solvers/sampling.h"
 #include "legopt/solvers/solver.h"
 #include "legopt/solvers/sqp_options.h"
+#include "legopt/solvers/subproblem/convex_subproblem.h"
 #include "legopt/solvers/term_models.h"
 #include "legopt/solvers/term_sampler.h"
-#include "legopt/solvers/subproblem/convex_subproblem.h"
 
 namespace legopt {
 

@@ -3,11 +3,11 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "legopt/math/random_numbers.h"
 #include "legopt/solvers/equality_projection.h"
 #include "legopt/solvers/penalty_solver.h"
 #include "legopt/solvers/stomp_options.h"
 #include "legopt/solvers/waypoint_metric.h"
-#include "legopt/math/random_numbers.h"
 
 namespace legopt {
 

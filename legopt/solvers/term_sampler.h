@@ -4,8 +4,8 @@
 #include <random>
 #include <vector>
 
-#include "legopt/solvers/sampling.h"
 #include "legopt/problem/program.h"
+#include "legopt/solvers/sampling.h"
 
 namespace legopt {
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <string_view>
 
-#include "legopt/types/input_error.h"
 #include "legopt/types/enum_names.h"
+#include "legopt/types/input_error.h"
 #include "legopt/types/task.h"
 
 namespace legopt {

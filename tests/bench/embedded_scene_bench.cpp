@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "legopt/dataset/dataset.h"
 #include "legopt/geometry/collision_model.h"
 #include "legopt/geometry/collision_query.h"
-#include "legopt/dataset/dataset.h"
-#include "legopt/robot/kinematics.h"
 #include "legopt/problem/terms/initial_guess.h"
+#include "legopt/robot/kinematics.h"
 #include "tests/folders.h"
 
 namespace legopt {

@@ -12,10 +12,10 @@
 
 #include "bus/codec.h"
 #include "bus/lcm_transport.h"
-#include "tests/doubles/memory_store.h"
 #include "db/sqlite_store.h"
 #include "server/server.h"
 #include "tests/db/store_samples.h"
+#include "tests/doubles/memory_store.h"
 
 namespace legopt::server {
 namespace {

@@ -15,8 +15,8 @@
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
 #include "bus/message_key.h"
-#include "tests/doubles/simulated_network.h"
 #include "bus/typed_calls.h"
+#include "tests/doubles/simulated_network.h"
 
 namespace legopt::bus {
 namespace {

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "bus/endpoint.h"
-#include "tests/doubles/simulated_network.h"
 #include "tests/bus/test_bed.h"
+#include "tests/doubles/simulated_network.h"
 
 namespace legopt::bus {
 namespace {

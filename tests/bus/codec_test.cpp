@@ -10,8 +10,8 @@
 #include <random>
 #include <string>
 
-#include "tests/bus/sample_messages.h"
 #include "legopt/types/reply.h"
+#include "tests/bus/sample_messages.h"
 
 namespace legopt::bus {
 namespace {

@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "bus/endpoint.h"
-#include "tests/doubles/simulated_network.h"
 #include "bus/tag.h"
 #include "bus/wire.h"
 #include "tests/bus/test_bed.h"
+#include "tests/doubles/simulated_network.h"
 
 namespace legopt::bus {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "bus/endpoint.h"
 #include "bus/retry_policy.h"
-#include "tests/doubles/simulated_network.h"
 #include "tests/bus/test_bed.h"
+#include "tests/doubles/simulated_network.h"
 
 namespace legopt::bus {
 namespace {

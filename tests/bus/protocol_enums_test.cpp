@@ -10,8 +10,8 @@
 
 #include "bus/key_role.h"
 #include "bus/message_fields.h"
-#include "tests/folders.h"
 #include "legopt/types/result.h"
+#include "tests/folders.h"
 
 namespace legopt::bus {
 namespace {

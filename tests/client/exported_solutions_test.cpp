@@ -11,8 +11,8 @@
 
 #include "client/report/evaluation_report.h"
 #include "legopt/dataset/dataset.h"
-#include "legopt/robot/dof_names.h"
 #include "legopt/problem/terms/initial_guess.h"
+#include "legopt/robot/dof_names.h"
 #include "test_database.h"
 #include "tests/folders.h"
 

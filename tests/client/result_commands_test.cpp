@@ -72,12 +72,13 @@ TEST_F(ResultCommands, AQueryIsWholeOrSaysWhatCutIt) {
 }
 
 TEST_F(ResultCommands, AListThatALimitCutsSaysSo) {
-  const auto cut = Run({"list", "1", "--db", Database(), "--limit", "1"});
+  const auto file = Database();
+  const auto cut = Run({"list", "1", "--db", file, "--limit", "1"});
   EXPECT_EQ(cut.exit_code, 16);
   EXPECT_THAT(cut.err, HasSubstr("only the first 1 jobs are shown: --limit; raise it"));
-  const auto large = Run({"query", "SELECT hex(zeroblob(50000000)) AS x", "--db", Database()});
+  const auto large = Run({"query", "SELECT hex(zeroblob(50000000)) AS x", "--db", file});
   ExpectError(large, 2, "at most 64 MiB");
-  ExpectError(Run({"compare", "m\xfc", "SQP", "--db", Database()}), 2, "'m\\xfc' is no database file, no experiment");
+  ExpectError(Run({"compare", "m\xfc", "SQP", "--db", file}), 2, "'m\\xfc' is no database file, no experiment");
 }
 
 TEST_F(ResultCommands, ATimeLimitLeavesJsonThatCanBeRead) {

@@ -181,7 +181,7 @@ TEST_F(RunCommand, OverlappingSuiteReusesResults) {
               HasSubstr("reused from other experiments"));
   EXPECT_EQ(RunLegopt({"doctor", "--db", Db()}, folder_.path()).exit_code, 0);
   EXPECT_THAT(Run({larger, "--db", Db(), "--dry-run"}).out, HasSubstr("submitted before, as 2"));
-  EXPECT_THAT(Run({larger, "--db", Db(), "--dry-run", "--again"}).out, HasSubstr("all jobs are solved anew"));
+  EXPECT_THAT(Run({larger, "--db", Db(), "--dry-run", "--again"}).out, HasSubstr("all jobs are solved again"));
   ASSERT_EQ(Run({larger, "--db", Db(), "--again"}).exit_code, 0);
   EXPECT_EQ(Count("jobs WHERE taken_from IS NOT NULL"), 6);
 }

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "tests/temporary_folder.h"
 #include "legopt/types/result.h"
+#include "tests/temporary_folder.h"
 
 namespace legopt::client {
 

@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
+#include "legopt/dataset/dataset.h"
 #include "legopt/geometry/collision_model.h"
 #include "legopt/geometry/collision_query.h"
 #include "legopt/geometry/scene.h"
-#include "legopt/dataset/dataset.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/robot/robot_model.h"
 #include "tests/folders.h"

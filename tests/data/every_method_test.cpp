@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "legopt/judge/judge.h"
-#include "legopt/solvers/methods/method.h"
 #include "legopt/planning/problem_solver.h"
+#include "legopt/solvers/methods/method.h"
 #include "legopt/statistics/proportions.h"
 #include "tests/folders.h"
 

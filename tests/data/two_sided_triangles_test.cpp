@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "legopt/judge/judge.h"
-#include "legopt/solvers/methods/method.h"
 #include "legopt/planning/problem_solver.h"
+#include "legopt/solvers/methods/method.h"
 #include "tests/folders.h"
 
 namespace legopt {

@@ -1,10 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "legopt/math/blake2b.h"
+#include "app/isolated_call.h"
 #include "legopt/dataset/content_hash.h"
 #include "legopt/dataset/dataset.h"
-#include "app/isolated_call.h"
+#include "legopt/math/blake2b.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
 

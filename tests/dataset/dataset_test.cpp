@@ -5,8 +5,8 @@
 
 #include <thread>
 
-#include "legopt/math/blake2b.h"
 #include "legopt/dataset/content_hash.h"
+#include "legopt/math/blake2b.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
 

@@ -11,9 +11,9 @@
 #include "legopt/dataset/dataset_writer.h"
 #include "legopt/input/file_text.h"
 #include "legopt/input/json.h"
-#include "legopt/types/number_text.h"
 #include "legopt/robot/urdf_check.h"
 #include "legopt/robot/urdf_review.h"
+#include "legopt/types/number_text.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
 

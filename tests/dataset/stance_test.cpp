@@ -6,8 +6,8 @@
 #include <random>
 
 #include "legopt/types/enum_input.h"
-#include "tests/dataset/test_data.h"
 #include "legopt/types/task.h"
+#include "tests/dataset/test_data.h"
 
 namespace legopt {
 namespace {

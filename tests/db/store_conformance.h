@@ -5,9 +5,9 @@
 #include <memory>
 #include <vector>
 
-#include "tests/doubles/memory_store.h"
 #include "db/sqlite_store.h"
 #include "tests/db/store_samples.h"
+#include "tests/doubles/memory_store.h"
 
 /// Guarantees of every Store, tested with both implementations: the fixture of store_conformance_test.cpp (jobs,
 /// attempts, results, workers, events) and store_experiments_test.cpp (experiments and operator commands on them).

@@ -22,7 +22,7 @@ import time
 import surroundings
 
 SKIPPED = 77
-EXIT_CODES = os.path.join(os.path.dirname(__file__), "..", "..", "programs", "exit_codes.h")
+EXIT_CODES = os.path.join(os.path.dirname(__file__), "..", "..", "app", "exit_codes.h")
 DEFECT, INTERRUPTED = 70, 8
 PATIENCE_S = 120        # time limit of a command on a busy machine
 SETTLING_S = 40         # time until a service is idle

@@ -7,9 +7,9 @@
 #include <string>
 
 #include "bus/typed_calls.h"
-#include "tests/figures/findings.h"
 #include "legopt/types/reply.h"
 #include "legopt/types/result.h"
+#include "tests/figures/findings.h"
 
 namespace legopt::figures {
 namespace {

@@ -6,8 +6,8 @@
 #include <memory>
 #include <string>
 
-#include "tests/doubles/simulated_network.h"
 #include "bus/wire.h"
+#include "tests/doubles/simulated_network.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace legopt::bus {

@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "legopt/types/input_error.h"
 #include "app/isolated_call.h"
+#include "legopt/types/input_error.h"
 #include "tests/fuzz/fuzz_input.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -2,8 +2,8 @@
 // without messages. There is no guard: urdfdom itself must not crash on any checked text.
 #include <string>
 
-#include "legopt/types/input_error.h"
 #include "legopt/robot/urdf_tree.h"
+#include "legopt/types/input_error.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace {

@@ -7,8 +7,8 @@
 #include <numbers>
 
 #include "legopt/geometry/scene_solids.h"
-#include "tests/geometry/test_shapes.h"
 #include "tests/folders.h"
+#include "tests/geometry/test_shapes.h"
 
 namespace legopt::test {
 namespace {

@@ -9,9 +9,9 @@
 #include <sstream>
 
 #include "legopt/types/input_error.h"
+#include "tests/folders.h"
 #include "tests/geometry/atlas_data.h"
 #include "tests/geometry/test_shapes.h"
-#include "tests/folders.h"
 
 namespace legopt::test {
 namespace {

@@ -14,8 +14,8 @@
 #include <map>
 #include <sstream>
 
-#include "legopt/types/input_error.h"
 #include "app/isolated_call.h"
+#include "legopt/types/input_error.h"
 #include "tests/geometry/test_shapes.h"
 #include "tests/temporary_folder.h"
 

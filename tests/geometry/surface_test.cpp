@@ -10,12 +10,12 @@
 #include "legopt/geometry/model_data.h"
 #include "legopt/geometry/scene_solids.h"
 #include "legopt/geometry/signed_distance.h"
+#include "legopt/types/collision.h"
 #include "legopt/types/enum_input.h"
 #include "legopt/types/input_error.h"
 #include "tests/geometry/allocation_count.h"
 #include "tests/geometry/atlas_data.h"
 #include "tests/geometry/test_shapes.h"
-#include "legopt/types/collision.h"
 
 namespace legopt::test {
 namespace {

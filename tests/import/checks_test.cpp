@@ -3,9 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "legopt/dataset/content_hash.h"
 #include "legopt/geometry/mesh_faults.h"
 #include "legopt/geometry/scene_solids.h"
-#include "legopt/dataset/content_hash.h"
 #include "legopt/import/dataset_check.h"
 #include "legopt/import/quaternion_order.h"
 #include "tests/dataset/synthetic_dataset.h"

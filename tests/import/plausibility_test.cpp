@@ -8,11 +8,11 @@
 #include <fstream>
 #include <sstream>
 
-#include "legopt/geometry/terrain.h"
+#include "app/isolated_call.h"
 #include "legopt/dataset/content_hash.h"
+#include "legopt/geometry/terrain.h"
 #include "legopt/import/importer.h"
 #include "legopt/types/input_error.h"
-#include "app/isolated_call.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
 #include "tests/folders.h"

@@ -8,8 +8,8 @@
 #include <limits>
 
 #include "legopt/dataset/content_hash.h"
-#include "legopt/robot/kinematics.h"
 #include "legopt/problem/terms/initial_guess.h"
+#include "legopt/robot/kinematics.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
 

@@ -8,8 +8,8 @@
 
 #include "legopt/geometry/collision_query.h"
 #include "legopt/judge/judge.h"
-#include "legopt/robot/kinematics.h"
 #include "legopt/planning/problem_solver.h"
+#include "legopt/robot/kinematics.h"
 #include "tests/folders.h"
 
 namespace legopt {

@@ -8,11 +8,11 @@
 
 #include "legopt/judge/judge.h"
 #include "legopt/judge/timed_path.h"
-#include "legopt/solvers/methods/registry.h"
-#include "legopt/robot/interpolation.h"
 #include "legopt/planning/path_clearance.h"
 #include "legopt/planning/path_solver.h"
 #include "legopt/planning/problem_solver.h"
+#include "legopt/robot/interpolation.h"
+#include "legopt/solvers/methods/registry.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
 #include "tests/folders.h"

@@ -17,9 +17,9 @@
 #include <set>
 #include <tuple>
 
-#include "legopt/types/input_error.h"
-#include "legopt/solvers/methods/registry.h"
 #include "legopt/planning/problem_solver.h"
+#include "legopt/solvers/methods/registry.h"
+#include "legopt/types/input_error.h"
 #include "tests/dataset/test_data.h"
 #include "tests/folders.h"
 #include "tests/solvers/methods/iterations_key.h"

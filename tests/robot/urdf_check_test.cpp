@@ -12,10 +12,10 @@
 #include <map>
 #include <set>
 
-#include "legopt/types/input_error.h"
+#include "app/isolated_call.h"
 #include "legopt/robot/robot_model.h"
 #include "legopt/robot/urdf_rules.h"
-#include "app/isolated_call.h"
+#include "legopt/types/input_error.h"
 #include "tests/folders.h"
 #include "tests/robot/complete_urdf.h"
 

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "legopt/types/input_error.h"
 #include "legopt/robot/robot_model.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt {
 namespace {

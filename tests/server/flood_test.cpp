@@ -14,12 +14,12 @@
 #include <vector>
 
 #include "bus/codec.h"
-#include "tests/doubles/simulated_network.h"
 #include "db/sqlite_store.h"
+#include "legopt/types/reply.h"
 #include "server/server.h"
 #include "tests/bus/sample_messages.h"
+#include "tests/doubles/simulated_network.h"
 #include "tests/server/sample_spec.h"
-#include "legopt/types/reply.h"
 
 namespace legopt::server {
 namespace {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "bus/messages.h"
-#include "tests/doubles/memory_store.h"
 #include "server/scheduler.h"
+#include "tests/doubles/memory_store.h"
 #include "tests/server/reply_status.h"
 #include "tests/server/sample_spec.h"
 

@@ -10,9 +10,9 @@
 
 #include "bus/codec.h"
 #include "bus/field_limits.h"
-#include "tests/doubles/simulated_network.h"
 #include "server/permission.h"
 #include "server/server.h"
+#include "tests/doubles/simulated_network.h"
 #include "tests/server/scheduler_fixture.h"
 
 namespace legopt::server {

@@ -9,9 +9,9 @@
 #include <optional>
 #include <sstream>
 
+#include "legopt/types/reply.h"
 #include "tests/client/program_run.h"
 #include "tests/service/deployment.h"
-#include "legopt/types/reply.h"
 
 namespace legopt::service {
 namespace {

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "tests/doubles/memory_store.h"
 #include "db/store.h"
+#include "tests/doubles/memory_store.h"
 #include "tests/temporary_folder.h"
 
 namespace legopt::simulation {

@@ -9,8 +9,8 @@
 
 #include "bus/codec.h"
 #include "bus/message_key.h"
-#include "tests/simulation/experiment_text.h"
 #include "legopt/types/reply.h"
+#include "tests/simulation/experiment_text.h"
 
 namespace legopt::simulation {
 namespace {

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "bus/endpoint.h"
-#include "tests/doubles/simulated_network.h"
 #include "db/store.h"
 #include "server/server.h"
+#include "tests/doubles/simulated_network.h"
 #include "tests/simulation/fleet_worker.h"
 
 namespace legopt::simulation {

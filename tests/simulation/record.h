@@ -8,11 +8,11 @@
 #include <tuple>
 #include <vector>
 
+#include "legopt/types/job.h"
+#include "legopt/types/reply.h"
 #include "legopt_msg/lease.hpp"
 #include "legopt_msg/result_request.hpp"
 #include "tests/simulation/disk.h"
-#include "legopt/types/job.h"
-#include "legopt/types/reply.h"
 
 namespace legopt::simulation {
 

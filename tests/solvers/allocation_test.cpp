@@ -8,14 +8,14 @@
 #include <string>
 #include <vector>
 
-#include "legopt/solvers/methods/method.h"
-#include "legopt/solvers/solver.h"
 #include "legopt/problem/terms/initial_guess.h"
 #include "legopt/problem/terms/task_program.h"
+#include "legopt/solvers/methods/method.h"
+#include "legopt/solvers/solver.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
-#include "tests/solvers/methods/iterations_key.h"
 #include "tests/solvers/heap_count.h"
+#include "tests/solvers/methods/iterations_key.h"
 
 namespace legopt {
 namespace {

@@ -9,11 +9,11 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "legopt/solvers/methods/method.h"
+#include "legopt/math/random_numbers.h"
 #include "legopt/solvers/equality_projection.h"
 #include "legopt/solvers/gradient_solver.h"
+#include "legopt/solvers/methods/method.h"
 #include "legopt/solvers/waypoint_metric.h"
-#include "legopt/math/random_numbers.h"
 #include "tests/solvers/analytic_program.h"
 
 namespace legopt {

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "bus/codec.h"
+#include "legopt/types/reply.h"
 #include "tests/worker/misbehaviour.h"
 #include "tests/worker/sample_messages.h"
-#include "legopt/types/reply.h"
 #include "worker/pool.h"
 #include "worker/server_link.h"
 

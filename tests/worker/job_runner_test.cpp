@@ -9,8 +9,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "legopt/types/input_error.h"
 #include "legopt/planning/trace.h"
+#include "legopt/types/input_error.h"
 #include "tests/folders.h"
 #include "tests/worker/sample_messages.h"
 #include "worker/solve_executor.h"

@@ -16,8 +16,8 @@
 #include <thread>
 #include <vector>
 
-#include "legopt/types/input_error.h"
 #include "app/isolated_call.h"
+#include "legopt/types/input_error.h"
 #include "tests/worker/fake_server.h"
 #include "tests/worker/misbehaviour.h"
 #include "worker/child_process.h"

@@ -6,8 +6,8 @@
 #include <variant>
 #include <vector>
 
-#include "tests/worker/sample_messages.h"
 #include "legopt/types/reply.h"
+#include "tests/worker/sample_messages.h"
 #include "worker/pool.h"
 
 namespace legopt::worker {

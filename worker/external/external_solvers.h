@@ -7,12 +7,12 @@
 #include <span>
 #include <vector>
 
-#include "legopt/types/input_error.h"
 #include "legopt/solvers/methods/registry.h"
+#include "legopt/types/input_error.h"
+#include "legopt/types/method_name.h"
 #include "worker/external/declaration.h"
 #include "worker/external/line_channel.h"
 #include "worker/external/solver_launcher.h"
-#include "legopt/types/method_name.h"
 
 namespace legopt::external {
 

@@ -12,8 +12,8 @@
 
 #include "legopt/files/file_error.h"
 #include "legopt/files/written_file.h"
-#include "legopt/types/classic_stream.h"
 #include "legopt/input/json.h"
+#include "legopt/types/classic_stream.h"
 #include "worker/external/protocol.h"
 
 namespace legopt::external {

@@ -8,11 +8,11 @@
 #include <utility>
 
 #include "legopt/input/json.h"
-#include "legopt/types/input_error.h"
-#include "legopt/solvers/methods/method.h"
-#include "legopt/types/number_text.h"
 #include "legopt/planning/job_runner.h"
 #include "legopt/problem/terms/task_program.h"
+#include "legopt/solvers/methods/method.h"
+#include "legopt/types/input_error.h"
+#include "legopt/types/number_text.h"
 #include "worker/external/line_channel.h"
 #include "worker/external/protocol.h"
 

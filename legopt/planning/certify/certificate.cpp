@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "legopt/input/json.h"
-#include "legopt/types/input_error.h"
 #include "legopt/types/enum_names.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt::certify {
 namespace {

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "legopt/dataset/dataset.h"
 #include "legopt/planning/certify/stance_catalogue.h"
 #include "legopt/planning/certify/stance_certifier.h"
-#include "legopt/dataset/dataset.h"
 #include "legopt/types/feasibility.h"
 #include "legopt/types/task.h"
 

@@ -5,9 +5,9 @@
 #include <optional>
 #include <utility>
 
+#include "legopt/math/parallel.h"
 #include "legopt/planning/certify/reach_prover.h"
 #include "legopt/planning/certify/stance_certifier.h"
-#include "legopt/math/parallel.h"
 
 namespace legopt::certify {
 namespace {

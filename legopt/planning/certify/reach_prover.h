@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "legopt/planning/certify/leg_reach.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/stance.h"
+#include "legopt/planning/certify/leg_reach.h"
 
 namespace legopt::certify {
 

@@ -11,11 +11,11 @@
 #include <utility>
 
 #include "legopt/math/blake2b.h"
-#include "legopt/types/number_text.h"
-#include "legopt/solvers/best_options.h"
 #include "legopt/math/random_numbers.h"
 #include "legopt/problem/terms/initial_guess.h"
 #include "legopt/problem/terms/waypoint_program.h"
+#include "legopt/solvers/best_options.h"
+#include "legopt/types/number_text.h"
 #include "legopt/types/result.h"
 #include "legopt/types/task.h"
 

@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
-#include "legopt/planning/certify/stance_program.h"
-#include "legopt/geometry/collision_query.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/stance.h"
+#include "legopt/geometry/collision_query.h"
 #include "legopt/judge/judge.h"
+#include "legopt/planning/certify/stance_program.h"
 #include "legopt/solvers/sqp_solver.h"
 
 namespace legopt::certify {

@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include "legopt/geometry/collision_query.h"
 #include "legopt/dataset/dataset.h"
+#include "legopt/geometry/collision_query.h"
 #include "legopt/problem/program.h"
 #include "legopt/problem/terms/waypoint_program.h"
 #include "legopt/types/feasibility.h"

@@ -7,8 +7,8 @@
 
 #include "legopt/geometry/collision_query.h"
 #include "legopt/problem/program.h"
-#include "legopt/robot/kinematics.h"
 #include "legopt/problem/terms/waypoint_state.h"
+#include "legopt/robot/kinematics.h"
 
 namespace legopt {
 

@@ -2,12 +2,12 @@
 
 #include <nlohmann/json.hpp>
 
-#include "legopt/math/blake2b.h"
-#include "legopt/types/demand.h"
 #include "legopt/input/json.h"
+#include "legopt/math/blake2b.h"
 #include "legopt/solvers/methods/option_visitors.h"
-#include "legopt/types/nearest_name.h"
 #include "legopt/solvers/solver.h"
+#include "legopt/types/demand.h"
+#include "legopt/types/nearest_name.h"
 
 namespace legopt {
 namespace {

@@ -4,8 +4,8 @@
 #include <climits>
 #include <cmath>
 
-#include "legopt/math/blake2b.h"
 #include "legopt/input/json.h"
+#include "legopt/math/blake2b.h"
 #include "legopt/types/nearest_name.h"
 
 namespace legopt {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "legopt/types/input_error.h"
 #include "legopt/solvers/option_fields.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt {
 

@@ -1,7 +1,5 @@
 #include "legopt/solvers/methods/registry.h"
 
-#include "legopt/types/input_error.h"
-#include "legopt/types/nearest_name.h"
 #include "legopt/solvers/best_solver.h"
 #include "legopt/solvers/chomp_solver.h"
 #include "legopt/solvers/cma_es_solver.h"
@@ -9,6 +7,8 @@
 #include "legopt/solvers/ipopt_solver.h"
 #include "legopt/solvers/sqp_solver.h"
 #include "legopt/solvers/stomp_solver.h"
+#include "legopt/types/input_error.h"
+#include "legopt/types/nearest_name.h"
 
 namespace legopt {
 namespace {

@@ -5,12 +5,12 @@
 #include <utility>
 #include <variant>
 
-#include "legopt/solvers/methods/custom_options.h"
 #include "legopt/solvers/best_options.h"
 #include "legopt/solvers/chomp_options.h"
 #include "legopt/solvers/cma_es_options.h"
 #include "legopt/solvers/gradient_options.h"
 #include "legopt/solvers/ipopt_options.h"
+#include "legopt/solvers/methods/custom_options.h"
 #include "legopt/solvers/sqp_options.h"
 #include "legopt/solvers/stomp_options.h"
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "legopt/types/demand.h"
 #include "legopt/solvers/subproblem/block_kernels.h"
 #include "legopt/solvers/subproblem/dense_kernels.h"
+#include "legopt/types/demand.h"
 
 namespace legopt {
 namespace {

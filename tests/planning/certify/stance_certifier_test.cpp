@@ -7,9 +7,9 @@
 
 #include <cmath>
 
-#include "legopt/planning/certify/stance_program.h"
 #include "legopt/dataset/stance.h"
 #include "legopt/judge/judge.h"
+#include "legopt/planning/certify/stance_program.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
 

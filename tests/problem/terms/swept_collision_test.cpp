@@ -7,12 +7,12 @@
 #include <cmath>
 #include <random>
 
-#include "legopt/robot/interpolation.h"
 #include "legopt/problem/terms/initial_guess.h"
 #include "legopt/problem/terms/swept_collision_term.h"
-#include "tests/geometry/allocation_count.h"
+#include "legopt/robot/interpolation.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
+#include "tests/geometry/allocation_count.h"
 
 namespace legopt {
 namespace {

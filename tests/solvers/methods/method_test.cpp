@@ -9,8 +9,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "legopt/types/input_error.h"
 #include "legopt/solvers/solver.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt {
 namespace {

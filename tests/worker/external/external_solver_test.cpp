@@ -11,8 +11,8 @@
 #include <random>
 #include <thread>
 
-#include "tests/worker/external/scripted_channel.h"
 #include "tests/solvers/analytic_program.h"
+#include "tests/worker/external/scripted_channel.h"
 
 namespace legopt::external {
 namespace {
