@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdint>
@@ -26,7 +27,7 @@ using Bytes = std::span<const unsigned char>;
 // Both formats are described at sqlite.org/fileformat2.html. Numbers are big-endian.
 constexpr std::size_t kFileHeader = 100, kPageSizeAt = 16, kWriteVersionAt = 18, kReadVersionAt = 19;
 constexpr std::string_view kFileMagic{"SQLite format 3\0", 16};
-constexpr std::size_t kLogHeader = 32, kLogPageSizeAt = 8, kLogSaltAt = 16, kLogSumAt = 24;
+constexpr std::size_t kLogHeader = 32, kLogPageSizeAt = 8, kLogSequenceAt = 12, kLogSaltAt = 16, kLogSumAt = 24;
 constexpr std::size_t kFrameHeader = 24, kFrameCommitAt = 4, kFrameSaltAt = 8, kFrameSumAt = 16, kFrameSummed = 8;
 constexpr std::size_t kSaltBytes = 8, kWord = 4;
 constexpr std::uint32_t kLogMagic = 0x377f0682;  // the last bit: checksums of big-endian words
@@ -92,7 +93,7 @@ class LogReader {
   std::string Fault() {
     if (size_ <= kLogHeader + kFrameHeader) return {};
     if (!log_.Read(0, header_)) return {};
-    if (!HeaderIsRight()) return "its header is damaged";
+    if (!HeaderIsRight()) return IsTornRestart() ? std::string() : "its header is damaged";
     std::optional<std::size_t> wrong;  // the first frame
     bool commit_behind = false;        // a complete commit follows the wrong frame
     Checksum before = StoredAt(header_, kLogSumAt);
@@ -118,6 +119,22 @@ class LogReader {
     Checksum sum;
     sum.Add(Bytes(header_).first(kLogSumAt), big_endian_);
     return sum == StoredAt(header_, kLogSumAt);
+  }
+
+  // Returns whether the process died while SQLite wrote a new header over that of a log whose frames are all in the
+  // database. The new header has the next sequence number; the frames still belong to the old one, which had their
+  // salts.
+  bool IsTornRestart() {
+    if (!IsPageSize(page_size_) || frame_.empty() || !Read(0)) return false;
+    auto old = header_;
+    const std::uint32_t sequence = NumberAt(header_, kLogSequenceAt) - 1;
+    for (std::size_t i = 0; i < kWord; ++i) {
+      old[kLogSequenceAt + i] = static_cast<unsigned char>(sequence >> (8U * (kWord - 1 - i)));
+    }
+    std::copy_n(frame_.begin() + kFrameSaltAt, kSaltBytes, old.begin() + kLogSaltAt);
+    Checksum sum;
+    sum.Add(Bytes(old).first(kLogSumAt), big_endian_);
+    return SumAfter(sum) == StoredAt(frame_, kFrameSumAt);
   }
 
   bool Read(std::size_t frame) {

@@ -11,8 +11,8 @@ namespace legopt::db {
 /// SQLite fills a last page that is cut off with zeros. It opens a file of an unknown format version read-only, as if
 /// permissions were missing. It ends a log at the first frame whose checksum is wrong, as after a loss of power, and
 /// silently drops every commit behind it. A loss of power can only hit the last commit, since each commit is on the
-/// disk before the next is written. So a wrong frame before a whole commit that is not the last, or a wrong header, is
-/// damage.
+/// disk before the next is written. So a wrong frame before a whole commit that is not the last is damage, and so is a
+/// wrong header, unless the process died while it restarted the log.
 void RequireSoundFiles(const std::filesystem::path& file);
 
 }  // namespace legopt::db

@@ -281,7 +281,8 @@ TEST_F(StorageFault, DeathAtAnyCallLosesNothingAcknowledged) {
     ASSERT_TRUE(WEXITSTATUS(status) == 9 || WEXITSTATUS(status) == 0) << WEXITSTATUS(status);
     const std::string when = "death before call " + std::to_string(call);
     {
-      ASSERT_NE(JobRun(path_).Open(), nullptr) << when;
+      JobRun run(path_);
+      ASSERT_NE(run.Open(), nullptr) << when << ": " << run.last();
       Connection connection(path_, Connection::Mode::kReadOnly);
       for (const std::int64_t job : acknowledged) {
         ASSERT_EQ(connection.QueryInt("SELECT count(*) FROM results WHERE job_id = " + std::to_string(job)), 1) << when;
