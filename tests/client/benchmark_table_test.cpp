@@ -233,7 +233,7 @@ TEST(BenchmarkTable, UnknownWordsAreRefusedByName) {
     cells.EnumAt<Task>(1, "task");
     FAIL() << "no error";
   } catch (const ClientError& error) {
-    EXPECT_EQ(error.code(), ExitCode::kInternal);
+    EXPECT_EQ(error.code(), ExitCode::kDatabaseUnusable);
     EXPECT_THAT(error.what(), HasSubstr("task 'climb'"));
   }
 }

@@ -5,9 +5,9 @@
 #include <memory>
 #include <vector>
 
+#include "legopt/dataset/dataset.h"
 #include "legopt/planning/certify/certificate.h"
 #include "legopt/planning/certify/stance_catalogue.h"
-#include "legopt/dataset/dataset.h"
 #include "legopt/types/feasibility.h"
 #include "legopt/types/task.h"
 
