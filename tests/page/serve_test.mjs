@@ -129,6 +129,6 @@ test('when the server is gone, it says so', async () => {
   await page.route('**/*', (route) => route.abort());
   await page.evaluate(() => document.dispatchEvent(new Event('visibilitychange')));  // triggers a new request
   await page.getByRole('alert').waitFor();
-  assert.match(await page.getByRole('alert').textContent(), /Nothing comes from the server/);
+  assert.match(await page.getByRole('alert').textContent(), /no longer answers/);
   await page.close();
 });
