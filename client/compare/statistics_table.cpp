@@ -18,7 +18,7 @@ using statistics::ProblemScore;
 
 constexpr double kHalf = 0.5, kAlmostAll = 0.95;
 
-std::optional<double> EnumNumber(double value) { return std::isnan(value) ? std::nullopt : std::optional(value); }
+std::optional<double> UnlessNan(double value) { return std::isnan(value) ? std::nullopt : std::optional(value); }
 
 // A cell and the location of its statistics.
 struct ScoredCell {
@@ -51,7 +51,7 @@ std::vector<double> SolvedValues(const std::vector<ProblemScore>& scores) {
 std::pair<std::optional<double>, std::optional<double>> MedianAndTail(const std::vector<ProblemScore>& scores) {
   const double shares[] = {kHalf, kAlmostAll};
   const auto quantiles = statistics::Quantiles(SolvedValues(scores), shares);
-  return {EnumNumber(quantiles[0]), EnumNumber(quantiles[1])};
+  return {UnlessNan(quantiles[0]), UnlessNan(quantiles[1])};
 }
 
 void CountRuns(const SolveCell& cell, const std::vector<int>& problems, CellStatistics* figures) {
@@ -86,7 +86,7 @@ void ComputeOwn(const ScoredCell& scored, const ProblemMap& runs, const std::vec
   std::tie(figures.time_median_ms, figures.time_q95_ms) = MedianAndTail(times);
   std::tie(figures.cost_median, figures.cost_q95) = MedianAndTail(Scores(runs, problems, &ProblemRuns::cost));
   figures.par10_ms = charged_ms / figures.n;
-  figures.ert_ms = EnumNumber(statistics::ExpectedRunningTime(spent, shares).time_ms);
+  figures.ert_ms = UnlessNan(statistics::ExpectedRunningTime(spent, shares).time_ms);
 }
 
 // Returns the indices of the shown cells of a column.
@@ -115,9 +115,9 @@ void ComputeCommon(const ScoredColumn& scored, ColumnStatistics* column) {
     CellStatistics& figures = *scored.cells[i].figures;
     const auto times = SolvedValues(Scores(scored.problems[i], common, &ProblemRuns::time));
     const auto costs = SolvedValues(Scores(scored.problems[i], common, &ProblemRuns::cost));
-    figures.common_time_ms = EnumNumber(statistics::ShiftedGeometricMean(times, kShift_ms));
+    figures.common_time_ms = UnlessNan(statistics::ShiftedGeometricMean(times, kShift_ms));
     const bool positive = std::ranges::all_of(costs, [](double cost) { return cost > 0.0; });
-    if (positive) figures.common_cost = EnumNumber(statistics::GeometricMean(costs));
+    if (positive) figures.common_cost = UnlessNan(statistics::GeometricMean(costs));
   }
 }
 
@@ -134,8 +134,8 @@ void ComparePaired(const ScoredColumn& scored, std::size_t reference, std::size_
     const double own_cost = own.cost.MeanSolvedValue(), other_cost = other.cost.MeanSolvedValue();
     if (own_cost > 0.0 && other_cost > 0.0) costs.push_back(own_cost / other_cost);
   }
-  figures.time_ratio = EnumNumber(statistics::GeometricMean(times));
-  figures.cost_ratio = EnumNumber(statistics::GeometricMean(costs));
+  figures.time_ratio = UnlessNan(statistics::GeometricMean(times));
+  figures.cost_ratio = UnlessNan(statistics::GeometricMean(costs));
 }
 
 void ComputePaired(const ScoredColumn& scored, ColumnStatistics* column) {

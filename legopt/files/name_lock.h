@@ -5,21 +5,21 @@
 
 namespace legopt::files {
 
-/// The right to write what has a name, for example a folder that is made in steps: held while this object lives, by
-/// flock on a file `<name>.lock` beside it. The kernel releases it however the process ends; a clean end removes the
-/// file. Not thread-safe.
+/// Exclusive right of a process to write a file or folder, for example a folder that is made in steps. The lock is an
+/// flock on the file `<name>.lock` beside it. The destructor releases the lock and removes the file; the kernel
+/// releases it if the process is killed. Not thread-safe.
 ///
-/// Nothing is locked where the file system has no locks, where the folder cannot be written, or where `<name>.lock` is
-/// no lock file of legopt (OpenLockFile). Writing the thing itself then reports the cause.
+/// Nothing is locked if the file system has no locks, the folder is not writable, or `<name>.lock` is not a lock file
+/// of legopt (OpenLockFile). Writing the file or folder then reports the cause.
 class NameLock {
  public:
-  /// Throws FileError for a shortage (IsShortage) only.
+  /// Throws FileError for a lack of resources (IsShortage) only.
   explicit NameLock(const std::filesystem::path& name);
   ~NameLock();
   NameLock(const NameLock&) = delete;
   NameLock& operator=(const NameLock&) = delete;
 
-  /// The process that has the right instead, "process 12 on host"; empty: this object has it.
+  /// Returns the process that holds the lock instead, "process 12 on host"; empty if this object holds it.
   const std::string& holder() const { return holder_; }
 
  private:

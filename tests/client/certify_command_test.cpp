@@ -35,7 +35,7 @@ class CertifyCommand : public testing::Test {
   test::TemporaryFolder folder_;
 };
 
-// The one that ends last would replace what the other has found out.
+// The process that ends last would replace the other's results.
 TEST_F(CertifyCommand, ACertificateHasOneWriter) {
   {
     const files::NameLock other(folder_.path() / "c.json");

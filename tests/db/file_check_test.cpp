@@ -1,4 +1,4 @@
-// Policy: damage that SQLite reads as something else is refused by name. What a crash or a loss of power leaves is not.
+// Policy: damage that SQLite misreads is refused with its name. Files after a crash or a loss of power are accepted.
 #include "db/file_check.h"
 
 #include <gmock/gmock.h>

@@ -329,7 +329,7 @@ class Bench:
             file.write(text)
 
     def start_server(self):
-        """A server that ACCESS leads to, with an experiment that nobody works on."""
+        """A server that the file ACCESS names, with an experiment that no worker runs."""
         served = os.path.join(self.scratch, "lab.sqlite")
         command = [os.path.join(self.build, "legopt-server"), "--db", served, "--port", "17680", "--listen", "127.0.0.1:17682",
                    "--access", os.path.join(self.template, ACCESS)]

@@ -28,13 +28,13 @@ namespace {
 
 using nlohmann::json;
 
-double EnumNumber(const json& value) {
+double NumberIn(const json& value) {
   return value.is_null() ? std::numeric_limits<double>::infinity() : value.get<double>();
 }
 
 std::vector<double> NumbersOf(const json& values) {
   std::vector<double> numbers;
-  for (const json& value : values) numbers.push_back(EnumNumber(value));
+  for (const json& value : values) numbers.push_back(NumberIn(value));
   return numbers;
 }
 
