@@ -38,7 +38,7 @@ std::vector<std::string> WordsOfCommand(const std::string& command) {
 // Set-up of the child process: the text as its input, no output, default actions for all signals.
 class SpawnPlan {
  public:
-  SpawnPlan(int input) {
+  explicit SpawnPlan(int input) {
     ::posix_spawn_file_actions_init(&actions_);
     ::posix_spawn_file_actions_adddup2(&actions_, input, STDIN_FILENO);
     ::posix_spawn_file_actions_addopen(&actions_, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);

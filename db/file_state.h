@@ -20,7 +20,7 @@ std::optional<std::string> SessionOf(Connection& connection);
 /// Throws StoreError (kCorrupt) if the file or its log is damaged (RequireSoundFiles), or if the log beside `file` was
 /// written for another file. The latter happens when a backup is copied over a database whose server was killed.
 /// Changes nothing.
-void RequireOwnLog(const std::filesystem::path& file);
+void RequireOwnLog(const std::filesystem::path& path);
 
 /// Assigns a new session and writes it to the database and to its lock file. If a reader prevents the log from being
 /// moved into the file, the previous session is kept. The connection must be the only writer and have no open

@@ -86,11 +86,10 @@ Listing JointListing(const RobotModel& robot) {
 }
 
 std::string OrderNote(const RobotModel& robot) {
-  const auto range = [&robot](int first, int last) {
-    return std::to_string(robot.num_dofs() + first) + "-" + std::to_string(robot.num_dofs() + last);
-  };
-  return "Order of x: these joints, then the base: position x y z (" + range(0, 2) + ", m), quaternion w x y z (" +
-         range(3, 6) + ").";
+  const auto range = [](int first, int last) { return std::to_string(first) + "-" + std::to_string(last); };
+  const int position = robot.base_position_index(), rotation = robot.base_rotation_index();
+  return "Order of x: these joints, then the base: position x y z (" + range(position, rotation - 1) +
+         ", m), quaternion w x y z (" + range(rotation, robot.configuration_size() - 1) + ").";
 }
 
 // CSV contains one table, as for every command; the other formats include the joints.

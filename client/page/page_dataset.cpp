@@ -5,6 +5,7 @@
 
 #include "legopt/dataset/support_polygon.h"
 #include "legopt/geometry/convex_surfaces.h"
+#include "legopt/robot/configuration.h"
 #include "legopt/robot/dof_names.h"
 #include "legopt/robot/kinematics.h"
 
@@ -52,9 +53,9 @@ Json RobotJson(const Dataset& dataset, GeometryBlock* geometry) {
                       {"lower", LimitJson(joint.lower)},
                       {"upper", LimitJson(joint.upper)}});
   }
-  for (const Dataset::Foot& foot : dataset.feet()) {
+  for (const Contact& foot : dataset.contacts()) {
     feet.push_back(
-        {{"link", foot.link_index}, {"lower", PointJson(foot.box.min())}, {"upper", PointJson(foot.box.max())}});
+        {{"link", foot.link_index}, {"lower", PointJson(foot.box_L.min())}, {"upper", PointJson(foot.box_L.max())}});
   }
   return {{"name", robot.name()}, {"dofs", DofNames(robot)}, {"links", links}, {"joints", joints}, {"feet", feet}};
 }
@@ -74,9 +75,9 @@ Json SceneJson(const Dataset& dataset, GeometryBlock* geometry) {
 
 Json StanceJson(const Dataset& dataset, const Stance& stance) {
   Json feet = Json::array(), polygon = Json::array();
-  for (const Foothold& foothold : stance.footholds) {
+  for (const ContactTarget& target : stance.contacts) {
     feet.push_back(
-        {{"link", dataset.foot(foothold.link).link_index}, {"target", PoseJson(dataset.FootTarget(foothold))}});
+        {{"link", dataset.contact(target.contact).link_index}, {"target", PoseJson(dataset.LinkTarget(target))}});
   }
   for (const Eigen::Vector2d& corner : TargetSupportPolygon(dataset, stance)) {
     polygon.push_back({corner.x(), corner.y()});
@@ -106,7 +107,8 @@ Json CheckJson(const RobotModel& robot) {
   }
   const Eigen::Vector3d axis(1, 2, 3);
   const Eigen::Quaterniond q(Eigen::AngleAxisd(1.0, axis.normalized()));
-  x.tail<7>() << 1, -2, 3, q.w(), q.x(), q.y(), q.z();
+  MutablePartsOf(x).base_position() << 1, -2, 3;
+  MutablePartsOf(x).set_base_quaternion(q);
   Kinematics kinematics(robot);
   kinematics.Update(x);
   Json poses = Json::array();

@@ -15,17 +15,17 @@ namespace {
 // Tolerance for files written with fewer digits; the judge's tolerances are a million times larger.
 constexpr double kSameDefinition = 1e-9;
 
-bool Same(const Foothold& a, const Foothold& b) {
+bool Same(const ContactTarget& a, const ContactTarget& b) {
   const auto largest = [](const auto& difference) { return difference.cwiseAbs().maxCoeff(); };
-  return a.link == b.link && largest(a.position - b.position) <= kSameDefinition &&
+  return a.contact == b.contact && largest(a.position - b.position) <= kSameDefinition &&
          std::min(largest(a.rotation.coeffs() - b.rotation.coeffs()),
                   largest(a.rotation.coeffs() + b.rotation.coeffs())) <= kSameDefinition;
 }
 
 bool Same(const ProblemDefinition& a, const ProblemDefinition& b) {
   const auto same_stance = [](const Stance& s, const Stance& t) {
-    return std::equal(s.footholds.begin(), s.footholds.end(), t.footholds.begin(), t.footholds.end(),
-                      [](const Foothold& f, const Foothold& g) { return Same(f, g); });
+    return std::equal(s.contacts.begin(), s.contacts.end(), t.contacts.begin(), t.contacts.end(),
+                      [](const ContactTarget& f, const ContactTarget& g) { return Same(f, g); });
   };
   return std::equal(a.stances.begin(), a.stances.end(), b.stances.begin(), b.stances.end(), same_stance);
 }

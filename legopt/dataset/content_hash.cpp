@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "legopt/dataset/contact_fields.h"
 #include "legopt/dataset/scene_file.h"
 #include "legopt/files/output_file.h"
 #include "legopt/input/file_text.h"
@@ -115,15 +116,20 @@ std::vector<FileHash> WriteManifestHashes(const fs::path& folder, const ReadGuar
 }
 
 std::string ContentHash(const DatasetDescription& description, const std::vector<FileHash>& manifest) {
-  nlohmann::json text = {{"format", kDatasetFormat},
-                         {"robot", description.robot_file},
+  nlohmann::json text = {{"robot", description.robot_file},
                          {"scene", description.scene_file},
-                         {"feet", description.feet},
-                         {"sole_offset_m", description.sole_offset_m},
                          {"gravity_m_s2", description.gravity_m_s2},
                          {"nominal_posture", description.nominal_posture},
                          {"self_collision_reference", description.self_collision_reference},
                          {"files", nlohmann::json::object()}};
+  if (const std::optional<double> sole_offset_m = CommonSoleOffset_m(description.contacts)) {
+    text["format"] = kDatasetFormat1;
+    text["sole_offset_m"] = *sole_offset_m;
+    for (const ContactDescription& contact : description.contacts) text["feet"].push_back(contact.link);
+  } else {
+    text["format"] = kDatasetFormat2;
+    text["contacts"] = CanonicalContacts(description.contacts);
+  }
   for (const TaskDescription& row : ProblemTasks()) {
     text[std::string(ToString(row.task))] = description.problem_files[row.task];
   }

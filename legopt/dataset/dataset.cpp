@@ -11,6 +11,7 @@
 #include "legopt/dataset/problem_file.h"
 #include "legopt/dataset/scene_file.h"
 #include "legopt/geometry/mesh.h"
+#include "legopt/robot/configuration.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/nearest_name.h"
@@ -85,7 +86,7 @@ Dataset::Dataset(fs::path folder, DatasetDescription description, const ReadGuar
   ResolveContentHash();
   CheckMass();
   MeasureShapes();
-  ResolveFeet();
+  ResolveContacts();
   ResolvePostures();
   for (const TaskDescription& task : ProblemTasks()) {
     problems_[task.task] = ReadProblems(task.task, description_.problem_files[task.task]);
@@ -178,27 +179,28 @@ void Dataset::MeasureShapes() {
   }
 }
 
-void Dataset::ResolveFeet() {
+void Dataset::ResolveContacts() {
   std::vector<std::string> link_names;
   for (const Link& link : robot_.links()) link_names.push_back(link.name);
-  for (const std::string& name : description_.feet) {
-    const int index = robot_.FindLink(name);
+  for (const ContactDescription& contact : description_.contacts) {
+    const int index = robot_.FindLink(contact.link);
+    const std::string field = description_.PathOf(contact);
     if (index < 0) {
       throw InputError({.file = file_for_errors(),
-                        .field = "feet",
-                        .value = name,
+                        .field = field,
+                        .value = contact.link,
                         .message = "the robot has no such link",
-                        .fix = SuggestName(name, link_names)});
+                        .fix = SuggestName(contact.link, link_names)});
     }
     const Eigen::AlignedBox3d box = LinkBox(robot_.links()[static_cast<size_t>(index)], robot_.read_guard());
     if (box.isEmpty() || !(box.sizes().head<2>().minCoeff() > 0)) {
       throw InputError({.file = file_for_errors(),
-                        .field = "feet",
-                        .value = name,
-                        .message = "the foot has no collision geometry",
+                        .field = field,
+                        .value = contact.link,
+                        .message = "the link has no collision geometry",
                         .fix = "give the link a <collision> element in " + description_.robot_file});
     }
-    feet_.push_back({.link = name, .link_index = index, .box = box});
+    contacts_.push_back(ResolveContact(contact, index, box));
   }
 }
 
@@ -220,15 +222,15 @@ Eigen::VectorXd Dataset::ResolveJoints(const std::map<std::string, double>& valu
     }
     joints[found - joint_names.begin()] = value;
   }
-  return joints.cwiseMax(robot_.lower_limits()).cwiseMin(robot_.upper_limits());
+  robot_.ClampJoints(joints);
+  return joints;
 }
 
 void Dataset::ResolvePostures() {
   const int n = robot_.num_dofs();
   nominal_joints_ = ResolveJoints(description_.nominal_posture, "nominal_posture");
-  self_collision_reference_ = Eigen::VectorXd::Zero(robot_.configuration_size());
+  self_collision_reference_ = ConfigurationAt(n, Eigen::Isometry3d::Identity());
   self_collision_reference_.head(n) = ResolveJoints(description_.self_collision_reference, "self_collision_reference");
-  self_collision_reference_[n + 3] = 1;
 
   Eigen::VectorXd nominal = self_collision_reference_;
   nominal.head(n) = nominal_joints_;
@@ -240,17 +242,18 @@ void Dataset::ResolvePostures() {
     if (!box.isEmpty()) robot_bounds_.extend(box.transformed(kinematics.link_pose(link)));
   }
   nominal_sole_height_m_ = std::numeric_limits<double>::infinity();
-  for (const Foot& foot : feet_) {
+  for (const Contact& contact : contacts_) {
     for (int c = 0; c < 8; ++c) {
-      const Eigen::Vector3d corner = foot.box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(c));
-      nominal_sole_height_m_ = std::min(nominal_sole_height_m_, (kinematics.link_pose(foot.link_index) * corner).z());
+      const Eigen::Vector3d corner = contact.box_L.corner(static_cast<Eigen::AlignedBox3d::CornerType>(c));
+      const double z = (kinematics.link_pose(contact.link_index) * corner).z();
+      nominal_sole_height_m_ = std::min(nominal_sole_height_m_, z);
     }
   }
 }
 
-std::vector<std::string> Dataset::FootNames() const {
+std::vector<std::string> Dataset::ContactNames() const {
   std::vector<std::string> names;
-  for (const Foot& foot : feet_) names.push_back(foot.link);
+  for (const Contact& contact : contacts_) names.push_back(contact.name);
   return names;
 }
 
@@ -276,14 +279,14 @@ std::vector<ProblemDefinition> Dataset::ReadProblems(Task task, const std::strin
                         .fix = "correct the definition, or move the problem to the file of the other task"});
     }
     for (size_t s = 0; s < problem.stances.size(); ++s) {
-      for (const Foothold& foothold : problem.stances[s].footholds) {
-        const std::vector<std::string> names = FootNames();
-        if (std::find(names.begin(), names.end(), foothold.link) != names.end()) continue;
+      for (const ContactTarget& target : problem.stances[s].contacts) {
+        const std::vector<std::string> names = ContactNames();
+        if (std::find(names.begin(), names.end(), target.contact) != names.end()) continue;
         throw InputError({.file = path,
                           .field = place + ", stance " + std::to_string(s),
-                          .value = foothold.link,
-                          .message = "the link is not a foot of this dataset",
-                          .fix = SuggestName(foothold.link, names)});
+                          .value = target.contact,
+                          .message = "the dataset has no such contact",
+                          .fix = SuggestName(target.contact, names)});
       }
     }
   }
@@ -312,22 +315,18 @@ const ProblemDefinition& Dataset::problem(Task task, int id) const {
                     .fix = ids.empty() ? "the dataset has no problems of this task" : "ids: " + ids});
 }
 
-const Dataset::Foot& Dataset::foot(const std::string& link) const {
-  const auto found = std::find_if(feet_.begin(), feet_.end(), [&](const Foot& f) { return f.link == link; });
-  if (found != feet_.end()) return *found;
+const Contact& Dataset::contact(const std::string& name) const {
+  const auto found = std::find_if(contacts_.begin(), contacts_.end(), [&](const Contact& c) { return c.name == name; });
+  if (found != contacts_.end()) return *found;
   throw InputError({.file = file_for_errors(),
-                    .field = "feet",
-                    .value = link,
-                    .message = "the link is not a foot of this dataset",
-                    .fix = SuggestName(link, FootNames())});
+                    .field = "contacts",
+                    .value = name,
+                    .message = "the dataset has no such contact",
+                    .fix = SuggestName(name, ContactNames())});
 }
 
-Eigen::Isometry3d Dataset::FootTarget(const Foothold& foothold) const {
-  const Eigen::Matrix3d R = foothold.rotation.normalized().toRotationMatrix();
-  Eigen::Isometry3d target = Eigen::Isometry3d::Identity();
-  target.linear() = R;
-  target.translation() = foothold.position + sole_offset_m() * R.col(2);
-  return target;
+Eigen::Isometry3d Dataset::LinkTarget(const ContactTarget& target) const {
+  return contact(target.contact).LinkTarget(target);
 }
 
 }  // namespace legopt

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "legopt/dataset/contact.h"
 #include "legopt/dataset/dataset_file.h"
 #include "legopt/dataset/stance.h"
 #include "legopt/geometry/collision_model.h"
@@ -23,22 +24,14 @@ namespace legopt {
 /// (legopt_folder.h). Immutable after loading and thread-safe; share it as shared_ptr<const Dataset>.
 class Dataset {
  public:
-  /// A link that may support the robot. The four corners of its box at box.min().z() are the contact patch, which spans
-  /// the support polygon.
-  struct Foot {
-    std::string link;
-    int link_index;           ///< index into RobotModel::links()
-    Eigen::AlignedBox3d box;  ///< AABB of its collision geometry in the link frame, m; not empty
-  };
-
   /// Reads and checks the whole dataset, including every mesh, so that a corrupt mesh is reported here and not by a
   /// worker. `guard` runs third-party parsers on the robot and the meshes, now and for later users of robot() and
   /// scene().
   ///
   /// Throws InputError for a missing or malformed file, a content hash that differs from the manifest, an unknown key,
   /// link or joint (with the nearest valid name), a robot without mass, geometry more than 8,192 m from the origin
-  /// (where single precision, as in mesh files, is coarser than the judge's 1 mm), a foot without geometry, an invalid
-  /// stance, and duplicate problem ids.
+  /// (where single precision, as in mesh files, is coarser than the judge's 1 mm), a contact without geometry, an
+  /// invalid stance, and duplicate problem ids.
   static std::shared_ptr<const Dataset> Load(const std::filesystem::path& folder, const ReadGuard& guard = {});
 
   /// Name from `dataset.yaml`; the folder's name for a bare folder. Not part of the content hash.
@@ -71,22 +64,19 @@ class Dataset {
 
   /// Gravitational acceleration for the cost, > 0. The LegOpt benchmark uses 9.797930195020351.
   double gravity_m_s2() const { return description_.gravity_m_s2; }
-  /// Height of a foot's link frame above its contact frame along the surface normal (Atlas: 0.082351).
-  double sole_offset_m() const { return description_.sole_offset_m; }
   /// Joint values of the initial guess, size n, within the limits.
   const Eigen::VectorXd& nominal_joints() const { return nominal_joints_; }
   /// Configuration (n + 7) with the base at the origin. Link pairs that touch in it are ignored in self-collision.
   const Eigen::VectorXd& self_collision_reference() const { return self_collision_reference_; }
-  /// z of the lowest corner of all feet's boxes relative to the base origin, with nominal joints and an upright base, m
-  /// (negative; Atlas: -0.873903).
+  /// z of the lowest corner of the boxes of all contacts' links, relative to the base origin, with nominal joints and
+  /// an upright base, m (negative; Atlas: -0.873903).
   double nominal_sole_height_m() const { return nominal_sole_height_m_; }
 
-  const std::vector<Foot>& feet() const { return feet_; }  ///< ordered as in dataset.yaml; not empty
-  /// Returns a foot by link name. Throws InputError if the link is not a foot of this dataset.
-  const Foot& foot(const std::string& link) const;
-  /// Computes the target of the foot's *link frame* in the world: position + sole_offset_m * n, with n the third column
-  /// of the rotation; the rotation is only normalised.
-  Eigen::Isometry3d FootTarget(const Foothold& foothold) const;
+  const std::vector<Contact>& contacts() const { return contacts_; }  ///< ordered as in dataset.yaml; not empty
+  /// Returns a contact by name. Throws InputError if the dataset has no such contact.
+  const Contact& contact(const std::string& name) const;
+  /// Returns the target of the *link frame* of the target's contact in the world (Contact::LinkTarget).
+  Eigen::Isometry3d LinkTarget(const ContactTarget& target) const;
 
   Dataset(const Dataset&) = delete;
   Dataset& operator=(const Dataset&) = delete;
@@ -97,11 +87,11 @@ class Dataset {
   void ResolveContentHash();
   void CheckMass() const;
   void MeasureShapes();
-  void ResolveFeet();
+  void ResolveContacts();
   void ResolvePostures();
   Eigen::VectorXd ResolveJoints(const std::map<std::string, double>& values, const std::string& key) const;
   std::vector<ProblemDefinition> ReadProblems(Task task, const std::string& file) const;
-  std::vector<std::string> FootNames() const;
+  std::vector<std::string> ContactNames() const;
   std::string file_for_errors() const;
   std::string HashFix() const;
 
@@ -116,7 +106,7 @@ class Dataset {
   Eigen::VectorXd nominal_joints_;
   Eigen::VectorXd self_collision_reference_;
   double nominal_sole_height_m_ = 0;
-  std::vector<Foot> feet_;
+  std::vector<Contact> contacts_;
 
   struct LazyCollisionModel {
     std::once_flag once;

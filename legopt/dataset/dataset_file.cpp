@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "legopt/dataset/contact_fields.h"
 #include "legopt/dataset/legopt_folder.h"
 #include "legopt/dataset/yaml_fields.h"
 #include "legopt/input/name.h"
@@ -22,22 +23,6 @@ std::string CheckPath(const YamlFields& fields, const std::string& key, const st
     fields.Fail(key, text, "the path leaves the dataset's folder", "move the file into it and write a relative path");
   }
   return path.generic_string();
-}
-
-std::vector<std::string> ReadFeet(const YamlFields& fields) {
-  const YAML::Node list = fields.Require("feet");
-  if (!list.IsSequence() || list.size() == 0) {
-    fields.Fail("feet", DescribeNode(list), "must list at least one link", "write feet: [l_foot, r_foot]");
-  }
-  std::vector<std::string> feet;
-  for (const YAML::Node& node : list) {
-    if (!node.IsScalar()) fields.Fail("feet", DescribeNode(node), "must be link names", "write feet: [l_foot, r_foot]");
-    if (std::find(feet.begin(), feet.end(), node.Scalar()) != feet.end()) {
-      fields.Fail("feet", node.Scalar(), "the link is listed twice", "list every foot once");
-    }
-    feet.push_back(node.Scalar());
-  }
-  return feet;
 }
 
 std::map<std::string, double> ReadJointValues(const YamlFields& fields, const std::string& key) {
@@ -95,29 +80,44 @@ void ReadProblemNames(const YamlFields& fields, DatasetDescription* description)
                                                        }));
 }
 
+/// Returns the value of `format`, which decides which other keys are valid.
+std::string ReadFormat(const YAML::Node& root, const std::string& file) {
+  std::vector<std::string> keys;
+  if (root.IsMap()) {
+    for (const auto& entry : root) keys.push_back(DescribeNode(entry.first));
+  }
+  const YamlFields fields(root, file, "", keys);
+  const std::string format = fields.RequireText("format");
+  if (format != kDatasetFormat1 && format != kDatasetFormat2) {
+    fields.Fail("format", format, "unknown dataset format",
+                "this program reads '" + std::string(kDatasetFormat1) + "' and '" + kDatasetFormat2 + "'");
+  }
+  return format;
+}
+
 }  // namespace
+
+std::string DatasetDescription::PathOf(const ContactDescription& contact) const {
+  return CommonSoleOffset_m(contacts) ? "feet" : "contacts." + contact.name + ".link";
+}
 
 DatasetDescription ReadDatasetFile(const fs::path& folder) {
   const std::string file = (folder / kDatasetFileName).string();
-  const YamlFields fields(ReadYamlFile(file), file, "",
-                          {"format", "name", "robot", "scene", "problems", "feet", "sole_offset_m", "gravity_m_s2",
-                           "nominal_posture", "self_collision_reference", "files"});
-  const std::string format = fields.RequireText("format");
-  if (format != kDatasetFormat) {
-    fields.Fail("format", format, "unknown dataset format", "this program reads '" + std::string(kDatasetFormat) + "'");
-  }
+  const YAML::Node root = ReadYamlFile(file);
+  const bool has_soles = ReadFormat(root, file) == kDatasetFormat1;
+  std::vector<std::string> keys = {"format",   "name",         "robot",           "scene",
+                                   "problems", "gravity_m_s2", "nominal_posture", "self_collision_reference",
+                                   "files"};
+  for (const char* key : has_soles ? std::vector{"feet", "sole_offset_m"} : std::vector{"contacts"})
+    keys.push_back(key);
+  const YamlFields fields(root, file, "", keys);
   DatasetDescription description;
   description.name = fields.RequireText("name");
   RequireName(description.name, file, "name");
   description.robot_file = CheckPath(fields, "robot", fields.RequireText("robot"));
   description.scene_file = CheckPath(fields, "scene", fields.RequireText("scene"));
   ReadProblemNames(fields, &description);
-  description.feet = ReadFeet(fields);
-  description.sole_offset_m = fields.RequireNumber("sole_offset_m");
-  if (description.sole_offset_m < 0) {
-    fields.Fail("sole_offset_m", FormatFixed(description.sole_offset_m, 6), "must not be negative",
-                "write the height of the foot's link frame above its sole target");
-  }
+  description.contacts = has_soles ? ReadSoles(fields) : ReadContacts(fields);
   description.gravity_m_s2 = fields.Number("gravity_m_s2").value_or(DatasetDescription::kBenchmarkGravity_m_s2);
   if (!(description.gravity_m_s2 > 0)) {
     fields.Fail("gravity_m_s2", FormatFixed(description.gravity_m_s2, 6), "must be greater than 0", "write 9.81");

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "legopt/dataset/contact.h"
 #include "legopt/types/task.h"
 
 namespace legopt {
@@ -13,15 +14,21 @@ namespace legopt {
 ///
 /// All keys of the file (paths are relative to the folder, use forward slashes and stay inside it):
 ///
-///     format: legopt-dataset/1            # required
+///     format: legopt-dataset/2            # required
 ///     name: garage-small                  # required, shown in tables
 ///     robot: robot.urdf                   # required, URDF; its collision meshes must be in the folder
 ///     scene: scene.yaml                   # required, scene.yaml (scene_file.h) or one mesh: .stl .obj .dae .ply
 ///     problems:                           # required, at least one task; LegOpt JSON (problem_file.h)
 ///       posture: problems-posture.json
 ///       motion: problems-motion.json
-///     feet: [l_foot, r_foot]              # required, links with collision geometry
-///     sole_offset_m: 0.082351             # required, >= 0: link frame above the contact frame along the normal
+///     contacts:                           # required, in the order of pages and files
+///       l_foot:                           # the name that stances use
+///         link: l_foot                    # required, a link with collision geometry
+///         kind: sole                      # required
+///         frame: {position: [0, 0, -0.08], rpy: [0, 0, 0]}  # optional: contact frame in the link, m and rad
+///         points: [[0.1, 0.05, 0], ...]   # optional, m, in the contact frame; default: lower corners of the link's
+///         box friction: 0.7                   # optional, in (0, 2], default as shown max_normal_N: 2000 # optional, >
+///         0, default no bound
 ///     gravity_m_s2: 9.797930195020351     # optional, default as shown
 ///     nominal_posture:                    # optional, joint: rad (m for prismatic); joints not named are 0
 ///       l_leg_kny: 0.872664626
@@ -29,19 +36,26 @@ namespace legopt {
 ///       back_lbz: 0.349055556
 ///     files:                              # required: every used file and the BLAKE2b-256 of its bytes
 ///       robot.urdf: 5c1e...               # (64 hex digits); `legopt dataset hash` writes them
+///
+/// Format 1 (`legopt-dataset/1`) has two keys instead of `contacts`. Both formats have the same content hash if they
+/// mean the same.
+///
+///     feet: [l_foot, r_foot]              # required: a sole for each link, named like it
+///     sole_offset_m: 0.082351             # required, >= 0: link frame above the contact frame along the normal
 struct DatasetDescription {
   std::string name;                                        ///< shown in tables
   std::string robot_file;                                  ///< URDF, relative to the folder
   std::string scene_file;                                  ///< scene.yaml or a mesh, relative to the folder
   EnumArray<Task, std::string> problem_files;              ///< empty: the dataset has no problems of this task
-  std::vector<std::string> feet;                           ///< names of the links that may support the robot
-  double sole_offset_m = 0;                                ///< height of a foot's link frame above its contact frame,
-                                                           ///< >= 0
+  std::vector<ContactDescription> contacts;                ///< not empty, names unique
   double gravity_m_s2 = kBenchmarkGravity_m_s2;            ///< > 0
   std::map<std::string, double> nominal_posture;           ///< joint name -> rad, before clamping
   std::map<std::string, double> self_collision_reference;  ///< joint name -> rad
   std::map<std::string, std::string> files;                ///< path -> expected hash; empty for a bare folder
   bool bare = false;                                       ///< true: a LegOpt-style folder without dataset.yaml
+
+  /// Returns the key that declares a contact, for errors: "feet" in format 1.
+  std::string PathOf(const ContactDescription& contact) const;
 
   /// Gravitational acceleration of the benchmark: OpenRAVE's altitude and latitude formula for Tokyo.
   static constexpr double kBenchmarkGravity_m_s2 = 9.797930195020351;
@@ -49,8 +63,9 @@ struct DatasetDescription {
 
 /// File that distinguishes a dataset's folder from a bare one.
 inline constexpr const char* kDatasetFileName = "dataset.yaml";
-/// Value of the key `format` that this program reads and writes.
-inline constexpr const char* kDatasetFormat = "legopt-dataset/1";
+/// Values of the key `format`. Files are written in format 1 if it can express the contacts, else in format 2.
+inline constexpr const char* kDatasetFormat1 = "legopt-dataset/1";
+inline constexpr const char* kDatasetFormat2 = "legopt-dataset/2";
 
 /// Reads `folder`/dataset.yaml. Throws InputError for a missing file, invalid YAML, an unknown or missing key, a value
 /// of the wrong type or range, or a path that leaves the folder.

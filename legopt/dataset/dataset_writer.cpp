@@ -45,6 +45,33 @@ void AddMap(const char* key, const std::map<std::string, double>& values, std::s
   for (const auto& [name, value] : values) text += "  " + Text(name) + ": " + Number(value) + "\n";
 }
 
+std::string FormatSoles(const std::vector<ContactDescription>& contacts, double sole_offset_m) {
+  std::string feet;
+  for (const ContactDescription& contact : contacts) feet += (feet.empty() ? "" : ", ") + Text(contact.link);
+  return "\nfeet: [" + feet + "]\nsole_offset_m: " + Number(sole_offset_m) + "\n";
+}
+
+std::string Vector(const Eigen::Vector3d& vector) {
+  return "[" + Number(vector.x()) + ", " + Number(vector.y()) + ", " + Number(vector.z()) + "]";
+}
+
+std::string FormatContacts(const std::vector<ContactDescription>& contacts) {
+  std::string text = "\ncontacts:\n";
+  for (const ContactDescription& contact : contacts) {
+    text += "  " + Text(contact.name) + ":\n    link: " + Text(contact.link) +
+            "\n    kind: " + std::string(ToString(contact.kind)) +
+            "\n    frame: {position: " + Vector(contact.position) + ", rpy: " + Vector(contact.rpy_rad) + "}\n";
+    if (contact.points) {
+      std::string points;
+      for (const Eigen::Vector3d& point : *contact.points) points += (points.empty() ? "" : ", ") + Vector(point);
+      text += "    points: [" + points + "]\n";
+    }
+    text += "    friction: " + Number(contact.friction) + "\n";
+    if (contact.max_normal_N) text += "    max_normal_N: " + Number(*contact.max_normal_N) + "\n";
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string FormatProblems(std::span<const ProblemDefinition> problems, Task task, const std::string& robot,
@@ -68,16 +95,16 @@ std::string FormatDatasetFile(const DatasetDescription& description, const std::
   std::string text;
   ClassicInput lines(comment);
   for (std::string line; std::getline(lines, line);) text += "# " + line + "\n";
-  text += std::string("format: ") + kDatasetFormat + "\nname: " + Text(description.name) +
-          "\nrobot: " + Text(description.robot_file) + "\nscene: " + Text(description.scene_file) + "\nproblems:\n";
+  const std::optional<double> sole_offset_m = CommonSoleOffset_m(description.contacts);
+  text += std::string("format: ") + (sole_offset_m ? kDatasetFormat1 : kDatasetFormat2) +
+          "\nname: " + Text(description.name) + "\nrobot: " + Text(description.robot_file) +
+          "\nscene: " + Text(description.scene_file) + "\nproblems:\n";
   for (const TaskDescription& row : ProblemTasks()) {
     const std::string& file = description.problem_files[row.task];
     if (!file.empty()) text += "  " + std::string(ToString(row.task)) + ": " + Text(file) + "\n";
   }
-  std::string feet;
-  for (const std::string& foot : description.feet) feet += (feet.empty() ? "" : ", ") + Text(foot);
-  text += "\nfeet: [" + feet + "]\nsole_offset_m: " + Number(description.sole_offset_m) +
-          "\ngravity_m_s2: " + Number(description.gravity_m_s2) + "\n";
+  text += sole_offset_m ? FormatSoles(description.contacts, *sole_offset_m) : FormatContacts(description.contacts);
+  text += "gravity_m_s2: " + Number(description.gravity_m_s2) + "\n";
   AddMap("nominal_posture", description.nominal_posture, text);
   AddMap("self_collision_reference", description.self_collision_reference, text);
   return text + "\n";

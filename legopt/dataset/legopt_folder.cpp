@@ -63,8 +63,7 @@ DatasetDescription DescribeLegOptFolder(const fs::path& folder) {
 }
 
 void SetBenchmarkConstants(DatasetDescription* description) {
-  description->feet = {"l_foot", "r_foot"};
-  description->sole_offset_m = kAtlasSoleOffset_m;
+  description->contacts = DescribeSoles({"l_foot", "r_foot"}, kAtlasSoleOffset_m);
   description->nominal_posture = {{"l_leg_kny", kKnee_rad},        {"r_leg_kny", kKnee_rad},
                                   {"l_leg_lhy", kHipAndAnkle_rad}, {"r_leg_lhy", kHipAndAnkle_rad},
                                   {"l_leg_uay", kHipAndAnkle_rad}, {"r_leg_uay", kHipAndAnkle_rad},

@@ -56,6 +56,14 @@ std::vector<Stance> ParseDefinition(const Json& definition, int id, const std::s
 
 }  // namespace
 
+Task TaskOf(const ProblemFile& file) {
+  if (file.task) return *file.task;
+  for (const ProblemDefinition& problem : file.problems) {
+    if (!problem.stances.empty()) return problem.stances.size() == 1 ? Task::kPosture : Task::kMotion;
+  }
+  return Task::kPosture;
+}
+
 ProblemFile ReadProblemFile(const std::filesystem::path& path) {
   return ParseProblemFile(ReadJsonFile(path), path.string(), false);
 }

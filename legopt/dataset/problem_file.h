@@ -25,6 +25,10 @@ struct ProblemFile {
   std::vector<ProblemDefinition> problems;  ///< ordered as in the file
 };
 
+/// Returns the task that the file names. LegOpt's own files name none and have two kinds of problems: motions if the
+/// first problem with stances has several, else postures.
+Task TaskOf(const ProblemFile& file);
+
 /// Reads a problem file. Throws InputError with file and problem: no `problems` array, missing or duplicate `id`,
 /// missing `definition`, invalid stance.
 ProblemFile ReadProblemFile(const std::filesystem::path& path);

@@ -52,7 +52,7 @@ double ReadPoseNumber(std::string_view token, const TextSource& source) {
   return value;
 }
 
-Foothold ParseFoothold(std::string_view link, std::string_view pose, const TextSource& source) {
+ContactTarget ParseContactTarget(std::string_view contact, std::string_view pose, const TextSource& source) {
   std::array<double, kPoseSize> numbers{};
   size_t count = 0;
   for (size_t begin = pose.find_first_not_of(kSpace); begin != std::string_view::npos;) {
@@ -62,38 +62,39 @@ Foothold ParseFoothold(std::string_view link, std::string_view pose, const TextS
     begin = pose.find_first_not_of(kSpace, end);
   }
   if (count != kPoseSize) {
-    Fail(source, pose, "the pose of '" + std::string(link) + "' has " + std::to_string(count) + " numbers instead of 7",
+    Fail(source, pose,
+         "the pose of '" + std::string(contact) + "' has " + std::to_string(count) + " numbers instead of 7",
          "write qw qx qy qz px py pz");
   }
-  Foothold foothold{.link = std::string(link),
-                    .position = {numbers[4], numbers[5], numbers[6]},
-                    .rotation = Eigen::Quaterniond(numbers[0], numbers[1], numbers[2], numbers[3])};
-  const double norm = foothold.rotation.norm();
+  ContactTarget target{.contact = std::string(contact),
+                       .position = {numbers[4], numbers[5], numbers[6]},
+                       .rotation = Eigen::Quaterniond(numbers[0], numbers[1], numbers[2], numbers[3])};
+  const double norm = target.rotation.norm();
   if (!(std::abs(norm - 1) <= kQuaternionTolerance)) {
     Fail(source, pose,
-         "the quaternion of '" + std::string(link) + "' is not unit: its norm is " + FormatNumber(norm) +
+         "the quaternion of '" + std::string(contact) + "' is not unit: its norm is " + FormatNumber(norm) +
              ", which is more than " + FormatNumber(kQuaternionTolerance) + " from 1",
          "the first four numbers are qw qx qy qz; divide them by the norm");
   }
-  return foothold;
+  return target;
 }
 
 }  // namespace
 
-bool operator==(const Foothold& a, const Foothold& b) {
-  return a.link == b.link && a.position == b.position && a.rotation.coeffs() == b.rotation.coeffs();
+bool operator==(const ContactTarget& a, const ContactTarget& b) {
+  return a.contact == b.contact && a.position == b.position && a.rotation.coeffs() == b.rotation.coeffs();
 }
 
-bool operator==(const Stance& a, const Stance& b) { return a.footholds == b.footholds; }
+bool operator==(const Stance& a, const Stance& b) { return a.contacts == b.contacts; }
 
 bool operator==(const ProblemDefinition& a, const ProblemDefinition& b) {
   return a.id == b.id && a.stances == b.stances;
 }
 
-Stance PlantedFeet(const Stance& from, const Stance& to) {
+Stance PlantedContacts(const Stance& from, const Stance& to) {
   Stance planted;
-  for (const Foothold& foothold : from.footholds) {
-    if (std::ranges::find(to.footholds, foothold) != to.footholds.end()) planted.footholds.push_back(foothold);
+  for (const ContactTarget& target : from.contacts) {
+    if (std::ranges::find(to.contacts, target) != to.contacts.end()) planted.contacts.push_back(target);
   }
   return planted;
 }
@@ -113,30 +114,32 @@ std::string DescribeStanceCounts() {
 
 Stance ParseStance(std::string_view text, const TextSource& source) {
   const std::vector<std::string_view> fields = SplitFields(text);
-  if (fields.empty()) Fail(source, text, "the stance has no feet", "write 'link,qw qx qy qz px py pz,'");
+  if (fields.empty()) Fail(source, text, "the stance has no contacts", "write 'contact,qw qx qy qz px py pz,'");
   if (fields.size() % 2 != 0) {
-    Fail(source, text, "the stance does not alternate link names and poses", "write 'link,qw qx qy qz px py pz,'");
+    Fail(source, text, "the stance does not alternate names of contacts and poses",
+         "write 'contact,qw qx qy qz px py pz,'");
   }
   Stance stance;
   for (size_t i = 0; i < fields.size(); i += 2) {
-    if (fields[i].empty()) Fail(source, text, "a link name is empty", "write 'link,qw qx qy qz px py pz,'");
-    for (const Foothold& earlier : stance.footholds) {
-      if (earlier.link == fields[i]) {
+    if (fields[i].empty())
+      Fail(source, text, "the name of a contact is empty", "write 'contact,qw qx qy qz px py pz,'");
+    for (const ContactTarget& earlier : stance.contacts) {
+      if (earlier.contact == fields[i]) {
         Fail(source, fields[i], "a foot is listed twice in one stance", "keep one pose per foot");
       }
     }
-    stance.footholds.push_back(ParseFoothold(fields[i], fields[i + 1], source));
+    stance.contacts.push_back(ParseContactTarget(fields[i], fields[i + 1], source));
   }
   return stance;
 }
 
 std::string FormatStance(const Stance& stance) {
   std::string text;
-  for (const Foothold& foothold : stance.footholds) {
-    text += foothold.link + ",";
-    const Eigen::Quaterniond& q = foothold.rotation;
+  for (const ContactTarget& target : stance.contacts) {
+    text += target.contact + ",";
+    const Eigen::Quaterniond& q = target.rotation;
     for (const double value : {q.w(), q.x(), q.y(), q.z()}) text += FormatNumber(value) + ' ';
-    for (const double value : foothold.position) text += FormatNumber(value) + ' ';
+    for (const double value : target.position) text += FormatNumber(value) + ' ';
     text += ",";
   }
   return text;

@@ -9,20 +9,20 @@
 
 namespace legopt {
 
-/// Target contact of one foot, exactly as in the problem file.
+/// Target of one contact of the robot (contact.h), exactly as in the problem file.
 ///
-/// `position` is a point on the terrain, the target of the *contact frame*, not of the link frame. `rotation` has the
-/// surface normal as z axis and the foot's forward direction as x axis. It is unit within kQuaternionTolerance and
-/// keeps the digits of the file, so that writing it again changes nothing.
-struct Foothold {
-  std::string link;             ///< name of the foot's link
+/// `position` is a point on the touched surface, the target of the *contact frame's* origin. `rotation` has the surface
+/// normal as z axis and the forward direction as x axis. It is unit within kQuaternionTolerance and keeps the digits of
+/// the file, so that writing it again changes nothing.
+struct ContactTarget {
+  std::string contact;          ///< name of the contact
   Eigen::Vector3d position;     ///< position of the contact frame in the world, m
-  Eigen::Quaterniond rotation;  ///< target orientation of the foot's link frame in the world
+  Eigen::Quaterniond rotation;  ///< orientation of the contact frame in the world
 };
 
-/// A set of feet in simultaneous contact, in file order. Other feet are free.
+/// Contacts that exist at the same time, in file order. The robot's other contacts are free.
 struct Stance {
-  std::vector<Foothold> footholds;  ///< one per link; not empty when read from a file
+  std::vector<ContactTarget> contacts;  ///< one per name; not empty when read from a file
 };
 
 /// One problem of a benchmark. Its task defines the number of stances.
@@ -31,13 +31,13 @@ struct ProblemDefinition {
   std::vector<Stance> stances;  ///< size required by the task, when read from a dataset
 };
 
-bool operator==(const Foothold& a, const Foothold& b);
+bool operator==(const ContactTarget& a, const ContactTarget& b);
 bool operator==(const Stance& a, const Stance& b);
 bool operator==(const ProblemDefinition& a, const ProblemDefinition& b);
 
-/// Returns the feet that stay in contact between a waypoint of one stance and a waypoint of the next: those with the
-/// same target in both stances. In the order of `from`.
-Stance PlantedFeet(const Stance& from, const Stance& to);
+/// Returns the contacts that stay between a waypoint of one stance and a waypoint of the next: those with the same
+/// target in both stances. In the order of `from`.
+Stance PlantedContacts(const Stance& from, const Stance& to);
 
 /// Returns true if the problem has the number of stances that the task requires.
 bool Fits(Task task, const ProblemDefinition& problem);
@@ -54,11 +54,12 @@ struct TextSource {
   std::string field;  ///< e.g. "problem 3, stance 0"
 };
 
-/// Parses a LegOpt stance string: "link,qw qx qy qz px py pz ,link,..."; the trailing comma and spaces are optional.
+/// Parses a LegOpt stance string: "contact,qw qx qy qz px py pz ,contact,..."; the trailing comma and spaces are
+/// optional.
 ///
 /// The order of the quaternion is w x y z (the LegOpt README's "xyzw" is wrong). Throws InputError for an empty stance,
-/// a link without pose, a pose without exactly 7 finite numbers, a quaternion that is not unit, and a duplicate link.
-/// Dataset checks that the links exist.
+/// a contact without pose, a pose without exactly 7 finite numbers, a quaternion that is not unit, and a duplicate
+/// contact. Dataset checks that the contacts exist. In LegOpt's own files, contacts are named like links.
 Stance ParseStance(std::string_view text, const TextSource& source);
 
 /// Formats a stance in LegOpt's form (with a trailing comma) and shortest round-trip numbers:

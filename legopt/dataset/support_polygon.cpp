@@ -53,28 +53,26 @@ std::vector<Eigen::Vector2d> ConvexHull2d(std::vector<Eigen::Vector2d> points) {
   return hull;
 }
 
-std::vector<Eigen::Vector2d> SupportPolygon(std::span<const FootPlacement> feet) {
+std::vector<Eigen::Vector2d> SupportPolygon(std::span<const ContactPlacement> contacts) {
   std::vector<Eigen::Vector2d> corners;
-  corners.reserve(4 * feet.size());
-  for (const FootPlacement& foot : feet) {
-    const Eigen::Vector3d& low = foot.box_F.min();
-    const Eigen::Vector3d& high = foot.box_F.max();
-    for (const double x : {low.x(), high.x()}) {
-      for (const double y : {low.y(), high.y()}) {
-        corners.emplace_back((foot.X_WF * Eigen::Vector3d(x, y, low.z())).head<2>());
-      }
+  corners.reserve(4 * contacts.size());
+  for (const ContactPlacement& placement : contacts) {
+    if (!DescriptionOf(placement.contact->kind).supports) continue;
+    for (const Eigen::Vector3d& point : placement.contact->points_L) {
+      corners.emplace_back((placement.X_WL * point).head<2>());
     }
   }
   return ConvexHull2d(std::move(corners));
 }
 
 std::vector<Eigen::Vector2d> TargetSupportPolygon(const Dataset& dataset, const Stance& stance) {
-  std::vector<FootPlacement> feet;
-  feet.reserve(stance.footholds.size());
-  for (const Foothold& foothold : stance.footholds) {
-    feet.push_back({.box_F = dataset.foot(foothold.link).box, .X_WF = dataset.FootTarget(foothold)});
+  std::vector<ContactPlacement> placements;
+  placements.reserve(stance.contacts.size());
+  for (const ContactTarget& target : stance.contacts) {
+    const Contact& contact = dataset.contact(target.contact);
+    placements.push_back({.contact = &contact, .X_WL = contact.LinkTarget(target)});
   }
-  return SupportPolygon(feet);
+  return SupportPolygon(placements);
 }
 
 std::vector<HalfPlane> Edges(std::span<const Eigen::Vector2d> polygon) {

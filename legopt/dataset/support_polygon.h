@@ -9,11 +9,12 @@
 namespace legopt {
 
 class Dataset;
+struct Contact;
 
-/// Box and pose of a foot, for the support polygon.
-struct FootPlacement {
-  Eigen::AlignedBox3d box_F;  ///< AABB of the foot's geometry in the link frame, m
-  Eigen::Isometry3d X_WF;     ///< link frame in the world
+/// A contact and the pose of its link, for the support polygon.
+struct ContactPlacement {
+  const Contact* contact;  ///< not null; must outlive the placement
+  Eigen::Isometry3d X_WL;  ///< link frame in the world
 };
 
 /// The set { c : normal . c + offset <= 0 } in the world's xy plane.
@@ -29,11 +30,12 @@ struct HalfPlane {
 /// coincide or are collinear). Monotone chain; deterministic.
 std::vector<Eigen::Vector2d> ConvexHull2d(std::vector<Eigen::Vector2d> points);
 
-/// Computes the benchmark's support polygon (docs/readings.md#support-polygon): hull of the four lower corners of every
-/// foot's box, transformed to the world by X_WF and projected onto xy. Counter-clockwise.
-std::vector<Eigen::Vector2d> SupportPolygon(std::span<const FootPlacement> feet);
+/// Computes the benchmark's support polygon (docs/readings.md#support-polygon): hull of the points of all
+/// contacts of a supporting kind (contact_kind.h), transformed to the world by X_WL and projected onto xy.
+/// Counter-clockwise. For a sole of format 1, the points are the lower corners of the link's box.
+std::vector<Eigen::Vector2d> SupportPolygon(std::span<const ContactPlacement> contacts);
 
-/// Computes the SupportPolygon of feet exactly at their targets, for optimizers.
+/// Computes the SupportPolygon of contacts exactly at their targets, for optimizers.
 std::vector<Eigen::Vector2d> TargetSupportPolygon(const Dataset& dataset, const Stance& stance);
 
 /// Returns one half-plane per edge of a counter-clockwise convex polygon. A polygon that is only a segment or a point

@@ -22,6 +22,17 @@ std::optional<double> AsNumber(const YAML::Node& node) {
   return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
+std::optional<Eigen::Vector3d> AsVector3(const YAML::Node& node) {
+  if (!node.IsDefined() || !node.IsSequence() || node.size() != 3) return std::nullopt;
+  Eigen::Vector3d vector;
+  for (int i = 0; i < 3; ++i) {
+    const std::optional<double> value = AsNumber(node[static_cast<size_t>(i)]);
+    if (!value) return std::nullopt;
+    vector[i] = *value;
+  }
+  return vector;
+}
+
 YamlFields::YamlFields(const YAML::Node& map, std::string file, std::string place,
                        const std::vector<std::string>& known)
     : map_(map), file_(std::move(file)), place_(std::move(place)) {
@@ -65,14 +76,8 @@ std::optional<double> YamlFields::Number(const std::string& key) const {
 std::optional<Eigen::Vector3d> YamlFields::Vector3(const std::string& key) const {
   const YAML::Node node = Get(key);
   if (!node.IsDefined()) return std::nullopt;
-  if (!node.IsSequence() || node.size() != 3) Fail(key, DescribeNode(node), "must be three numbers", "write [x, y, z]");
-  Eigen::Vector3d vector;
-  for (int i = 0; i < 3; ++i) {
-    const YAML::Node element = node[static_cast<size_t>(i)];
-    const std::optional<double> value = AsNumber(element);
-    if (!value) Fail(key, DescribeNode(element), "must be three finite numbers", "write [x, y, z]");
-    vector[i] = *value;
-  }
+  const std::optional<Eigen::Vector3d> vector = AsVector3(node);
+  if (!vector) Fail(key, DescribeNode(node), "must be three finite numbers", "write [x, y, z]");
   return vector;
 }
 
@@ -86,11 +91,14 @@ double YamlFields::RequireNumber(const std::string& key) const {
   return *Number(key);
 }
 
+std::string YamlFields::Path(const std::string& key) const {
+  if (key.empty()) return place_;
+  return place_.empty() ? key : place_ + "." + key;
+}
+
 void YamlFields::Fail(const std::string& key, const std::string& value, const std::string& message,
                       const std::string& fix) const {
-  std::string field = place_;
-  if (!key.empty()) field += (field.empty() ? "" : ".") + key;
-  throw InputError({.file = file_, .field = field, .value = value, .message = message, .fix = fix});
+  throw InputError({.file = file_, .field = Path(key), .value = value, .message = message, .fix = fix});
 }
 
 }  // namespace legopt

@@ -33,6 +33,8 @@ class YamlFields {
                          const std::string& fix) const;
 
   const std::string& file() const { return file_; }  ///< name for errors
+  /// Returns the place of `key` in the file, e.g. "objects[3].size".
+  std::string Path(const std::string& key) const;
 
  private:
   YAML::Node map_;
@@ -45,5 +47,8 @@ std::string DescribeNode(const YAML::Node& node);
 
 /// Returns a finite number, or nullopt.
 std::optional<double> AsNumber(const YAML::Node& node);
+
+/// Returns a list of three finite numbers, or nullopt.
+std::optional<Eigen::Vector3d> AsVector3(const YAML::Node& node);
 
 }  // namespace legopt

@@ -217,9 +217,10 @@ struct CollisionQuery::Impl {
   void CollideLinkWithScene(int link, const Kinematics& kinematics, double margin);
   void CollideLinkWithObstacle(int link, int obstacle, const Kinematics& kinematics, double margin);
   void CollideLinks(int a, int b, const Kinematics& kinematics, double margin);
-  bool SharesSeparatingPlane(const Contact& contact, const Source& source, const Contact& nearer,
+  bool SharesSeparatingPlane(const ProximityPair& contact, const Source& source, const ProximityPair& nearer,
                              const Source& nearer_source) const;
-  bool Repeats(const Contact& contact, const Source& source, const Contact& nearer, const Source& nearer_source) const;
+  bool Repeats(const ProximityPair& contact, const Source& source, const ProximityPair& nearer,
+               const Source& nearer_source) const;
   void RemoveRedundantContacts(size_t begin);
 
   std::shared_ptr<const CollisionModel> model;
@@ -240,7 +241,7 @@ struct CollisionQuery::Impl {
   BoxArray obstacle_boxes;           ///< parallel to near_obstacles
   std::int64_t queries = 0;          ///< number of queries so far
   WarmStartCache* memory = nullptr;  ///< memory of the current query
-  std::vector<Contact> contacts;
+  std::vector<ProximityPair> contacts;
   std::vector<Source> sources;
   std::vector<int> nearest_first;
 };
@@ -363,8 +364,8 @@ void CollisionQuery::Impl::CollideLinks(int a, int b, const Kinematics& kinemati
 }
 
 /// Returns true if the separating plane of the nearer contact also separates this contact's shapes.
-bool CollisionQuery::Impl::SharesSeparatingPlane(const Contact& contact, const Source& source, const Contact& nearer,
-                                                 const Source& nearer_source) const {
+bool CollisionQuery::Impl::SharesSeparatingPlane(const ProximityPair& contact, const Source& source,
+                                                 const ProximityPair& nearer, const Source& nearer_source) const {
   constexpr double kSamePlane = 1e-4;  // m
   const bool scene = contact.link_b == kScene;
   const SupportSet& other = scene ? data.solid_sets[static_cast<size_t>(source.other)] : Set(source.other);
@@ -377,7 +378,7 @@ bool CollisionQuery::Impl::SharesSeparatingPlane(const Contact& contact, const S
 
 /// Returns true if, in a linear model, satisfying `nearer` also satisfies `contact`. A penetrated triangle makes no
 /// other contact redundant: it may push in a wrong direction, so that the other contacts must keep the link in place.
-bool CollisionQuery::Impl::Repeats(const Contact& contact, const Source& source, const Contact& nearer,
+bool CollisionQuery::Impl::Repeats(const ProximityPair& contact, const Source& source, const ProximityPair& nearer,
                                    const Source& nearer_source) const {
   constexpr double kSamePoint = 5e-3;    // m
   constexpr double kSameNormal = 0.999;  // cosine
@@ -403,7 +404,7 @@ void CollisionQuery::Impl::RemoveRedundantContacts(size_t begin) {
   });
   size_t num_kept = 0;
   for (int i : nearest_first) {
-    const Contact& contact = contacts[static_cast<size_t>(i)];
+    const ProximityPair& contact = contacts[static_cast<size_t>(i)];
     bool repeats = false;
     for (size_t k = 0; k < num_kept && !repeats && contact.distance_m > 0.0; ++k) {
       const auto j = static_cast<size_t>(nearest_first[k]);
@@ -430,8 +431,8 @@ const CollisionModel& CollisionQuery::model() const { return *impl_->model; }
 
 std::int64_t CollisionQuery::queries() const { return impl_->queries; }
 
-std::span<const Contact> CollisionQuery::Contacts(const Kinematics& kinematics, double margin_m,
-                                                  WarmStartCache* memory) {
+std::span<const ProximityPair> CollisionQuery::Contacts(const Kinematics& kinematics, double margin_m,
+                                                        WarmStartCache* memory) {
   ++impl_->queries;
   impl_->memory = memory;
   impl_->CollideWithScene(kinematics, margin_m, impl_->all_links);
@@ -439,15 +440,15 @@ std::span<const Contact> CollisionQuery::Contacts(const Kinematics& kinematics, 
   return impl_->contacts;
 }
 
-std::span<const Contact> CollisionQuery::SceneContacts(const Kinematics& kinematics, double margin_m,
-                                                       std::span<const int> links, WarmStartCache* memory) {
+std::span<const ProximityPair> CollisionQuery::SceneContacts(const Kinematics& kinematics, double margin_m,
+                                                             std::span<const int> links, WarmStartCache* memory) {
   ++impl_->queries;
   impl_->memory = memory;
   impl_->CollideWithScene(kinematics, margin_m, links);
   return impl_->contacts;
 }
 
-std::span<const Contact> CollisionQuery::SceneContacts(const Kinematics& kinematics, double margin_m) {
+std::span<const ProximityPair> CollisionQuery::SceneContacts(const Kinematics& kinematics, double margin_m) {
   return SceneContacts(kinematics, margin_m, impl_->all_links);
 }
 

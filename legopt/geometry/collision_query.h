@@ -5,7 +5,7 @@
 #include <span>
 
 #include "legopt/geometry/collision_model.h"
-#include "legopt/geometry/contact.h"
+#include "legopt/geometry/proximity_pair.h"
 #include "legopt/geometry/warm_start_cache.h"
 #include "legopt/robot/kinematics.h"
 
@@ -13,7 +13,8 @@ namespace legopt {
 
 /// Proximity queries of the robot against the scene and itself, on a CollisionModel.
 ///
-/// Exact signed distances between convex shapes (GJK, EPA); the convention is in contact.h. For solids, the broadphase
+/// Exact signed distances between convex shapes (GJK, EPA); the convention is in proximity_pair.h. For solids, the
+/// broadphase
 /// is an ODE space that contains our convex geometry class and ODE's primitives; for a surface, it is the model's
 /// bounding-box tree of triangles.
 ///
@@ -32,13 +33,14 @@ class CollisionQuery {
   /// nearly the same point) only the nearest is kept, but penetrating contacts are all kept. Order: scene contacts by
   /// (link, obstacle), then self contacts by (second, first) link. The result does not depend on earlier queries except
   /// through `memory`, which may be null. The span is valid until the next call.
-  std::span<const Contact> Contacts(const Kinematics& kinematics, double margin_m, WarmStartCache* memory = nullptr);
+  std::span<const ProximityPair> Contacts(const Kinematics& kinematics, double margin_m,
+                                          WarmStartCache* memory = nullptr);
 
   /// Returns the scene contacts of the given links (ascending, unique), in the form of Contacts().
-  std::span<const Contact> SceneContacts(const Kinematics& kinematics, double margin_m, std::span<const int> links,
-                                         WarmStartCache* memory = nullptr);
+  std::span<const ProximityPair> SceneContacts(const Kinematics& kinematics, double margin_m,
+                                               std::span<const int> links, WarmStartCache* memory = nullptr);
   /// Returns the scene contacts of all links.
-  std::span<const Contact> SceneContacts(const Kinematics& kinematics, double margin_m);
+  std::span<const ProximityPair> SceneContacts(const Kinematics& kinematics, double margin_m);
 
   const CollisionModel& model() const;
 

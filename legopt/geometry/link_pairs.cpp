@@ -48,18 +48,9 @@ bool IsFalseOverlap(const LinkTrimeshes& meshes, const LinkPair& pair) {
   return overlap && !Touch(meshes, pair);
 }
 
-/// Returns the posture with joints at zero or the nearest limit, base at the origin.
-Eigen::VectorXd UprightPosture(const RobotModel& robot) {
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(robot.configuration_size());
-  x[robot.num_dofs() + 3] = 1.0;
-  x.head(robot.num_dofs()) = x.head(robot.num_dofs()).cwiseMax(robot.lower_limits()).cwiseMin(robot.upper_limits());
-  return x;
-}
-
 /// Returns a posture with joints uniform within their limits, base at the origin.
 Eigen::VectorXd SamplePosture(const RobotModel& robot, std::mt19937_64& random) {
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(robot.configuration_size());
-  x[robot.num_dofs() + 3] = 1.0;
+  Eigen::VectorXd x = robot.NeutralConfiguration();
   for (int i = 0; i < robot.num_dofs(); ++i) {
     constexpr int kMantissa = 53;
     const double unit = std::ldexp(static_cast<double>(random() >> (64 - kMantissa)), -kMantissa);
@@ -128,7 +119,7 @@ std::vector<LinkPair> FindInseparablePairs(const RobotModel& robot, LinkTrimeshe
   std::mt19937_64 random(kSeed);
   Kinematics kinematics(robot);
   for (int posture = 0; posture < kPostures && !pairs.empty(); ++posture) {
-    kinematics.Update(posture == 0 ? UprightPosture(robot) : SamplePosture(robot, random));
+    kinematics.Update(posture == 0 ? robot.NeutralConfiguration() : SamplePosture(robot, random));
     meshes.Place(kinematics);
     std::erase_if(pairs, [&](const LinkPair& pair) { return !Overlap(meshes, pair); });
   }
@@ -177,7 +168,7 @@ bool PiecesMostlyOverlap(const RobotModel& robot, LinkTrimeshes& meshes, LinkPie
   Kinematics kinematics(robot);
   int apart = 0, phantom = 0;
   for (int posture = 0; posture < kPostures; ++posture) {
-    kinematics.Update(posture == 0 ? UprightPosture(robot) : SamplePosture(robot, random));
+    kinematics.Update(posture == 0 ? robot.NeutralConfiguration() : SamplePosture(robot, random));
     meshes.Place(kinematics);
     if (Touch(meshes, pair) || Overlap(meshes, pair)) continue;
     ++apart;

@@ -7,7 +7,7 @@
 
 namespace legopt {
 
-/// Signed distance of one pair, with normal and witness points; signs as in contact.h.
+/// Signed distance of one pair, with normal and witness points; signs as in proximity_pair.h.
 struct PairDistance {
   double distance_m = 0.0;
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit vector from B to A

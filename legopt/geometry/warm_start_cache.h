@@ -12,8 +12,8 @@ namespace legopt {
 /// queries. Results may differ by rounding, and by the choice among equally near points, so results of callers that
 /// keep a memory depend on its history.
 ///
-/// A hash table with open addressing from pair identifiers (contact.h) to hints. It holds kMaxPairs and is cleared if
-/// there are more. Not thread-safe; allocates only on construction.
+/// A hash table with open addressing from pair identifiers (proximity_pair.h) to hints. It holds kMaxPairs and is
+/// cleared if there are more. Not thread-safe; allocates only on construction.
 class WarmStartCache {
  public:
   static constexpr size_t kMaxPairs = 256;  ///< several times the number of pairs in a typical query of solids

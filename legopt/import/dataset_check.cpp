@@ -14,10 +14,10 @@ void Append(std::vector<DatasetDiagnostic> more, std::vector<DatasetDiagnostic>*
   std::move(more.begin(), more.end(), std::back_inserter(*findings));
 }
 
-FootholdList FootholdsOf(const Dataset& dataset) {
-  FootholdList footholds;
-  for (const TaskDescription& task : ProblemTasks()) footholds.Add(task.task, dataset.problems(task.task));
-  return footholds;
+UsedContactList UsedContactsOf(const Dataset& dataset) {
+  UsedContactList contacts;
+  for (const TaskDescription& task : ProblemTasks()) contacts.Add(task.task, dataset.problems(task.task));
+  return contacts;
 }
 
 }  // namespace
@@ -27,8 +27,8 @@ std::vector<DatasetDiagnostic> CheckDataset(const Dataset& dataset) {
   Append(CheckPlausibility(dataset), &findings);
   Append(CheckSceneMeshes(dataset), &findings);
   Append(CheckMeshSizes(dataset), &findings);
-  const FootholdList footholds = FootholdsOf(dataset);
-  if (footholds.all().empty()) {
+  const UsedContactList contacts = UsedContactsOf(dataset);
+  if (contacts.all().empty()) {
     findings.push_back({.severity = DatasetDiagnostic::Severity::kWarning,
                         .check = "problems",
                         .file = kDatasetFileName,
@@ -40,12 +40,12 @@ std::vector<DatasetDiagnostic> CheckDataset(const Dataset& dataset) {
   }
   if (AnyError(findings)) return findings;
   const Terrain terrain(CollectSceneTriangles(dataset.scene()));
-  findings.push_back(DiagnoseQuaternionOrder(CollectQuaternionEvidence(footholds.all(), terrain)));
+  findings.push_back(DiagnoseQuaternionOrder(CollectQuaternionEvidence(contacts.all(), terrain)));
   if (findings.back().severity == DatasetDiagnostic::Severity::kError) return findings;
-  Append(CheckFootholdHeights(dataset, footholds.all(), terrain), &findings);
+  Append(CheckContactHeights(dataset, contacts.all(), terrain), &findings);
   if (AnyError(findings)) return findings;
-  Append(CheckSoles(dataset, footholds.all(), terrain), &findings);
-  Append(CheckFootCollisions(dataset, footholds.all()), &findings);
+  Append(CheckSoles(dataset, contacts.all(), terrain), &findings);
+  Append(CheckFootCollisions(dataset, contacts.all()), &findings);
   Append(CheckTrunk(dataset), &findings);
   return findings;
 }

@@ -6,7 +6,7 @@
 #include "legopt/dataset/dataset.h"
 #include "legopt/geometry/terrain.h"
 #include "legopt/import/dataset_diagnostic.h"
-#include "legopt/import/footholds.h"
+#include "legopt/import/used_contacts.h"
 
 namespace legopt {
 
@@ -28,17 +28,17 @@ std::vector<DatasetDiagnostic> CheckRobot(const Dataset& dataset);
 
 /// Checks the gap between contacts and the surface along its normal: floating (above 2 mm), sunk (below -2 mm), no
 /// surface nearby. It is an error if more than half of them are off the surface.
-std::vector<DatasetDiagnostic> CheckFootholdHeights(const Dataset& dataset, std::span<const UsedFoothold> footholds,
-                                                    const Terrain& terrain);
+std::vector<DatasetDiagnostic> CheckContactHeights(const Dataset& dataset, std::span<const UsedContact> contacts,
+                                                   const Terrain& terrain);
 
 /// Checks the supported share of each contact patch and the slope of the surface. A patch is sampled at 45 points,
 /// which must be within 3 mm of its plane; a floating contact is lowered first.
-std::vector<DatasetDiagnostic> CheckSoles(const Dataset& dataset, std::span<const UsedFoothold> footholds,
+std::vector<DatasetDiagnostic> CheckSoles(const Dataset& dataset, std::span<const UsedContact> contacts,
                                           const Terrain& terrain);
 
 /// Finds feet that collide with the scene when exactly at their target (deeper than the judge's 1 mm, using the
 /// solver's solids), which makes the problem infeasible.
-std::vector<DatasetDiagnostic> CheckFootCollisions(const Dataset& dataset, std::span<const UsedFoothold> footholds);
+std::vector<DatasetDiagnostic> CheckFootCollisions(const Dataset& dataset, std::span<const UsedContact> contacts);
 
 /// Finds problems with a stance at which trunk, arms or head collide with the scene if the robot stands upright in its
 /// nominal posture with its contact patches at the stance's height. Covers all links except those from the base to the

@@ -141,32 +141,32 @@ class Importer {
   }
 
   void WriteProblems() {
-    FootholdList footholds;
+    UsedContactList contacts;
     std::vector<std::pair<Task, ProblemFile>> files;
     for (const TaskDescription& task : ProblemTasks()) {
       const fs::path& path = sources_.problems[task.task];
       if (path.empty()) continue;
       files.emplace_back(task.task, ReadProblemFile(path));
-      footholds.Add(task.task, files.back().second.problems);
+      contacts.Add(task.task, files.back().second.problems);
     }
-    CollectFeet(footholds);
-    for (auto& [task, file] : files) WriteProblemFile(task, footholds, &file);
+    CollectFeet(contacts);
+    for (auto& [task, file] : files) WriteProblemFile(task, contacts, &file);
     if (!files.empty()) return;
     const TaskDescription& any = kTasks.front();  // a dataset must list a problem file
     description_.problem_files[any.task] = any.problem_file;
     WriteTextFile(folder_ / any.problem_file, FormatProblems({}, any.task, robot_->name(), options_.name));
   }
 
-  QuaternionEvidence Weigh(const FootholdList& footholds) const {
-    return CollectQuaternionEvidence(footholds.all(), Terrain(triangles_));
+  QuaternionEvidence Weigh(const UsedContactList& contacts) const {
+    return CollectQuaternionEvidence(contacts.all(), Terrain(triangles_));
   }
 
   /// Decides the quaternion order. The files of a folder may have different authors, so each is checked alone. If that
   /// is inconclusive, for example for feet rotated by 0 or 180 degrees only, all files are checked together.
-  bool IsXFirst(Task task, const ProblemFile& file, const FootholdList& all) {
-    FootholdList footholds;
-    footholds.Add(task, file.problems);
-    const QuaternionEvidence own = Weigh(footholds);
+  bool IsXFirst(Task task, const ProblemFile& file, const UsedContactList& all) {
+    UsedContactList contacts;
+    contacts.Add(task, file.problems);
+    const QuaternionEvidence own = Weigh(contacts);
     const QuaternionEvidence evidence = own.verdict() == QuaternionEvidence::Verdict::kEither ? Weigh(all) : own;
     if (evidence.verdict() != QuaternionEvidence::Verdict::kXFirst) return false;
     Note(Severity::kInfo, "quaternion order", std::string(ToString(task)) + " problems", evidence.Describe(),
@@ -174,7 +174,7 @@ class Importer {
     return true;
   }
 
-  void WriteProblemFile(Task task, const FootholdList& all, ProblemFile* file) {
+  void WriteProblemFile(Task task, const UsedContactList& all, ProblemFile* file) {
     const bool x_first = IsXFirst(task, *file, all);
     const std::string name(DescriptionOf(task).problem_file);
     description_.problem_files[task] = name;
@@ -184,17 +184,17 @@ class Importer {
     }
     for (ProblemDefinition& problem : file->problems) {
       for (Stance& stance : problem.stances) {
-        for (Foothold& foothold : stance.footholds) foothold.rotation = ReadAsXFirst(foothold.rotation);
+        for (ContactTarget& target : stance.contacts) target.rotation = ReadAsXFirst(target.rotation);
       }
     }
     WriteTextFile(folder_ / name, FormatProblems(file->problems, task, file->robot, file->scenario));
   }
 
-  /// Collects the links that the problems use, in the order of their first use. If there are two, the left one comes
-  /// first, as the generator requires.
-  void CollectFeet(const FootholdList& footholds) {
-    for (const UsedFoothold& used : footholds.all()) {
-      const std::string& link = used.foothold.link;
+  /// Collects the contacts that the problems use, which are named like links, in the order of their first use. If there
+  /// are two, the left one comes first, as the generator requires.
+  void CollectFeet(const UsedContactList& contacts) {
+    for (const UsedContact& used : contacts.all()) {
+      const std::string& link = used.target.contact;
       if (std::find(problem_feet_.begin(), problem_feet_.end(), link) == problem_feet_.end()) {
         problem_feet_.push_back(link);
       }
@@ -208,12 +208,8 @@ class Importer {
   double LateralPosition_m(const std::string& name) const {
     const int link = robot_->FindLink(name);
     if (link < 0) return 0.0;
-    Eigen::VectorXd posture = Eigen::VectorXd::Zero(robot_->configuration_size());
-    posture.head(robot_->num_dofs()) =
-        posture.head(robot_->num_dofs()).cwiseMax(robot_->lower_limits()).cwiseMin(robot_->upper_limits());
-    posture[robot_->num_dofs() + 3] = 1.0;
     Kinematics kinematics(*robot_);
-    kinematics.UpdatePoses(posture);
+    kinematics.UpdatePoses(robot_->NeutralConfiguration());
     return kinematics.link_pose(link).translation().y();
   }
 
@@ -232,18 +228,27 @@ class Importer {
     description_.nominal_posture = constants.nominal_posture;
     description_.self_collision_reference = constants.self_collision_reference;
     if (!options_.nominal_posture.empty()) description_.nominal_posture = options_.nominal_posture;
-    description_.feet = !options_.feet.empty()    ? options_.feet
-                        : !constants.feet.empty() ? constants.feet
-                                                  : problem_feet_;
-    if (description_.feet.empty()) RefuseWithoutFeet();
-    description_.sole_offset_m =
-        options_.sole_offset_m.value_or(constants.feet.empty() ? SoleOffset() : constants.sole_offset_m);
+    ChooseContacts(constants.contacts);
     if (description_.nominal_posture.empty()) {
       Note(Severity::kWarning, "nominal posture", kDatasetFileName, "all joints 0",
            "solves start from straight legs, which is a bad start",
            "bend the knees: --nominal JOINT=RADIANS for each joint, or edit nominal_posture and run 'legopt dataset "
            "hash'");
     }
+  }
+
+  /// `known`: contacts of the source or of the benchmark's robot, or empty.
+  void ChooseContacts(const std::vector<ContactDescription>& known) {
+    description_.contacts = known;
+    if (!known.empty() && options_.feet.empty() && !options_.sole_offset_m) return;
+    std::vector<std::string> links = options_.feet.empty() && known.empty() ? problem_feet_ : options_.feet;
+    if (links.empty()) {
+      for (const ContactDescription& contact : known) links.push_back(contact.link);
+    }
+    if (links.empty()) RefuseWithoutFeet();
+    const std::optional<double> known_offset_m = CommonSoleOffset_m(known);
+    const std::optional<double> offset_m = options_.sole_offset_m ? options_.sole_offset_m : known_offset_m;
+    description_.contacts = DescribeSoles(links, offset_m ? *offset_m : MeasureSoleOffset_m(links));
   }
 
   bool IsBenchmarkRobot() const {
@@ -253,8 +258,8 @@ class Importer {
     return std::all_of(benchmark.nominal_posture.begin(), benchmark.nominal_posture.end(), has_joint) &&
            std::all_of(benchmark.self_collision_reference.begin(), benchmark.self_collision_reference.end(),
                        has_joint) &&
-           std::all_of(benchmark.feet.begin(), benchmark.feet.end(),
-                       [&](const std::string& foot) { return robot_->FindLink(foot) >= 0; });
+           std::all_of(benchmark.contacts.begin(), benchmark.contacts.end(),
+                       [&](const ContactDescription& contact) { return robot_->FindLink(contact.link) >= 0; });
   }
 
   /// Throws an error that lists the leaf links with geometry.
@@ -273,9 +278,9 @@ class Importer {
   }
 
   /// Returns the depth of the feet's lowest point below their link frames plus the clearance, rounded to micrometres.
-  double SoleOffset() {
+  double MeasureSoleOffset_m(const std::vector<std::string>& links) const {
     double lowest = 0.0;
-    for (const std::string& foot : description_.feet) {
+    for (const std::string& foot : links) {
       const int link = robot_->FindLink(foot);
       if (link < 0) continue;  // Dataset::Load reports the nearest valid link
       const Eigen::AlignedBox3d box = LinkBox(robot_->links()[static_cast<size_t>(link)], options_.read_guard);

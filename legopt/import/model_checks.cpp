@@ -56,7 +56,7 @@ std::vector<DatasetDiagnostic> FaultsOf(const MeshFaults& faults, const std::str
 /// Returns the links of all legs: the chains from the base to the feet without the base.
 std::set<int> LegLinks(const Dataset& dataset) {
   std::set<int> legs;
-  for (const Dataset::Foot& foot : dataset.feet()) {
+  for (const Contact& foot : dataset.contacts()) {
     for (int link = foot.link_index; link > 0;) {
       legs.insert(link);
       link = dataset.robot()
@@ -95,7 +95,7 @@ struct Deepest {
 
 Deepest DeepestContact(CollisionQuery& query, const Kinematics& kinematics, std::span<const int> links) {
   Deepest deepest;
-  for (const Contact& contact : query.SceneContacts(kinematics, 0.0, links)) {
+  for (const ProximityPair& contact : query.SceneContacts(kinematics, 0.0, links)) {
     if (-contact.distance_m > deepest.depth_m) deepest = {contact.link_a, -contact.distance_m};
   }
   return deepest;
@@ -143,8 +143,10 @@ std::vector<DatasetDiagnostic> CheckRobot(const Dataset& dataset) {
       if (faults.inverted_components > 0) inverted += (inverted.empty() ? "" : ", ") + link.name;
     }
   }
-  std::string feet;
-  for (const Dataset::Foot& foot : dataset.feet()) feet += (feet.empty() ? "" : ", ") + foot.link;
+  std::string contacts;
+  for (const Contact& contact : dataset.contacts()) {
+    contacts += (contacts.empty() ? "" : ", ") + contact.name + " " + FormatFixed(contact.link_height_m(), 6) + " m";
+  }
   std::vector<DatasetDiagnostic> findings = {
       {.severity = Severity::kInfo,
        .check = "robot",
@@ -153,8 +155,7 @@ std::vector<DatasetDiagnostic> CheckRobot(const Dataset& dataset) {
        .value = "'" + robot.name() + "', " + std::to_string(robot.num_dofs()) + " degrees of freedom, " +
                 FormatFixed(robot.total_mass(), 3) + " kg",
        .message = std::to_string(robot.links().size()) + " links, " + std::to_string(shaped) +
-                  " with collision geometry; feet " + feet + ", sole offset " +
-                  FormatFixed(dataset.sole_offset_m(), 6) + " m",
+                  " with collision geometry; contacts and heights of their links: " + contacts,
        .fix = ""}};
   if (!inverted.empty() || open > 0) {
     findings.push_back(
@@ -232,7 +233,7 @@ std::vector<DatasetDiagnostic> CheckTrunk(const Dataset& dataset) {
   const std::vector<int> links = UpperLinks(dataset);
   Kinematics kinematics(dataset.robot());
   CollisionQuery query(dataset.collision_model());
-  const int height = dataset.robot().num_dofs() + 2;
+  const int height = dataset.robot().base_position_index() + 2;
   std::vector<DatasetDiagnostic> findings;
   for (const TaskDescription& description : ProblemTasks()) {
     const Task task = description.task;

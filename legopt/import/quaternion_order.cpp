@@ -21,25 +21,25 @@ Eigen::Quaterniond ReadAsXFirst(const Eigen::Quaterniond& read_as_w_first) {
   return {q.z(), q.w(), q.x(), q.y()};
 }
 
-QuaternionEvidence CollectQuaternionEvidence(std::span<const UsedFoothold> footholds, const Terrain& terrain) {
+QuaternionEvidence CollectQuaternionEvidence(std::span<const UsedContact> contacts, const Terrain& terrain) {
   QuaternionEvidence evidence;
-  for (const UsedFoothold& used : footholds) {
-    const Ground ground = FindGround(terrain, used.foothold.position);
-    ++evidence.footholds;
-    evidence.agree_w_first += Agrees(used.foothold.rotation, ground) ? 1 : 0;
-    evidence.agree_x_first += Agrees(ReadAsXFirst(used.foothold.rotation), ground) ? 1 : 0;
+  for (const UsedContact& used : contacts) {
+    const Ground ground = FindGround(terrain, used.target.position);
+    ++evidence.contacts;
+    evidence.agree_w_first += Agrees(used.target.rotation, ground) ? 1 : 0;
+    evidence.agree_x_first += Agrees(ReadAsXFirst(used.target.rotation), ground) ? 1 : 0;
   }
   return evidence;
 }
 
 QuaternionEvidence::Verdict QuaternionEvidence::verdict() const {
-  if (2 * std::max(agree_w_first, agree_x_first) < footholds) return Verdict::kNeither;
+  if (2 * std::max(agree_w_first, agree_x_first) < contacts) return Verdict::kNeither;
   if (agree_w_first == agree_x_first) return Verdict::kEither;
   return agree_w_first > agree_x_first ? Verdict::kWFirst : Verdict::kXFirst;
 }
 
 std::string QuaternionEvidence::Describe() const {
-  return "w first: " + std::to_string(agree_w_first) + " of " + std::to_string(footholds) +
+  return "w first: " + std::to_string(agree_w_first) + " of " + std::to_string(contacts) +
          " normals agree, x first: " + std::to_string(agree_x_first);
 }
 

@@ -5,7 +5,7 @@
 
 #include "legopt/geometry/terrain.h"
 #include "legopt/import/dataset_diagnostic.h"
-#include "legopt/import/footholds.h"
+#include "legopt/import/used_contacts.h"
 
 namespace legopt {
 
@@ -13,7 +13,7 @@ namespace legopt {
 /// each order. A contact agrees if its z axis is within 5 degrees of the surface normal at its position or, without a
 /// surface within 0.3 m, within 45 degrees of the vertical.
 struct QuaternionEvidence {
-  int footholds = 0;      ///< number of contacts checked
+  int contacts = 0;       ///< number of contacts checked
   int agree_w_first = 0;  ///< number that agree if read as w x y z
   int agree_x_first = 0;  ///< number that agree if read as x y z w
 
@@ -30,8 +30,8 @@ struct QuaternionEvidence {
   std::string Describe() const;  ///< text like "w first: 70 of 70 normals agree, x first: 3"
 };
 
-/// Compares every contact with the ground under both orders; `footholds` have been read as w x y z.
-QuaternionEvidence CollectQuaternionEvidence(std::span<const UsedFoothold> footholds, const Terrain& terrain);
+/// Compares every contact with the ground under both orders; `contacts` have been read as w x y z.
+QuaternionEvidence CollectQuaternionEvidence(std::span<const UsedContact> contacts, const Terrain& terrain);
 
 /// Returns the finding for files that are read as w x y z, the format's order.
 DatasetDiagnostic DiagnoseQuaternionOrder(const QuaternionEvidence& evidence);

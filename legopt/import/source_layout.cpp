@@ -154,7 +154,7 @@ class Finder {
       return file.extension() == ".json" && file.filename().string().starts_with("problems");
     });
     for (const fs::path& file : files) {
-      const Task task = TaskOf(file);
+      const Task task = TaskOfProblems(file);
       if (choices_.problems[task]) continue;
       fs::path& place = layout->problems[task];
       if (!place.empty()) {
@@ -165,13 +165,11 @@ class Finder {
     }
   }
 
-  static Task TaskOf(const fs::path& file) {
+  /// Returns the task of a problem file. An empty file without a task has that of its name.
+  static Task TaskOfProblems(const fs::path& file) {
     const ProblemFile problems = ReadProblemFile(file);
-    if (problems.task) return *problems.task;
-    Task task = kTasks.front().task;
-    if (!problems.problems.empty()) {
-      return TaskOfStances(static_cast<int>(problems.problems.front().stances.size())).value_or(task);
-    }
+    Task task = TaskOf(problems);
+    if (problems.task || !problems.problems.empty()) return task;
     for (const TaskDescription& named : ProblemTasks()) {
       if (file.filename().string().find(ToString(named.task)) != std::string::npos) task = named.task;
     }

@@ -25,7 +25,7 @@ inline constexpr YamlLimits kShortYaml{.bytes = std::size_t{1} << 20, .depth = 6
 /// and fix: text beyond `limits`, text that is invalid in its encoding, control characters, invalid syntax, a second
 /// document, duplicate keys, keys that are not scalars, merge keys (`<<`), and aliases inside the value they refer to.
 /// `source`: file name, or a description of the text's origin.
-YAML::Node ParseYaml(const std::string& text, const std::string& source, const YamlLimits& limits = {});
+YAML::Node ParseYaml(const std::string& given, const std::string& source, const YamlLimits& limits = {});
 
 /// Parses a YAML file. Throws InputError as ParseYaml does, and for a file that cannot be read.
 YAML::Node ReadYamlFile(const std::filesystem::path& path, const YamlLimits& limits = {});

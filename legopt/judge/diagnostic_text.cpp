@@ -14,7 +14,7 @@ std::string LengthText(double value_m) {
   return value_m < 1 ? NumberText(value_m * kMillimetres) + " mm" : NumberText(value_m) + " m";
 }
 
-std::string PoseErrorText(const std::string& link, const FootPoseError& error, double tolerance) {
+std::string PoseErrorText(const std::string& link, const ContactPoseError& error, double tolerance) {
   const std::string axis(1, "xyz"[error.component % 3]);
   if (error.component >= 3) {
     return link + " translation " + axis + " off by " + LengthText(error.violation) + " (tolerance " +

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "legopt/judge/foot_pose_error.h"
+#include "legopt/judge/contact_pose_error.h"
 
 namespace legopt {
 
@@ -14,7 +14,7 @@ std::string NumberText(double value);
 /// Formats a length given in metres.
 std::string LengthText(double value_m);
 /// Describes a foot pose error: foot, component, magnitude and tolerance (quaternion component, m).
-std::string PoseErrorText(const std::string& link, const FootPoseError& error, double tolerance);
+std::string PoseErrorText(const std::string& link, const ContactPoseError& error, double tolerance);
 /// Describes the distance of the centre of mass from the support polygon.
 std::string ComErrorText(double distance_m, double tolerance_m);
 

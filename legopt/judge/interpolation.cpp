@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "legopt/robot/configuration.h"
 #include "legopt/robot/interpolation.h"
 
 namespace legopt {
@@ -12,16 +13,15 @@ constexpr double kLargestNumber = 1e6;
 
 bool IsUsable(const RobotModel& robot, const Eigen::VectorXd& x) {
   return x.size() == robot.configuration_size() && x.allFinite() && x.cwiseAbs().maxCoeff() <= kLargestNumber &&
-         x.tail<4>().stableNorm() > 0;
+         PartsOf(x).quaternion_coefficients().stableNorm() > 0;
 }
 
 }  // namespace
 
 Eigen::VectorXd ClampedConfiguration(const RobotModel& robot, const Eigen::VectorXd& waypoint) {
   Eigen::VectorXd x = waypoint;
-  x.head(robot.num_dofs()) =
-      waypoint.head(robot.num_dofs()).cwiseMax(robot.lower_limits()).cwiseMin(robot.upper_limits());
-  x.tail<4>() = waypoint.tail<4>().stableNormalized();
+  robot.ClampJoints(x);
+  MutablePartsOf(x).quaternion_coefficients() = PartsOf(waypoint).quaternion_coefficients().stableNormalized();
   return x;
 }
 
@@ -39,7 +39,7 @@ InterpolationScore ScoreInterpolation(std::span<const Eigen::VectorXd> waypoints
     const Eigen::VectorXd to = ClampedConfiguration(robot, waypoints[w]);
     double deepest = 0;
     for (int k = 1; k <= kInterpolationSteps; ++k) {
-      InterpolateConfiguration(robot, from, to, static_cast<double>(k) / (kInterpolationSteps + 1), x);
+      InterpolateConfiguration(from, to, static_cast<double>(k) / (kInterpolationSteps + 1), x);
       kinematics.Update(x);
       const double environment = collision.EnvironmentDepth(kinematics);
       const double self = collision.SelfDepth(kinematics).strict_m;

@@ -9,10 +9,11 @@
 
 #include "legopt/dataset/support_polygon.h"
 #include "legopt/geometry/exact_collision.h"
+#include "legopt/judge/contact_pose_error.h"
 #include "legopt/judge/diagnostic_text.h"
-#include "legopt/judge/foot_pose_error.h"
 #include "legopt/judge/path_examiner.h"
 #include "legopt/judge/timed_path.h"
+#include "legopt/robot/configuration.h"
 #include "legopt/robot/dof_names.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/types/input_error.h"
@@ -73,12 +74,12 @@ class Judge::Workspace {
   Evaluation Judged(Task task, const ProblemDefinition& problem, std::span<const Eigen::VectorXd> waypoints);
   Evaluation JudgedPath(Task task, const ProblemDefinition& problem, std::span<const Eigen::VectorXd> points);
   static void CheckTask(Task task, const ProblemDefinition& problem);
-  void CheckFootNames(const ProblemDefinition& problem) const;
+  void CheckContactNames(const ProblemDefinition& problem) const;
   void Fail(Verdict verdict, int waypoint, const std::string& detail, Evaluation* evaluation) const;
   void FailBy(Rule rule, Verdict verdict, int waypoint, const std::string& detail, Evaluation* evaluation) const;
   bool IsWellFormed(const Eigen::VectorXd& x, int waypoint, Evaluation* evaluation) const;
   void SetState(const Eigen::VectorXd& x);
-  void CheckFeet(const Stance& stance, int waypoint, Evaluation* evaluation);
+  void CheckContacts(const Stance& stance, int waypoint, Evaluation* evaluation);
   void CheckCom(int waypoint, Evaluation* evaluation);
   void CheckLimits(const Eigen::VectorXd& x, int waypoint, Evaluation* evaluation) const;
   void CheckEnvironment(int waypoint, Evaluation* evaluation);
@@ -107,8 +108,8 @@ class Judge::Workspace {
   double step_limit_m_;
   Eigen::VectorXd clamped_;
   Eigen::VectorXd torques_;
-  std::vector<FootPlacement> placements_;  ///< feet of the current waypoint
-  int first_waypoint_ = 0;                 ///< number, in the whole motion, of the first judged waypoint
+  std::vector<ContactPlacement> placements_;  ///< contacts of the current waypoint
+  int first_waypoint_ = 0;                    ///< number, in the whole motion, of the first judged waypoint
 };
 
 void Judge::Workspace::CheckTask(Task task, const ProblemDefinition& problem) {
@@ -120,12 +121,12 @@ void Judge::Workspace::CheckTask(Task task, const ProblemDefinition& problem) {
                     .fix = DescribeStanceCounts()});
 }
 
-/// Checks the names of feet. Errors refer to the problem, not to the dataset that reports them.
-void Judge::Workspace::CheckFootNames(const ProblemDefinition& problem) const {
+/// Checks the names of contacts. Errors refer to the problem, not to the dataset that reports them.
+void Judge::Workspace::CheckContactNames(const ProblemDefinition& problem) const {
   for (size_t s = 0; s < problem.stances.size(); ++s) {
-    for (const Foothold& foothold : problem.stances[s].footholds) {
+    for (const ContactTarget& target : problem.stances[s].contacts) {
       try {
-        dataset_->foot(foothold.link);
+        dataset_->contact(target.contact);
       } catch (const InputError& error) {
         InputError::Fault fault = error.fault();
         fault.file = "";
@@ -167,7 +168,7 @@ bool Judge::Workspace::IsWellFormed(const Eigen::VectorXd& x, int waypoint, Eval
     Fail(Verdict::kNotFinite, waypoint, "number " + std::to_string(bad) + " is " + NumberText(x[bad]), evaluation);
     return false;
   }
-  const double norm = x.tail<4>().stableNorm();
+  const double norm = PartsOf(x).quaternion_coefficients().stableNorm();
   if (!(norm > 0)) {
     Fail(Verdict::kNotFinite, waypoint, "the base quaternion has norm 0 and no direction", evaluation);
     return false;
@@ -176,32 +177,29 @@ bool Judge::Workspace::IsWellFormed(const Eigen::VectorXd& x, int waypoint, Eval
 }
 
 void Judge::Workspace::SetState(const Eigen::VectorXd& x) {
-  const int n = robot_.num_dofs();
-  clamped_ = x;
-  clamped_.head(n) = x.head(n).cwiseMax(robot_.lower_limits()).cwiseMin(robot_.upper_limits());
-  clamped_.tail<4>() = x.tail<4>().stableNormalized();
+  clamped_ = ClampedConfiguration(robot_, x);
   kinematics_.Update(clamped_);
 }
 
-void Judge::Workspace::CheckFeet(const Stance& stance, int waypoint, Evaluation* evaluation) {
+void Judge::Workspace::CheckContacts(const Stance& stance, int waypoint, Evaluation* evaluation) {
   placements_.clear();
-  for (const Foothold& foothold : stance.footholds) {
-    const Dataset::Foot& foot = dataset_->foot(foothold.link);
-    const Eigen::Isometry3d& actual = kinematics_.link_pose(foot.link_index);
-    placements_.push_back({.box_F = foot.box, .X_WF = actual});
-    const FootPoseError error = ComputeFootPoseError(dataset_->FootTarget(foothold), actual);
+  for (const ContactTarget& target : stance.contacts) {
+    const Contact& contact = dataset_->contact(target.contact);
+    const Eigen::Isometry3d& actual = kinematics_.link_pose(contact.link_index);
+    placements_.push_back({.contact = &contact, .X_WL = actual});
+    const ContactPoseError error = ComputeContactPoseError(contact.LinkTarget(target), actual);
     Include(error.violation, &evaluation->foot_violation);
     if (Exceeds(error.violation, kPoseTolerance)) {
-      Fail(Verdict::kFootPose, waypoint, PoseErrorText(foothold.link, error, kPoseTolerance), evaluation);
+      Fail(Verdict::kFootPose, waypoint, PoseErrorText(target.contact, error, kPoseTolerance), evaluation);
     }
   }
 }
 
 void Judge::Workspace::CheckCom(int waypoint, Evaluation* evaluation) {
   // Coordinates near the largest double overflow in kinematics; such a pose has failed before.
-  const bool finite =
-      kinematics_.com().allFinite() && std::all_of(placements_.begin(), placements_.end(),
-                                                   [](const FootPlacement& p) { return p.X_WF.matrix().allFinite(); });
+  const bool finite = kinematics_.com().allFinite() &&
+                      std::all_of(placements_.begin(), placements_.end(),
+                                  [](const ContactPlacement& p) { return p.X_WL.matrix().allFinite(); });
   const double distance =
       finite ? SignedDistanceToPolygon(SupportPolygon(placements_), kinematics_.com().head<2>()) : kInfinity;
   Include(std::max(0.0, distance), &evaluation->com_violation_m);
@@ -335,7 +333,7 @@ double Judge::Workspace::PathCost(const TimedPath& path) const {
 Evaluation Judge::Workspace::Evaluate(Task task, const ProblemDefinition& problem,
                                       std::span<const Eigen::VectorXd> waypoints) {
   CheckTask(task, problem);
-  CheckFootNames(problem);
+  CheckContactNames(problem);
   const std::int64_t failures_before = collision_.ode_failures();
   first_waypoint_ = 0;
   Evaluation evaluation = IsTimed(task) ? JudgedPath(task, problem, waypoints) : Judged(task, problem, waypoints);
@@ -349,7 +347,7 @@ Evaluation Judge::Workspace::Evaluate(Task task, const ProblemDefinition& proble
 Evaluation Judge::Workspace::EvaluatePart(Task task, const ProblemDefinition& problem, int first_stance,
                                           std::span<const Eigen::VectorXd> waypoints) {
   CheckTask(task, problem);
-  CheckFootNames(problem);
+  CheckContactNames(problem);
   const auto num_stances = static_cast<std::ptrdiff_t>(waypoints.size()) / DescriptionOf(task).waypoints_per_stance;
   const auto first = problem.stances.begin() + first_stance;
   ProblemDefinition part{.id = problem.id, .stances = {first, std::min(first + num_stances, problem.stances.end())}};
@@ -375,7 +373,7 @@ Evaluation Judge::Workspace::Judged(Task task, const ProblemDefinition& problem,
     const Eigen::VectorXd& x = waypoints[static_cast<size_t>(w)];
     if (!IsWellFormed(x, w, &evaluation)) continue;
     SetState(x);
-    CheckFeet(problem.stances[static_cast<size_t>(StanceOfWaypoint(task, w))], w, &evaluation);
+    CheckContacts(problem.stances[static_cast<size_t>(StanceOfWaypoint(task, w))], w, &evaluation);
     CheckCom(w, &evaluation);
     CheckLimits(x, w, &evaluation);
   }

@@ -6,8 +6,9 @@
 #include <vector>
 
 #include "legopt/dataset/support_polygon.h"
+#include "legopt/judge/contact_pose_error.h"
 #include "legopt/judge/diagnostic_text.h"
-#include "legopt/judge/foot_pose_error.h"
+#include "legopt/robot/configuration.h"
 #include "legopt/robot/interpolation.h"
 
 namespace legopt {
@@ -33,7 +34,7 @@ PathExamination PathExaminer::Examine(Task task, const ProblemDefinition& proble
     };
     ExamineSegment({.waypoint = w,
                     .balanced = DescriptionOf(task).between == TransitionRule::kBalanced,
-                    .planted = PlantedFeet(stance(w), stance(w + 1))},
+                    .planted = PlantedContacts(stance(w), stance(w + 1))},
                    path, &findings);
     if (!segment_failed_) ++free;
   }
@@ -74,9 +75,9 @@ void PathExaminer::ExaminePiece(const Segment& segment, PathExamination* finding
 }
 
 double PathExaminer::LargestTurn() const {
-  const int n = dataset_->robot().num_dofs();
-  const double joints = n == 0 ? 0.0 : (to_ - from_).head(n).cwiseAbs().maxCoeff();
-  const double half = std::min(1.0, std::abs(from_.tail<4>().dot(to_.tail<4>())));
+  const auto from = PartsOf(from_), to = PartsOf(to_);
+  const double joints = from.num_joints() == 0 ? 0.0 : (to.joints() - from.joints()).cwiseAbs().maxCoeff();
+  const double half = std::min(1.0, std::abs(from.quaternion_coefficients().dot(to.quaternion_coefficients())));
   return std::max(joints, 2.0 * std::acos(half));
 }
 
@@ -93,7 +94,7 @@ void PathExaminer::Bisect(const Segment& segment, std::size_t level, double s_fr
   if (near) return;
   const double s = 0.5 * (s_from + s_to);
   Kinematics& middle = Level(level);
-  InterpolateConfiguration(dataset_->robot(), from_, to_, s, x_);
+  InterpolateConfiguration(from_, to_, s, x_);
   middle.Update(x_);
   Bisect(segment, level + 1, s_from, at_from, s, middle, findings);
   ExamineSample(segment, s, middle, findings);
@@ -112,15 +113,16 @@ void PathExaminer::Fail(const Segment& segment, double s, Verdict verdict, const
 
 void PathExaminer::ExamineSample(const Segment& segment, double s, const Kinematics& kinematics,
                                  PathExamination* findings) {
-  std::vector<FootPlacement> placements;
-  for (const Foothold& foothold : segment.planted.footholds) {
-    const Dataset::Foot& foot = dataset_->foot(foothold.link);
-    const Eigen::Isometry3d& actual = kinematics.link_pose(foot.link_index);
-    placements.push_back({.box_F = foot.box, .X_WF = actual});
-    const FootPoseError error = ComputeFootPoseError(dataset_->FootTarget(foothold), actual);
+  std::vector<ContactPlacement> placements;
+  for (const ContactTarget& target : segment.planted.contacts) {
+    const Contact& contact = dataset_->contact(target.contact);
+    const Eigen::Isometry3d& actual = kinematics.link_pose(contact.link_index);
+    placements.push_back({.contact = &contact, .X_WL = actual});
+    const ContactPoseError error = ComputeContactPoseError(contact.LinkTarget(target), actual);
     findings->foot_violation = std::max(findings->foot_violation, error.violation);
     if (!Exceeds(error.violation, kPlantedTolerance)) continue;
-    Fail(segment, s, Verdict::kFootPose, "planted " + PoseErrorText(foothold.link, error, kPlantedTolerance), findings);
+    Fail(segment, s, Verdict::kFootPose, "planted " + PoseErrorText(target.contact, error, kPlantedTolerance),
+         findings);
   }
   if (segment.balanced) {
     const double distance = placements.empty()

@@ -42,8 +42,8 @@ struct PathExamination {
 };
 
 /// Samples a path so densely that no vertex of the robot moves more than kPathSample_m between consecutive samples, end
-/// points included. Checks planted feet (PlantedFeet) against their targets, contact depths with exact meshes and, for
-/// Between::kBalanced, the centre of mass over the planted feet. Joints are clamped to their limits first, as at
+/// points included. Checks planted feet (PlantedContacts) against their targets, contact depths with exact meshes and,
+/// for Between::kBalanced, the centre of mass over the planted feet. Joints are clamped to their limits first, as at
 /// waypoints. Uses the judge's workspaces: not thread-safe.
 class PathExaminer {
  public:

@@ -205,15 +205,6 @@ std::vector<std::string> ParseJoints(const Json& root, const std::string& file) 
   return list->get<std::vector<std::string>>();
 }
 
-/// Infers the task from the number of stances; the first task if the file has no stances.
-Task InferTask(const ProblemFile& file) {
-  for (const ProblemDefinition& problem : file.problems) {
-    const std::optional<Task> task = TaskOfStances(static_cast<int>(problem.stances.size()));
-    if (task) return *task;
-  }
-  return kTasks.front().task;
-}
-
 std::string FormatWaypoint(const Eigen::VectorXd& x) {
   std::string text;
   for (const double value : x) {
@@ -249,7 +240,7 @@ SolutionFile ReadSolutions(const std::filesystem::path& path) {
   ProblemFile problems = ParseProblemFile(root, path.string(), true);
   SolutionFile file{.robot = problems.robot,
                     .scenario = problems.scenario,
-                    .task = problems.task.value_or(InferTask(problems)),
+                    .task = TaskOf(problems),
                     .problems = {},
                     .joints = ParseJoints(root, path.string()),
                     .path = path.string()};

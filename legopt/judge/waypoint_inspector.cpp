@@ -4,8 +4,9 @@
 #include <utility>
 
 #include "legopt/dataset/support_polygon.h"
-#include "legopt/judge/foot_pose_error.h"
+#include "legopt/judge/contact_pose_error.h"
 #include "legopt/judge/judge.h"
+#include "legopt/robot/configuration.h"
 #include "legopt/robot/interpolation.h"
 
 namespace legopt {
@@ -41,31 +42,28 @@ WaypointInspector::WaypointInspector(std::shared_ptr<const Dataset> dataset)
 /// Clamps the joints to their limits, as for a verdict.
 bool WaypointInspector::SetState(const Eigen::VectorXd& x, Kinematics* kinematics) const {
   const RobotModel& robot = dataset_->robot();
-  if (x.size() != robot.configuration_size() || !x.allFinite() || !(x.tail<4>().stableNorm() > 0)) return false;
-  const int n = robot.num_dofs();
-  Eigen::VectorXd clamped = x;
-  clamped.head(n) = x.head(n).cwiseMax(robot.lower_limits()).cwiseMin(robot.upper_limits());
-  clamped.tail<4>() = x.tail<4>().stableNormalized();
-  kinematics->Update(clamped);
+  if (x.size() != robot.configuration_size() || !x.allFinite()) return false;
+  if (!(PartsOf(x).quaternion_coefficients().stableNorm() > 0)) return false;
+  kinematics->Update(ClampedConfiguration(robot, x));
   return true;
 }
 
 void WaypointInspector::ListFeet(const Stance& stance, WaypointDiagnostics* findings) const {
-  std::vector<FootPlacement> placements;
-  for (const Foothold& foothold : stance.footholds) {
-    const Dataset::Foot& foot = dataset_->foot(foothold.link);
-    const Eigen::Isometry3d& actual = kinematics_.link_pose(foot.link_index);
-    placements.push_back({.box_F = foot.box, .X_WF = actual});
-    const FootPoseError error = ComputeFootPoseError(dataset_->FootTarget(foothold), actual);
-    findings->feet.push_back({.link = foothold.link,
+  std::vector<ContactPlacement> placements;
+  for (const ContactTarget& target : stance.contacts) {
+    const Contact& contact = dataset_->contact(target.contact);
+    const Eigen::Isometry3d& actual = kinematics_.link_pose(contact.link_index);
+    placements.push_back({.contact = &contact, .X_WL = actual});
+    const ContactPoseError error = ComputeContactPoseError(contact.LinkTarget(target), actual);
+    findings->feet.push_back({.link = target.contact,
                               .violation = error.violation,
                               .component = error.component,
                               .violated = !(error.violation <= kPoseTolerance)});
   }
   findings->com_W = kinematics_.com();
   const bool finite =
-      findings->com_W.allFinite() && std::ranges::all_of(placements, [](const FootPlacement& placement) {
-        return placement.X_WF.matrix().allFinite();
+      findings->com_W.allFinite() && std::ranges::all_of(placements, [](const ContactPlacement& placement) {
+        return placement.X_WL.matrix().allFinite();
       });
   findings->com_m = std::numeric_limits<double>::infinity();
   if (finite && !placements.empty()) {
@@ -110,13 +108,13 @@ std::vector<OverlapDiagnostic> WaypointInspector::TransitionRule(const Eigen::Ve
                                                                  double s) {
   // As in ScoreInterpolation, only the ends are clamped, not the configurations between them.
   const RobotModel& robot = dataset_->robot();
-  const int n = robot.num_dofs();
   if (from.size() != robot.configuration_size() || to.size() != from.size()) return {};
   Eigen::VectorXd a = from, b = to, x(from.size());
-  a.head(n) = from.head(n).cwiseMax(robot.lower_limits()).cwiseMin(robot.upper_limits());
-  b.head(n) = to.head(n).cwiseMax(robot.lower_limits()).cwiseMin(robot.upper_limits());
-  if (!a.allFinite() || !b.allFinite() || !(a.tail<4>().norm() > 0) || !(b.tail<4>().norm() > 0)) return {};
-  InterpolateConfiguration(robot, a, b, s, x);
+  robot.ClampJoints(a);
+  robot.ClampJoints(b);
+  const auto has_rotation = [](const Eigen::VectorXd& y) { return PartsOf(y).quaternion_coefficients().norm() > 0; };
+  if (!a.allFinite() || !b.allFinite() || !has_rotation(a) || !has_rotation(b)) return {};
+  InterpolateConfiguration(a, b, s, x);
   kinematics_.UpdatePoses(x);
   return Classified(collision_.Overlaps(kinematics_));
 }

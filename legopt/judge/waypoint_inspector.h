@@ -18,7 +18,7 @@ namespace legopt {
 /// Pose error of a foot.
 struct FootDiagnostic {
   std::string link;
-  double violation = 0;   ///< largest component of ComputeFootPoseError: quaternion (1), translation (m)
+  double violation = 0;   ///< largest component of ComputeContactPoseError: quaternion (1), translation (m)
   int component = 0;      ///< index of that component: 0..2 quaternion x y z, 3..5 translation x y z, in the target
                           ///< frame
   bool violated = false;  ///< above kPoseTolerance

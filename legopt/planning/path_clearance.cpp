@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "legopt/robot/configuration.h"
 #include "legopt/robot/interpolation.h"
 
 namespace legopt {
@@ -27,13 +28,13 @@ PathClearance::Sample& PathClearance::Level(std::size_t level) {
 }
 
 void PathClearance::Place(double s, Sample* sample) {
-  InterpolateConfiguration(*robot_, from_, to_, s, x_);
+  InterpolateConfiguration(from_, to_, s, x_);
   sample->kinematics.UpdatePoses(x_);
   sample->scene_m.assign(robot_->links().size(), range_m_);
   sample->pairs_m.assign(query_->model().checked_pairs().size(), range_m_);
   sample->nearest = {};
   sample->nearest.distance_m = range_m_;
-  for (const Contact& contact : query_->Contacts(sample->kinematics, range_m_, &memory_)) {
+  for (const ProximityPair& contact : query_->Contacts(sample->kinematics, range_m_, &memory_)) {
     const auto first = static_cast<std::size_t>(contact.link_a);
     double* distance_m = &sample->scene_m[first];
     if (contact.link_b != kScene) {
@@ -87,9 +88,11 @@ bool PathClearance::IsFree(Eigen::Ref<const Eigen::VectorXd> from, Eigen::Ref<co
   from_ = from;
   to_ = to;
   x_.resize(from.size());
-  const int n = robot_->num_dofs();
-  const double half = std::min(1.0, std::abs(from_.tail<4>().normalized().dot(to_.tail<4>().normalized())));
-  turn_ = std::max(n == 0 ? 0.0 : (to_ - from_).head(n).cwiseAbs().maxCoeff(), 2.0 * std::acos(half));
+  const auto start = PartsOf(from_), end = PartsOf(to_);
+  const double half = std::min(
+      1.0, std::abs(start.quaternion_coefficients().normalized().dot(end.quaternion_coefficients().normalized())));
+  const double joints = start.num_joints() == 0 ? 0.0 : (end.joints() - start.joints()).cwiseAbs().maxCoeff();
+  turn_ = std::max(joints, 2.0 * std::acos(half));
   Sample& a = Level(0);
   Sample& b = Level(1);
   Place(0.0, &a);

@@ -36,7 +36,7 @@ class PathClearance {
   /// ends.
   bool IsFree(Eigen::Ref<const Eigen::VectorXd> from, Eigen::Ref<const Eigen::VectorXd> to);
   /// Deepest contact of the last sample that was not free.
-  const Contact& obstacle() const { return obstacle_; }
+  const ProximityPair& obstacle() const { return obstacle_; }
 
  private:
   /// One configuration: distances of each link to the scene and of each checked pair, at most the range, m.
@@ -45,7 +45,7 @@ class PathClearance {
     Kinematics kinematics;
     std::vector<double> scene_m;
     std::vector<double> pairs_m;
-    Contact nearest;
+    ProximityPair nearest;
   };
   Sample& Level(std::size_t level);
   void Place(double s, Sample* sample);
@@ -61,7 +61,7 @@ class PathClearance {
   std::deque<Sample> levels_;
   Eigen::VectorXd from_, to_, x_;
   double turn_ = 0.0;
-  Contact obstacle_;
+  ProximityPair obstacle_;
 };
 
 }  // namespace legopt

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "legopt/dataset/support_polygon.h"
-#include "legopt/judge/foot_pose_error.h"
+#include "legopt/judge/contact_pose_error.h"
 #include "legopt/problem/terms/task_program.h"
 #include "legopt/robot/interpolation.h"
 
@@ -32,13 +32,13 @@ constexpr int kMinPiecesOfSeveral = 4;
 }  // namespace
 
 PathSolver::PathSolver(const Dataset& dataset, CollisionQuery& query, Solver& solver, Task task,
-                       const ContactOptions& contacts)
+                       const ProximityOptions& proximity)
     : dataset_(&dataset),
       query_(&query),
       solver_(&solver),
       task_(task),
-      contacts_(contacts),
-      clearance_(dataset.robot(), query, contacts.range_m),
+      proximity_(proximity),
+      clearance_(dataset.robot(), query, proximity.range_m),
       kinematics_(dataset.robot()),
       x_(dataset.robot().configuration_size()) {}
 
@@ -53,8 +53,7 @@ void PathSolver::ForEachMiddle(const Eigen::VectorXd& points, Visit visit) {
   const Eigen::Index size = dataset_->robot().configuration_size();
   const Eigen::Index pieces = points.size() / size - 1, pieces_of_way = pieces / std::ssize(planted_);
   for (Eigen::Index k = 0; k < pieces; ++k) {
-    InterpolateConfiguration(dataset_->robot(), points.segment(k * size, size), points.segment((k + 1) * size, size),
-                             0.5, x_);
+    InterpolateConfiguration(points.segment(k * size, size), points.segment((k + 1) * size, size), 0.5, x_);
     kinematics_.Update(x_);
     visit(static_cast<std::size_t>(k / pieces_of_way));
   }
@@ -64,9 +63,9 @@ void PathSolver::ForEachMiddle(const Eigen::VectorXd& points, Visit visit) {
 double PathSolver::Drift(const Eigen::VectorXd& points) {
   double largest = 0.0;
   ForEachMiddle(points, [&](std::size_t way) {
-    for (const Foothold& foothold : planted_[way].footholds) {
-      const Eigen::Isometry3d& pose = kinematics_.link_pose(dataset_->foot(foothold.link).link_index);
-      largest = std::max(largest, ComputeFootPoseError(dataset_->FootTarget(foothold), pose).violation);
+    for (const ContactTarget& target : planted_[way].contacts) {
+      const Eigen::Isometry3d& pose = kinematics_.link_pose(dataset_->contact(target.contact).link_index);
+      largest = std::max(largest, ComputeContactPoseError(dataset_->LinkTarget(target), pose).violation);
     }
   });
   return largest;
@@ -97,7 +96,7 @@ bool PathSolver::IsAcceptable(const Eigen::VectorXd& points, PathSolution* solut
   }
   if (IsFree(points)) return true;
   const auto name = [this](int link) { return dataset_->robot().links()[static_cast<std::size_t>(link)].name; };
-  const Contact& obstacle = clearance_.obstacle();
+  const ProximityPair& obstacle = clearance_.obstacle();
   solution->message = name(obstacle.link_a) + " collides between the points with " +
                       (obstacle.link_b == kScene ? "the scene" : name(obstacle.link_b));
   return false;
@@ -131,8 +130,8 @@ Eigen::VectorXd PathSolver::Subdivided(const Eigen::VectorXd& points, int pieces
   for (int k = 0; k <= pieces; ++k) {
     const double at = static_cast<double>(k) * before / pieces;
     const int piece = std::min(static_cast<int>(at), before - 1);
-    InterpolateConfiguration(dataset_->robot(), points.segment(piece * size, size),
-                             points.segment((piece + 1) * size, size), at - piece, divided.segment(k * size, size));
+    InterpolateConfiguration(points.segment(piece * size, size), points.segment((piece + 1) * size, size), at - piece,
+                             divided.segment(k * size, size));
   }
   divided.head(size) = points.head(size);
   divided.tail(size) = points.tail(size);
@@ -177,9 +176,9 @@ void PathSolver::BindPath(const WaypointPath& start) {
   planted_.clear();
   polygons_.clear();
   for (std::size_t w = 0; w < start.num_segments(); ++w) {
-    planted_.push_back(PlantedFeet(*start.stances[w], *start.stances[w + 1]));
+    planted_.push_back(PlantedContacts(*start.stances[w], *start.stances[w + 1]));
     polygons_.emplace_back();
-    if (!planted_.back().footholds.empty()) polygons_.back() = TargetSupportPolygon(*dataset_, planted_.back());
+    if (!planted_.back().contacts.empty()) polygons_.back() = TargetSupportPolygon(*dataset_, planted_.back());
   }
 }
 
@@ -204,7 +203,7 @@ PathSolution PathSolver::Solve(const WaypointPath& start, const std::function<Mu
   PathSolution solution;
   solution.waypoint_path = start;
   for (const Stance& planted : planted_) {
-    if (!balanced || !planted.footholds.empty()) continue;
+    if (!balanced || !planted.contacts.empty()) continue;
     solution.message = "no foot stays planted to be balanced on";
     return solution;
   }
@@ -214,15 +213,16 @@ PathSolution PathSolver::Solve(const WaypointPath& start, const std::function<Mu
   pieces = std::max(pieces, 2);
   Sweep sweep = Sweep::kWithScene;
   double step_m = kSweepStep_m;
-  ContactOptions contacts = contacts_;
+  ProximityOptions proximity = proximity_;
   for (int k = 0; k < kMaxTries && !solution.feasible && !IsStopped(solution.status); ++k) {
     points = k == 0 ? PointsOf(start, pieces) : Subdivided(points, pieces * static_cast<int>(start.num_segments()));
     const auto program =
-        MakePathProgram(*dataset_, *query_, start.stances, start.ends, pieces, balanced, contacts, step_m, sweep);
+        MakePathProgram(*dataset_, *query_, start.stances, start.ends, pieces, balanced, proximity, step_m, sweep);
     solution.feasible = SolvePieces(attempts(), *program, points, &solution) && IsAcceptable(points, &solution);
     pieces = std::min(kMaxPieces, 2 * pieces);
     step_m *= kFinerStep;
-    contacts.margin_m = std::min(contacts_.margin_m + kWiderMargin_m, 0.5 * (contacts_.margin_m + contacts_.range_m));
+    proximity.margin_m =
+        std::min(proximity_.margin_m + kWiderMargin_m, 0.5 * (proximity_.margin_m + proximity_.range_m));
     sweep = Sweep::kWithAll;
   }
   solution.waypoint_path = PathThroughPoints(start, points);

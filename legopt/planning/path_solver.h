@@ -50,8 +50,9 @@ struct PathSolution {
 /// A workspace; one thread.
 class PathSolver {
  public:
-  /// All arguments must outlive this object. `contacts` is the same as in the motion's own programs.
-  PathSolver(const Dataset& dataset, CollisionQuery& query, Solver& solver, Task task, const ContactOptions& contacts);
+  /// All arguments must outlive this object. `proximity` is the same as in the motion's own programs.
+  PathSolver(const Dataset& dataset, CollisionQuery& query, Solver& solver, Task task,
+             const ProximityOptions& proximity);
 
   /// Solves for the path from the points of `start`. `attempts` returns the settings used for windows, with generator
   /// and perturb for this program's points.
@@ -79,7 +80,7 @@ class PathSolver {
   CollisionQuery* query_;
   Solver* solver_;
   Task task_;
-  ContactOptions contacts_;
+  ProximityOptions proximity_;
   PathClearance clearance_;
   Kinematics kinematics_;
   Eigen::VectorXd x_;

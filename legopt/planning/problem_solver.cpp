@@ -62,13 +62,13 @@ class ProblemSolver::Run {
            std::to_string(problem.id) + "/" + std::string(ToString(initialization_)) + "/" +
            std::to_string(settings_.repetition) + "/" + (task_.windowed ? std::to_string(window) + "/" : "");
   }
-  ContactOptions Contacts() const {
-    ContactOptions contacts;
-    contacts.margin_m = method_.collision_margin_m;
-    contacts.range_m = method_.contact_range_m;
-    contacts.continuous = method_.continuous_collision;
-    contacts.continuous_weight = method_.continuous_weight;
-    return contacts;
+  ProximityOptions Contacts() const {
+    ProximityOptions proximity;
+    proximity.margin_m = method_.collision_margin_m;
+    proximity.range_m = method_.contact_range_m;
+    proximity.continuous = method_.continuous_collision;
+    proximity.continuous_weight = method_.continuous_weight;
+    return proximity;
   }
   /// Returns the number of term evaluations so far.
   std::int64_t Evaluations() const {

@@ -2,15 +2,12 @@
 
 #include <cmath>
 
+#include "legopt/robot/configuration.h"
+
 namespace legopt {
 namespace {
 
 constexpr double kSmallAngle = 1e-4;  // below it, the next terms of the series vanish in double precision
-
-Eigen::Quaterniond BaseRotation(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> x) {
-  const int n = robot.num_dofs();
-  return Eigen::Quaterniond(x[n + 3], x[n + 4], x[n + 5], x[n + 6]).normalized();
-}
 
 /// Rotation vector of the shorter rotation from a to b, world axes.
 Eigen::Vector3d Turn(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b) {
@@ -59,19 +56,18 @@ Eigen::Matrix3d InverseLeftJacobian(const Eigen::Vector3d& phi) {
 
 }  // namespace
 
-void InterpolateConfiguration(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> x_a,
-                              Eigen::Ref<const Eigen::VectorXd> x_b, double s, Eigen::Ref<Eigen::VectorXd> x_s) {
-  const int n = robot.num_dofs();
-  x_s.head(n + 3) = (1.0 - s) * x_a.head(n + 3) + s * x_b.head(n + 3);
-  const Eigen::Quaterniond base = BaseRotation(robot, x_a);
-  const Eigen::Quaterniond turned = (Exp(s * Turn(base, BaseRotation(robot, x_b))) * base).normalized();
-  x_s[n + 3] = turned.w();
-  x_s.segment<3>(n + 4) = turned.vec();
+void InterpolateConfiguration(Eigen::Ref<const Eigen::VectorXd> x_a, Eigen::Ref<const Eigen::VectorXd> x_b, double s,
+                              Eigen::Ref<Eigen::VectorXd> x_s) {
+  const auto a = PartsOf(x_a), b = PartsOf(x_b);
+  const auto result = MutablePartsOf(x_s);
+  result.linear() = (1.0 - s) * a.linear() + s * b.linear();
+  const Eigen::Quaterniond base = a.base_rotation();
+  result.set_base_quaternion((Exp(s * Turn(base, b.base_rotation())) * base).normalized());
 }
 
-BaseRotationDerivatives DifferentiateBaseRotation(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> x_a,
+BaseRotationDerivatives DifferentiateBaseRotation(Eigen::Ref<const Eigen::VectorXd> x_a,
                                                   Eigen::Ref<const Eigen::VectorXd> x_b, double s) {
-  const Eigen::Vector3d phi = Turn(BaseRotation(robot, x_a), BaseRotation(robot, x_b));
+  const Eigen::Vector3d phi = Turn(PartsOf(x_a).base_rotation(), PartsOf(x_b).base_rotation());
   BaseRotationDerivatives derivatives;
   derivatives.to = s * LeftJacobian(s * phi) * InverseLeftJacobian(phi);
   derivatives.from = Exp(s * phi).toRotationMatrix() - derivatives.to * Exp(phi).toRotationMatrix();

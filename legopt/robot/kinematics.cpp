@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "legopt/robot/configuration.h"
+
 namespace legopt {
 namespace {
 
@@ -32,18 +34,17 @@ Eigen::Matrix3d RotationAbout(const Eigen::Vector3d& axis, double c, double s) {
 
 }  // namespace
 
-void Retract(const RobotModel& model, Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<const Eigen::VectorXd> dx,
+void Retract(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<const Eigen::VectorXd> dx,
              Eigen::Ref<Eigen::VectorXd> x_next) {
-  const int n = model.num_dofs();
-  x_next.head(n + 3) = x.head(n + 3) + dx.head(n + 3);
-  const Eigen::Vector3d phi = dx.segment<3>(n + 3);
+  const auto from = PartsOf(x);
+  const auto to = MutablePartsOf(x_next);
+  const auto step = TangentPartsOf(dx);
+  to.linear() = from.linear() + step.linear();
+  const Eigen::Vector3d phi = step.base_rotation();
   const double angle = phi.norm();
   const double half_sinc = angle < kNegligibleAngle ? 0.5 : std::sin(0.5 * angle) / angle;
   const Eigen::Quaterniond turn(std::cos(0.5 * angle), half_sinc * phi.x(), half_sinc * phi.y(), half_sinc * phi.z());
-  const Eigen::Quaterniond base(x[n + 3], x[n + 4], x[n + 5], x[n + 6]);
-  const Eigen::Quaterniond next = (turn * base).normalized();
-  x_next[n + 3] = next.w();
-  x_next.segment<3>(n + 4) = next.vec();
+  to.set_base_quaternion((turn * from.base_quaternion()).normalized());
 }
 
 Kinematics::Kinematics(const RobotModel& model) : model_(&model) {
@@ -104,8 +105,9 @@ void Kinematics::Update(Eigen::Ref<const Eigen::VectorXd> x) {
 
 void Kinematics::UpdatePoses(Eigen::Ref<const Eigen::VectorXd> x) {
   const int n = model_->num_dofs();
-  rotation_[0] = Eigen::Quaterniond(x[n + 3], x[n + 4], x[n + 5], x[n + 6]).normalized().toRotationMatrix();
-  origin_[0] = x.segment<3>(n);
+  const auto parts = PartsOf(x);
+  rotation_[0] = parts.base_rotation().toRotationMatrix();
+  origin_[0] = parts.base_position();
   link_poses_[0].linear() = rotation_[0];
   link_poses_[0].translation() = origin_[0];
   for (int body = 1; body <= n; ++body) UpdateBody(body, x[body - 1]);
@@ -168,7 +170,6 @@ void Kinematics::UpdateMasses() {
 
 void Kinematics::AddPointGradient(int link, const Eigen::Vector3d& p_W, const Eigen::Vector3d& n_W, double scale,
                                   double* row) const {
-  const int n = model_->num_dofs();
   const Eigen::Vector3d direction = scale * n_W;
   const Eigen::Vector3d moment = p_W.cross(direction);  // n . (a x (p - o)) = a . (p x n - o x n)
   for (const int dof : model_->body_dofs(model_->link_body(link))) {
@@ -177,14 +178,12 @@ void Kinematics::AddPointGradient(int link, const Eigen::Vector3d& p_W, const Ei
                                                              : axis_W_[d].dot(moment - origin_[d + 1].cross(direction));
   }
   const Eigen::Vector3d base_moment = moment - origin_[0].cross(direction);
-  for (int k = 0; k < 3; ++k) {
-    row[n + k] += direction[k];
-    row[n + 3 + k] += base_moment[k];
-  }
+  const TangentView<double> parts(row, model_->tangent_size());
+  parts.base_position() += direction;
+  parts.base_rotation() += base_moment;
 }
 
 void Kinematics::PointJacobian(int link, const Eigen::Vector3d& p_W, Eigen::Ref<Eigen::MatrixXd> jacobian) const {
-  const int n = model_->num_dofs();
   jacobian.setZero();
   for (const int dof : model_->body_dofs(model_->link_body(link))) {
     const auto d = static_cast<size_t>(dof);
@@ -194,28 +193,29 @@ void Kinematics::PointJacobian(int link, const Eigen::Vector3d& p_W, Eigen::Ref<
       jacobian.col(dof) = axis_W_[d].cross(p_W - origin_[d + 1]);
     }
   }
-  jacobian.middleCols<3>(n).setIdentity();
+  jacobian.middleCols<3>(model_->base_position_index()).setIdentity();
   const Eigen::Vector3d r = p_W - origin_[0];
-  for (int k = 0; k < 3; ++k) jacobian.col(n + 3 + k) = Eigen::Vector3d::Unit(k).cross(r);
+  const int turn = model_->base_rotation_index();
+  for (int k = 0; k < 3; ++k) jacobian.col(turn + k) = Eigen::Vector3d::Unit(k).cross(r);
 }
 
 void Kinematics::AngularJacobian(int link, Eigen::Ref<Eigen::MatrixXd> jacobian) const {
-  const int n = model_->num_dofs();
   jacobian.setZero();
   for (const int dof : model_->body_dofs(model_->link_body(link))) {
     const auto d = static_cast<size_t>(dof);
     if (body_joints_[d].kind != AxisKind::kPrismatic) jacobian.col(dof) = axis_W_[d];
   }
-  jacobian.middleCols<3>(n + 3).setIdentity();
+  jacobian.middleCols<3>(model_->base_rotation_index()).setIdentity();
 }
 
 void Kinematics::ComJacobian(Eigen::Ref<Eigen::MatrixXd> jacobian) const {
   const int n = model_->num_dofs();
   const double inverse_mass = 1.0 / subtree_mass_[0];
   for (int dof = 0; dof < n; ++dof) jacobian.col(dof) = inverse_mass * lever_[static_cast<size_t>(dof)];
-  jacobian.middleCols<3>(n).setIdentity();
+  jacobian.middleCols<3>(model_->base_position_index()).setIdentity();
   const Eigen::Vector3d r = com_ - origin_[0];
-  for (int k = 0; k < 3; ++k) jacobian.col(n + 3 + k) = Eigen::Vector3d::Unit(k).cross(r);
+  const int turn = model_->base_rotation_index();
+  for (int k = 0; k < 3; ++k) jacobian.col(turn + k) = Eigen::Vector3d::Unit(k).cross(r);
 }
 
 void Kinematics::GravityTorques(double g, Eigen::Ref<Eigen::VectorXd> tau) const {
@@ -234,8 +234,9 @@ void Kinematics::GravityTorqueJacobian(double g, Eigen::Ref<Eigen::MatrixXd> jac
       jacobian(j, i) = entry;
       jacobian(i, j) = entry;
     }
-    jacobian(j, n + 3) = v.y();
-    jacobian(j, n + 4) = -v.x();
+    const int turn = model_->base_rotation_index();
+    jacobian(j, turn) = v.y();
+    jacobian(j, turn + 1) = -v.x();
   }
 }
 

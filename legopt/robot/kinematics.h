@@ -9,7 +9,7 @@ namespace legopt {
 
 /// Computes x' from x and the tangent dx (RobotModel): adds joints and base position, base rotation R' = Exp(dphi) R.
 /// The quaternion of x' is normalised.
-void Retract(const RobotModel& model, Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<const Eigen::VectorXd> dx,
+void Retract(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<const Eigen::VectorXd> dx,
              Eigen::Ref<Eigen::VectorXd> x_next);
 
 /// Forward kinematics, centre of mass, gravity torques and their derivatives at one configuration.

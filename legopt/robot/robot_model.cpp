@@ -4,6 +4,8 @@
 #include <cstdlib>
 #include <utility>
 
+#include "legopt/robot/configuration.h"
+
 namespace legopt {
 namespace {
 
@@ -56,6 +58,17 @@ void RobotModel::BuildBodies() {
     body_dofs_[body] = body_dofs_[static_cast<size_t>(link_body_[parent])];
     body_dofs_[body].push_back(joint.dof);
   }
+}
+
+void RobotModel::ClampJoints(Eigen::Ref<Eigen::VectorXd> x) const {
+  auto joints = x.head(num_dofs());
+  joints = joints.cwiseMax(lower_).cwiseMin(upper_);
+}
+
+Eigen::VectorXd RobotModel::NeutralConfiguration() const {
+  Eigen::VectorXd x = ConfigurationAt(num_dofs(), Eigen::Isometry3d::Identity());
+  ClampJoints(x);
+  return x;
 }
 
 int RobotModel::FindLink(std::string_view name) const {

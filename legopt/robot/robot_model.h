@@ -62,7 +62,7 @@ struct Joint {
 /// Kinematic tree of a floating-base robot: links, joints and degrees of freedom in depth-first order, children in the
 /// order in which the URDF file lists their joints (urdfdom itself sorts by name). Link 0 is the base.
 ///
-/// A configuration is LegOpt's flat vector of size n + 7 for n actuated joints:
+/// A configuration is LegOpt's flat vector of size n + 7 for n actuated joints (configuration.h names its parts):
 ///
 ///     x = [q_0 .. q_{n-1}, p_x, p_y, p_z, q_w, q_x, q_y, q_z]
 ///
@@ -95,10 +95,17 @@ class RobotModel {
   int num_dofs() const { return static_cast<int>(dof_joints_.size()); }  ///< n, the joints that are not fixed
   int configuration_size() const { return num_dofs() + 7; }              ///< n + 7
   int tangent_size() const { return num_dofs() + 6; }                    ///< n + 6
+  int base_position_index() const { return num_dofs(); }      ///< first of three, in configurations and tangents
+  int base_rotation_index() const { return num_dofs() + 3; }  ///< first number of the quaternion or rotation vector
 
   /// Lower joint limits per degree of freedom, rad or m, -infinity if unlimited.
   const Eigen::VectorXd& lower_limits() const { return lower_; }
   const Eigen::VectorXd& upper_limits() const { return upper_; }  ///< upper joint limits, +infinity if unlimited
+
+  /// Moves the joints of a configuration or tangent-sized vector into their limits; the base stays.
+  void ClampJoints(Eigen::Ref<Eigen::VectorXd> x) const;
+  /// Returns the configuration with joints at zero or the nearest limit and the base upright at the origin.
+  Eigen::VectorXd NeutralConfiguration() const;
 
   /// Returns the index into joints() of a degree of freedom.
   int dof_joint(int dof) const { return dof_joints_[static_cast<size_t>(dof)]; }

@@ -46,7 +46,7 @@ class CovarianceAdaptation {
   double LargestDeviation() const { return sigma_ * std::sqrt(covariance_.diagonal().maxCoeff()); }
 
  private:
-  void SetConstants(Eigen::Index n);
+  void SetConstants(Eigen::Index dimension);
   void AdaptCovariance(const std::vector<int>& order, bool stalled);
   void Decompose();
   /// Computes basis_ from the eigenvectors of the tridiagonal matrix.

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <optional>
 #include <span>
 #include <string_view>
 
@@ -172,18 +171,6 @@ constexpr int StanceOfWaypoint(Task task, int waypoint) { return waypoint / Desc
 constexpr bool HasStances(Task task, int num_stances) {
   const TaskDescription& description = DescriptionOf(task);
   return num_stances >= description.least_stances && num_stances <= description.most_stances;
-}
-
-/// Returns the task with its own problems of `num_stances` stances; empty if there is none or more than one. For files
-/// that do not name their task.
-constexpr std::optional<Task> TaskOfStances(int num_stances) {
-  std::optional<Task> found;
-  for (const TaskDescription& description : ProblemTasks()) {
-    if (!HasStances(description.task, num_stances)) continue;
-    if (found) return std::nullopt;
-    found = description.task;
-  }
-  return found;
 }
 
 }  // namespace legopt

@@ -24,7 +24,7 @@ class FootholdTable {
       : probe_(model), options_(options), scale_(scale), grid_m_(options.grid_m * scale) {}
 
   struct Entry {
-    Foothold foothold;
+    ContactTarget foothold;
     int foot;
     double yaw;
   };
@@ -33,7 +33,7 @@ class FootholdTable {
   double grid_m() const { return grid_m_; }
   const Entry& entry(int id) const { return entries_[static_cast<size_t>(id)]; }
 
-  int AddLoose(int foot, const Foothold& foothold) {
+  int AddLoose(int foot, const ContactTarget& foothold) {
     entries_.push_back({foothold, foot, Yaw(foothold)});
     return static_cast<int>(entries_.size()) - 1;
   }
@@ -47,14 +47,14 @@ class FootholdTable {
     const auto [found, fresh] = known_.try_emplace(key);
     if (!fresh) return found->second;
     const double heading = key[3] * turn;
-    std::vector<Foothold> footholds;
+    std::vector<ContactTarget> footholds;
     for (const double slide : options_.slides_m) {
       probe_.Footholds(foot, key[1] * grid_m_ + slide * scale_ * std::cos(heading),
                        key[2] * grid_m_ + slide * scale_ * std::sin(heading), heading, footholds);
       if (!footholds.empty()) break;
     }
     std::vector<int> ids;
-    for (Foothold& foothold : footholds) {
+    for (ContactTarget& foothold : footholds) {
       entries_.push_back({std::move(foothold), foot, heading});
       ids.push_back(static_cast<int>(entries_.size()) - 1);
     }
@@ -152,13 +152,13 @@ Search::Search(FootstepPlanner::Impl& planner, const Stance& start, const Stance
     : planner_(planner), start_(start), states_(1) {
   std::array<Eigen::Vector3d, 2> places;
   for (const int foot : {kLeft, kRight}) {
-    const Foothold& foothold = goal.footholds[static_cast<size_t>(foot)];
+    const ContactTarget& foothold = goal.contacts[static_cast<size_t>(foot)];
     goal_[static_cast<size_t>(foot)] = planner.table.AddLoose(foot, foothold);
     places[static_cast<size_t>(foot)] = foothold.position;
   }
   cautious_ = planner.guide->DistancesTo(places, GuideMap::Measure::kWeighted);
   shortest_ = planner.guide->DistancesTo(places, GuideMap::Measure::kShortest);
-  StateOf(planner.table.AddLoose(kLeft, start.footholds[kLeft]));
+  StateOf(planner.table.AddLoose(kLeft, start.contacts[kLeft]));
 }
 
 int Search::StateOf(int foothold) {
@@ -184,7 +184,7 @@ double Search::StepCost(int from, int to) {
   const auto [found, fresh] = planner_.step_costs.try_emplace(key, kInfinity);
   if (!fresh) return found->second;
   Stance stance{{a.foothold, b.foothold}};
-  if (a.foot == kRight) std::swap(stance.footholds[0], stance.footholds[1]);
+  if (a.foot == kRight) std::swap(stance.contacts[0], stance.contacts[1]);
   constexpr double kTrunkMargin = 1e-3;
   if (planner_.table.probe().TrunkDistance(stance, kTrunkMargin) < kTrunkMargin) return kInfinity;
   constexpr double kFullTurn = M_PI / 6.0;
@@ -290,7 +290,7 @@ FootstepPlan Search::Extract() {
   FootstepPlan plan;
   plan.cost = At(kDone).g;
   plan.bound = std::max(1.0, plan.cost / LeastPossible());
-  std::vector<Foothold> steps;
+  std::vector<ContactTarget> steps;
   const int last = At(kDone).parent;
   const int other = 1 - planner_.table.entry(At(last).foothold).foot;
   steps.push_back(planner_.table.entry(goal_[static_cast<size_t>(other)]).foothold);
@@ -332,13 +332,13 @@ std::optional<FootstepPlan> FootstepPlanner::Plan(const Stance& start, const Sta
   return Search(*impl_, start, goal).Run();
 }
 
-std::vector<Stance> ExpandSteps(const Stance& start, const std::vector<Foothold>& steps) {
+std::vector<Stance> ExpandSteps(const Stance& start, const std::vector<ContactTarget>& steps) {
   std::vector<Stance> stances = {start};
   Stance both = start;
   for (size_t k = 0; k < steps.size(); ++k) {
     const size_t swings = k % 2 == 0 ? kRight : kLeft;
-    stances.push_back({{both.footholds[1 - swings]}});
-    both.footholds[swings] = steps[k];
+    stances.push_back({{both.contacts[1 - swings]}});
+    both.contacts[swings] = steps[k];
     stances.push_back(both);
   }
   return stances;

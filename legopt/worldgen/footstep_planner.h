@@ -77,6 +77,6 @@ class FootstepPlanner {
 
 /// Expands contacts placed alternately, right foot first, into stances: `start`, then for each step the single support
 /// during the swing and the double support after it.
-std::vector<Stance> ExpandSteps(const Stance& start, const std::vector<Foothold>& steps);
+std::vector<Stance> ExpandSteps(const Stance& start, const std::vector<ContactTarget>& steps);
 
 }  // namespace legopt::worldgen

@@ -26,8 +26,8 @@ constexpr int kBatch = 8;
 
 double MeanHeight(const Stance& stance) {
   double sum = 0.0;
-  for (const Foothold& foothold : stance.footholds) sum += foothold.position.z();
-  return sum / static_cast<double>(stance.footholds.size());
+  for (const ContactTarget& foothold : stance.contacts) sum += foothold.position.z();
+  return sum / static_cast<double>(stance.contacts.size());
 }
 
 /// Draws a random pair of stances; empty if a thousand tries give none of the requested kind.

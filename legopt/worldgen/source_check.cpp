@@ -36,10 +36,10 @@ void RequireMappableScene(const Dataset& dataset) {
 }
 
 void RequireLeftFootFirst(const Dataset& dataset) {
-  if (dataset.feet().size() != 2) return;
+  if (dataset.contacts().size() != 2) return;
   constexpr double kSide_m = 1e-3;  // feet placed one behind the other have no lateral order
-  const Dataset::Foot& first = dataset.feet().at(0);
-  const Dataset::Foot& second = dataset.feet().at(1);
+  const Contact& first = dataset.contacts().at(0);
+  const Contact& second = dataset.contacts().at(1);
   Eigen::VectorXd posture = dataset.self_collision_reference();  // its base is at the origin
   posture.head(dataset.nominal_joints().size()) = dataset.nominal_joints();
   Kinematics kinematics(dataset.robot());

@@ -74,8 +74,8 @@ size_t Farthest(const std::vector<Vector3d>& points, const std::vector<Vector3d>
 
 StanceFeatures FeaturesOf(const Stance& stance, StanceProbe& probe) {
   StanceFeatures features;
-  for (const Foothold& foothold : stance.footholds) {
-    const Vector3d apart = foothold.position - stance.footholds.front().position;
+  for (const ContactTarget& foothold : stance.contacts) {
+    const Vector3d apart = foothold.position - stance.contacts.front().position;
     features.length_m = std::max(features.length_m, apart.head<2>().norm());
     features.height_m = std::max(features.height_m, std::abs(apart.z()));
     const double nz = (foothold.rotation.normalized() * Vector3d::UnitZ()).z();

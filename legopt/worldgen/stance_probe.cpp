@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "legopt/geometry/scene_solids.h"
+#include "legopt/robot/configuration.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/number_text.h"
 
@@ -22,7 +23,7 @@ void Check(bool good, const char* field, double value, const std::string& messag
 RobotModel MakeParts(const Dataset& dataset, const ProbeOptions& options) {
   std::vector<Link> links(1);
   links[0].name = "probe";
-  for (const Dataset::Foot& foot : dataset.feet()) {
+  for (const Contact& foot : dataset.contacts()) {
     Link link;
     link.name = foot.link;
     link.collision = dataset.robot().links()[static_cast<size_t>(foot.link_index)].collision;
@@ -46,13 +47,6 @@ RobotModel MakeParts(const Dataset& dataset, const ProbeOptions& options) {
   return {"probe", std::move(links), std::move(joints)};
 }
 
-Eigen::VectorXd ConfigurationOf(const Isometry3d& pose) {
-  const Eigen::Quaterniond q(pose.linear());
-  Eigen::VectorXd x(7);
-  x << pose.translation(), q.w(), q.x(), q.y(), q.z();
-  return x;
-}
-
 }  // namespace
 
 ProbeOptions ProbeOptions::For(const Dataset& dataset) {
@@ -67,17 +61,17 @@ ProbeOptions ProbeOptions::For(const Dataset& dataset) {
 }
 
 void ProbeOptions::Validate(const Dataset& dataset) const {
-  if (dataset.feet().size() != 2) {
-    throw InputError({(dataset.folder() / kDatasetFileName).string(), "feet",
-                      std::to_string(dataset.feet().size()) + " feet", "stances are sampled for robots with two feet",
-                      "name the left and the right foot, in this order"});
+  if (dataset.contacts().size() != 2) {
+    throw InputError(
+        {(dataset.folder() / kDatasetFileName).string(), "feet", std::to_string(dataset.contacts().size()) + " feet",
+         "stances are sampled for robots with two feet", "name the left and the right foot, in this order"});
   }
   Check(slope_rad > 0.0 && slope_rad <= 1.0, "--slope", slope_rad, "must lie in (0, 1] rad", "the default is 0.45");
   Check(support_m > 0.0, "support", support_m, "must be positive", "the default is 0.003 m");
   Check(trunk_m.minCoeff() > 0.0, "trunk", trunk_m.minCoeff(), "must have positive sides", "leave it out");
   Check(step_m > 0.0, "step", step_m, "must be positive", "leave it out");
   const double width =
-      std::min(dataset.feet()[0].box.sizes().head<2>().minCoeff(), dataset.feet()[1].box.sizes().head<2>().minCoeff());
+      std::min(dataset.contacts()[0].Patch().sizes().minCoeff(), dataset.contacts()[1].Patch().sizes().minCoeff());
   Check(std::isfinite(reach_m), "--radius", reach_m, "must be a finite length", "leave it out");
   Check(reach_m > 1.2 * width, "--radius", reach_m,
         "is so small that the feet overlap (a foot is " + std::to_string(width) + " m wide)",
@@ -92,7 +86,7 @@ std::shared_ptr<const ProbeModel> ProbeModel::Build(std::shared_ptr<const Datase
                                                     const ProbeOptions& options) {
   options.Validate(*dataset);
   RobotModel parts = MakeParts(*dataset, options);
-  Eigen::VectorXd reference = ConfigurationOf(Isometry3d::Identity());
+  Eigen::VectorXd reference = ConfigurationAt(0, Isometry3d::Identity());
   auto collision = CollisionModel::Build(parts, dataset->scene(), reference);
   Terrain terrain(CollectSceneTriangles(dataset->scene()));
   const double least_nz = std::cos(options.slope_rad);
@@ -114,66 +108,66 @@ std::shared_ptr<const ProbeModel> ProbeModel::Build(std::shared_ptr<const Datase
 StanceProbe::StanceProbe(std::shared_ptr<const ProbeModel> model)
     : model_(std::move(model)), kinematics_(model_->parts), query_(model_->collision) {}
 
-double Yaw(const Foothold& foothold) {
+double Yaw(const ContactTarget& foothold) {
   const Vector3d forward = foothold.rotation * Vector3d::UnitX();
   return std::atan2(forward.y(), forward.x());
 }
 
-Foothold StanceProbe::Place(int foot, const Vector3d& point, const Vector3d& normal, double yaw_rad) const {
+ContactTarget StanceProbe::Place(int foot, const Vector3d& point, const Vector3d& normal, double yaw_rad) const {
   const Vector3d heading(std::cos(yaw_rad), std::sin(yaw_rad), 0.0);
   // The foot's x axis lies in the surface, in the vertical plane of the heading.
   const Vector3d left = normal.cross(heading).normalized();
   Eigen::Matrix3d rotation;
   rotation << left.cross(normal), left, normal;
-  return {.link = model_->dataset->feet()[static_cast<size_t>(foot)].link,
+  return {.contact = model_->dataset->contacts()[static_cast<size_t>(foot)].name,
           .position = point,
           .rotation = Eigen::Quaterniond(rotation).normalized()};
 }
 
 double StanceProbe::PartDistance(int link, const Isometry3d& pose, double margin_m) {
-  kinematics_.Update(ConfigurationOf(pose));
+  kinematics_.Update(ConfigurationAt(0, pose));
   double nearest = margin_m;
-  for (const Contact& contact : query_.SceneContacts(kinematics_, margin_m, std::span(&link, 1))) {
+  for (const ProximityPair& contact : query_.SceneContacts(kinematics_, margin_m, std::span(&link, 1))) {
     nearest = std::min(nearest, contact.distance_m);
   }
   return nearest;
 }
 
 /// Samples the rectangle of the contact patch, including its edges, at most 4 cm apart.
-bool StanceProbe::Supported(int foot, const Foothold& foothold) const {
+bool StanceProbe::Supported(int foot, const ContactTarget& foothold) const {
   constexpr double kSpacing_m = 0.04;
   constexpr double kInset_m = 0.002;  // a contact patch may end at the edge of its slab
-  const Eigen::AlignedBox3d& box = model_->dataset->feet()[static_cast<size_t>(foot)].box;
+  const Eigen::AlignedBox2d patch = model_->dataset->contacts()[static_cast<size_t>(foot)].Patch();
   const Eigen::Matrix3d rotation = foothold.rotation.toRotationMatrix();
-  const int nx = 1 + static_cast<int>(std::ceil(box.sizes().x() / kSpacing_m));
-  const int ny = 1 + static_cast<int>(std::ceil(box.sizes().y() / kSpacing_m));
+  const int nx = 1 + static_cast<int>(std::ceil(patch.sizes().x() / kSpacing_m));
+  const int ny = 1 + static_cast<int>(std::ceil(patch.sizes().y() / kSpacing_m));
   const auto at = [&](double low, double high, int k, int n) {
     return low + kInset_m + (high - low - 2.0 * kInset_m) * k / (n - 1);
   };
   const double tolerance = model_->options.support_m;
   for (int i = 0; i < nx; ++i) {
     for (int j = 0; j < ny; ++j) {
-      const Vector3d p = foothold.position + rotation * Vector3d(at(box.min().x(), box.max().x(), i, nx),
-                                                                 at(box.min().y(), box.max().y(), j, ny), 0.0);
+      const Vector3d p = foothold.position + rotation * Vector3d(at(patch.min().x(), patch.max().x(), i, nx),
+                                                                 at(patch.min().y(), patch.max().y(), j, ny), 0.0);
       if (model_->terrain.Highest(p.x(), p.y(), p.z() - tolerance, p.z() + tolerance).triangle < 0) return false;
     }
   }
   return true;
 }
 
-bool StanceProbe::Holds(int foot, const Foothold& foothold) {
+bool StanceProbe::Holds(int foot, const ContactTarget& foothold) {
   const Vector3d normal = foothold.rotation * Vector3d::UnitZ();
   if (normal.z() < std::cos(model_->options.slope_rad) || !Supported(foot, foothold)) return false;
   const double clearance = model_->options.clearance_m;
-  return PartDistance(1 + foot, model_->dataset->FootTarget(foothold), clearance) >= clearance;
+  return PartDistance(1 + foot, model_->dataset->LinkTarget(foothold), clearance) >= clearance;
 }
 
-void StanceProbe::Footholds(int foot, double x, double y, double yaw_rad, std::vector<Foothold>& footholds) {
+void StanceProbe::Footholds(int foot, double x, double y, double yaw_rad, std::vector<ContactTarget>& footholds) {
   footholds.clear();
   const Terrain& terrain = model_->terrain;
   terrain.Ground(x, y, terrain.bounds().min().z(), terrain.bounds().max().z(), hits_);
   for (const Terrain::Hit& hit : hits_) {
-    Foothold foothold = Place(foot, {x, y, hit.z_m}, terrain.normal(hit.triangle), yaw_rad);
+    ContactTarget foothold = Place(foot, {x, y, hit.z_m}, terrain.normal(hit.triangle), yaw_rad);
     if (Holds(foot, foothold)) footholds.push_back(std::move(foothold));
   }
 }
@@ -181,8 +175,8 @@ void StanceProbe::Footholds(int foot, double x, double y, double yaw_rad, std::v
 double StanceProbe::TrunkDistance(const Stance& stance, double margin_m) {
   Vector3d centre = Vector3d::Zero();
   Eigen::Vector2d heading = Eigen::Vector2d::Zero();
-  for (const Foothold& foothold : stance.footholds) {
-    centre += foothold.position / static_cast<double>(stance.footholds.size());
+  for (const ContactTarget& foothold : stance.contacts) {
+    centre += foothold.position / static_cast<double>(stance.contacts.size());
     const double yaw = Yaw(foothold);
     heading += Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
   }

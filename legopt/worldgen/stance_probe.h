@@ -44,7 +44,7 @@ struct ProbeModel {
   /// stand on.
   static std::shared_ptr<const ProbeModel> Build(std::shared_ptr<const Dataset> dataset, const ProbeOptions& options);
   int trunk_link() const {
-    return 1 + static_cast<int>(dataset->feet().size());
+    return 1 + static_cast<int>(dataset->contacts().size());
   }  ///< index of the trunk box in
      ///< `parts`
 };
@@ -59,17 +59,17 @@ class StanceProbe {
 
   /// Returns the contact of foot number `foot` at a point of the surface with the given normal: z axis along the
   /// normal, x axis in the vertical plane of the heading.
-  Foothold Place(int foot, const Eigen::Vector3d& point, const Eigen::Vector3d& normal, double yaw_rad) const;
+  ContactTarget Place(int foot, const Eigen::Vector3d& point, const Eigen::Vector3d& normal, double yaw_rad) const;
   /// Returns true if a contact is valid: slope, support of the whole contact patch, and a collision-free foot.
-  bool Holds(int foot, const Foothold& foothold);
+  bool Holds(int foot, const ContactTarget& foothold);
   /// Finds all valid contacts above (x, y), highest first.
-  void Footholds(int foot, double x, double y, double yaw_rad, std::vector<Foothold>& footholds);
+  void Footholds(int foot, double x, double y, double yaw_rad, std::vector<ContactTarget>& footholds);
   /// Returns the signed distance between the scene and the trunk box over the stance, at most `margin_m`.
   double TrunkDistance(const Stance& stance, double margin_m);
 
  private:
   double PartDistance(int link, const Eigen::Isometry3d& pose, double margin_m);
-  bool Supported(int foot, const Foothold& foothold) const;
+  bool Supported(int foot, const ContactTarget& foothold) const;
 
   std::shared_ptr<const ProbeModel> model_;
   Kinematics kinematics_;
@@ -78,6 +78,6 @@ class StanceProbe {
 };
 
 /// Returns the heading of a contact about z.
-double Yaw(const Foothold& foothold);
+double Yaw(const ContactTarget& foothold);
 
 }  // namespace legopt::worldgen

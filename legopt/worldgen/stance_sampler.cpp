@@ -77,13 +77,13 @@ class Sampler {
   Candidate Try(std::int64_t number) {
     std::mt19937_64 generator(DeriveSeed(options_.seed, "stance/" + std::to_string(number)));
     Candidate candidate;
-    const std::optional<Foothold> first = FirstFoot(generator);
+    const std::optional<ContactTarget> first = FirstFoot(generator);
     if (!first) return candidate;
     candidate.fate = Fate::kSecondFoot;
     for (int k = 0; k < options_.second_foot_tries; ++k) {
-      const std::optional<Foothold> second = SecondFoot(*first, generator);
+      const std::optional<ContactTarget> second = SecondFoot(*first, generator);
       if (!second) continue;
-      candidate.stance.footholds = {*first, *second};
+      candidate.stance.contacts = {*first, *second};
       if (probe_.TrunkDistance(candidate.stance, kTrunkMargin) < kTrunkMargin) {
         candidate.fate = Fate::kTrunk;
         continue;
@@ -98,16 +98,16 @@ class Sampler {
  private:
   static constexpr double kTrunkMargin = 1e-3;  // m
 
-  std::optional<Foothold> FirstFoot(std::mt19937_64& generator) {
+  std::optional<ContactTarget> FirstFoot(std::mt19937_64& generator) {
     const auto [point, triangle] = areas_.Draw(generator);
     const double yaw = M_PI * (2.0 * UniformRandom(generator) - 1.0);
     if (!options_.region.isEmpty() && !options_.region.contains(Eigen::Vector2d(point.head<2>()))) return {};
-    Foothold foothold = probe_.Place(0, point, probe_.model().terrain.normal(triangle), yaw);
+    ContactTarget foothold = probe_.Place(0, point, probe_.model().terrain.normal(triangle), yaw);
     if (!probe_.Holds(0, foothold)) return {};
     return foothold;
   }
 
-  std::optional<Foothold> SecondFoot(const Foothold& first, std::mt19937_64& generator) {
+  std::optional<ContactTarget> SecondFoot(const ContactTarget& first, std::mt19937_64& generator) {
     constexpr double kTurn_rad = M_PI / 6.0;
     const ProbeOptions& options = probe_.model().options;
     const double radius = options.reach_m * std::sqrt(UniformRandom(generator));
@@ -115,7 +115,7 @@ class Sampler {
     const double yaw = Yaw(first) + kTurn_rad * (2.0 * UniformRandom(generator) - 1.0);
     const Eigen::Vector2d at = first.position.head<2>() + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     probe_.Footholds(1, at.x(), at.y(), yaw, footholds_);
-    for (const Foothold& foothold : footholds_) {
+    for (const ContactTarget& foothold : footholds_) {
       if (std::abs(foothold.position.z() - first.position.z()) <= options.step_m) return foothold;
     }
     return {};
@@ -125,7 +125,7 @@ class Sampler {
   std::optional<PostureProver> prover_;
   const AreaTable& areas_;
   const StanceSamplerOptions& options_;
-  std::vector<Foothold> footholds_;
+  std::vector<ContactTarget> footholds_;
 };
 
 void Count(const Candidate& candidate, SamplingStatistics& tally) {

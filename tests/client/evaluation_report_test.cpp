@@ -108,7 +108,7 @@ class SolutionEvaluation : public testing::Test {
   SolvedProblem InTheAir(int id) {
     ProblemDefinition definition = posed_;
     Eigen::VectorXd x = test::StandingUpright();
-    for (Foothold& foothold : definition.stances[0].footholds) foothold.position.z() += 20;
+    for (ContactTarget& target : definition.stances[0].contacts) target.position.z() += 20;
     x[test::kSyntheticDofs + 2] += 20;
     return Solved(id, definition, x);
   }
@@ -192,11 +192,11 @@ TEST_F(SolutionEvaluation, TheTableTellsWhatIsSolvedByAnotherDefinition) {
 
 TEST_F(SolutionEvaluation, DigitsAndSignsOfQuaternionsMakeNoOtherDefinition) {
   file_.problems = {Upright(0)};
-  Foothold& foothold = file_.problems[0].definition.stances[0].footholds[0];
-  foothold.rotation.coeffs() *= -1;
-  foothold.position.x() += 1e-12;
+  ContactTarget& target = file_.problems[0].definition.stances[0].contacts[0];
+  target.rotation.coeffs() *= -1;
+  target.position.x() += 1e-12;
   EXPECT_TRUE(Evaluate(file_).differing.empty());
-  foothold.position.x() += 1e-6;
+  target.position.x() += 1e-6;
   EXPECT_EQ(Evaluate(file_).differing, std::vector<int>{0});
 }
 
@@ -258,7 +258,7 @@ TEST_F(SolutionEvaluation, ATimeOfZeroIsNoMeasurement) {
 
 TEST_F(SolutionEvaluation, FaultsNameTheFileAndTheProblem) {
   file_.problems = {Upright(0)};
-  file_.problems[0].definition.stances[0].footholds[0].link = "x_foot";
+  file_.problems[0].definition.stances[0].contacts[0].contact = "x_foot";
   EXPECT_THAT(Message(file_), AllOf(HasSubstr("s.json: problem 0, definition, stance 0"), HasSubstr("'x_foot'"),
                                     Not(HasSubstr("dataset.yaml"))));
   file_.problems = {Upright(0)};
@@ -299,7 +299,7 @@ TEST(EvaluationReport, ForeignDefinitionIsUsedAndReported) {
   const std::filesystem::path folder = TestDataFolder();
   if (!std::filesystem::exists(folder / "sample_solution.json")) GTEST_SKIP() << "no shared test data in " << folder;
   SolutionFile file = ReadSolutions(folder / "sample_solution.json");
-  file.problems.at(0).definition.stances.at(0).footholds.at(0).position.x() += 0.01;
+  file.problems.at(0).definition.stances.at(0).contacts.at(0).position.x() += 0.01;
   Judge judge(Dataset::Load(folder));
   const auto report = EvaluateSolutions(file, judge, Rule::kLiteral);
   EXPECT_EQ(report.rows.at(0).evaluation.literal, Verdict::kFootPose);

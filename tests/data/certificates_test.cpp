@@ -62,7 +62,7 @@ TEST(EmbeddedCertificates, AllProblemsOfTheHardGarageAreCertified) {
   EXPECT_EQ(CountProblems(certificate, catalogue, Task::kMotion)[Feasibility::kCertified], 24);
   int between_floors = 0;
   for (const ProblemDefinition& problem : dataset->problems(Task::kMotion)) {
-    const auto height = [](const Stance& stance) { return stance.footholds.at(0).position.z(); };
+    const auto height = [](const Stance& stance) { return stance.contacts.at(0).position.z(); };
     between_floors += std::abs(height(problem.stances.back()) - height(problem.stances.front())) >= 1.5 ? 1 : 0;
   }
   EXPECT_EQ(between_floors, 12);

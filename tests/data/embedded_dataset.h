@@ -32,7 +32,7 @@ class Probe {
 
   /// Returns all contacts nearer than `margin_m` with the shape's owner frame at `pose` in the world. The normals
   /// point from the scene to the probe. Valid until the next call.
-  std::span<const Contact> Contacts(const Eigen::Isometry3d& pose, double margin_m) {
+  std::span<const ProximityPair> Contacts(const Eigen::Isometry3d& pose, double margin_m) {
     kinematics_.Update(Configuration(pose));
     return query_.Contacts(kinematics_, margin_m);
   }

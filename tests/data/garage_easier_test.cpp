@@ -103,7 +103,7 @@ TEST(GarageEasier, NoFigureOfTheJudgeDependsOnCulling) {
 // support.
 TEST(GarageEasier, MotionsChangeFloorsOrStayOnOne) {
   for (const ProblemDefinition& problem : DefaultDataset()->problems(Task::kMotion)) {
-    const auto height = [](const Stance& stance) { return stance.footholds.at(0).position.z(); };
+    const auto height = [](const Stance& stance) { return stance.contacts.at(0).position.z(); };
     const double rise = std::abs(height(problem.stances.back()) - height(problem.stances.front()));
     if (problem.id < 25) {
       EXPECT_GE(rise, 1.5) << "problem " << problem.id;
@@ -111,7 +111,7 @@ TEST(GarageEasier, MotionsChangeFloorsOrStayOnOne) {
       EXPECT_LE(rise, 0.5) << "problem " << problem.id;
     }
     for (std::size_t s = 0; s < problem.stances.size(); ++s) {
-      EXPECT_EQ(problem.stances[s].footholds.size(), s % 2 == 0 ? 2U : 1U)
+      EXPECT_EQ(problem.stances[s].contacts.size(), s % 2 == 0 ? 2U : 1U)
           << "problem " << problem.id << ", stance " << s;
     }
   }

@@ -44,12 +44,12 @@ std::optional<Face> FaceUnder(const SceneObject& object, const Eigen::Vector3d& 
   return std::nullopt;
 }
 
-bool CarriesWholeSole(const Dataset& dataset, const Foothold& foothold, const Face& face) {
-  const Eigen::AlignedBox3d& box = dataset.foot(foothold.link).box;
+bool CarriesWholeSole(const Dataset& dataset, const ContactTarget& target, const Face& face) {
+  const Eigen::AlignedBox3d& box = dataset.contact(target.contact).box_L;
   for (const double x : {box.min().x(), box.max().x()}) {
     for (const double y : {box.min().y(), box.max().y()}) {
       const Eigen::Vector3d corner =
-          face.pose.inverse() * (foothold.position + foothold.rotation * Eigen::Vector3d(x, y, 0));
+          face.pose.inverse() * (target.position + target.rotation * Eigen::Vector3d(x, y, 0));
       const bool inside = std::abs(corner.x()) <= face.half_size_m.x() && std::abs(corner.y()) <= face.half_size_m.y();
       if (!inside || std::abs(corner.z()) > kSupport_m) return false;
     }
@@ -60,17 +60,17 @@ bool CarriesWholeSole(const Dataset& dataset, const Foothold& foothold, const Fa
 /// Every contact of both tasks, with its place in the files.
 struct Standing {
   std::string where;
-  Foothold foothold;
+  ContactTarget target;
 };
 
-std::vector<Standing> AllFootholds(const Dataset& dataset) {
+std::vector<Standing> AllTargets(const Dataset& dataset) {
   std::vector<Standing> all;
   for (const Task task : {Task::kPosture, Task::kMotion}) {
     for (const ProblemDefinition& problem : dataset.problems(task)) {
       for (const Stance& stance : problem.stances) {
-        for (const Foothold& foothold : stance.footholds) {
-          all.push_back({std::string(ToString(task)) + " problem " + std::to_string(problem.id) + ", " + foothold.link,
-                         foothold});
+        for (const ContactTarget& target : stance.contacts) {
+          all.push_back(
+              {std::string(ToString(task)) + " problem " + std::to_string(problem.id) + ", " + target.contact, target});
         }
       }
     }
@@ -99,15 +99,15 @@ TEST(EmbeddedProblems, AreDifferentStancesWithIdsInOrder) {
 TEST(EmbeddedProblems, StayWithinTheRangesOfTheBenchmark) {
   int double_supports = 0;
   for (const ProblemDefinition& problem : EmbeddedDataset()->problems(Task::kPosture)) {
-    const std::vector<Foothold>& feet = problem.stances[0].footholds;
-    for (const Foothold& foot : feet) {
+    const std::vector<ContactTarget>& feet = problem.stances[0].contacts;
+    for (const ContactTarget& foot : feet) {
       const double up = (foot.rotation * Eigen::Vector3d::UnitZ()).z();
       EXPECT_LE(std::acos(std::min(1.0, up)), 25 * kPi / 180) << "problem " << problem.id;
     }
     if (feet.size() != 2) continue;
     ++double_supports;
-    EXPECT_EQ(feet[0].link, "l_foot");
-    EXPECT_EQ(feet[1].link, "r_foot");
+    EXPECT_EQ(feet[0].contact, "l_foot");
+    EXPECT_EQ(feet[1].contact, "r_foot");
     const Eigen::Vector3d step = feet[1].position - feet[0].position;
     EXPECT_GE(step.head<2>().norm(), 0.24) << "problem " << problem.id;
     EXPECT_LE(step.head<2>().norm(), 0.68) << "problem " << problem.id;
@@ -128,13 +128,13 @@ TEST(EmbeddedProblems, MotionsWalkWithModerateSteps) {
     EXPECT_GE(stances.size(), 5u);
     EXPECT_LE(stances.size(), 15u);
     for (size_t s = 0; s < stances.size(); ++s) {
-      const std::vector<Foothold>& feet = stances[s].footholds;
+      const std::vector<ContactTarget>& feet = stances[s].contacts;
       ASSERT_EQ(feet.size(), s % 2 == 0 ? 2u : 1u) << "problem " << id << ", stance " << s;
-      EXPECT_EQ(feet[0].link, s % 4 == 3 ? "r_foot" : "l_foot") << "problem " << id << ", stance " << s;
+      EXPECT_EQ(feet[0].contact, s % 4 == 3 ? "r_foot" : "l_foot") << "problem " << id << ", stance " << s;
       if (s % 2 == 0) continue;
-      const size_t standing = feet[0].link == "l_foot" ? 0 : 1;
-      const std::vector<Foothold>& before = stances[s - 1].footholds;
-      const std::vector<Foothold>& after = stances[s + 1].footholds;
+      const size_t standing = feet[0].contact == "l_foot" ? 0 : 1;
+      const std::vector<ContactTarget>& before = stances[s - 1].contacts;
+      const std::vector<ContactTarget>& after = stances[s + 1].contacts;
       EXPECT_EQ(before[standing].position, feet[0].position);
       EXPECT_EQ(after[standing].position, feet[0].position);
       const Eigen::Vector3d swing = after[1 - standing].position - before[1 - standing].position;
@@ -149,28 +149,28 @@ TEST(EmbeddedProblems, MotionsWalkWithModerateSteps) {
 
 TEST(EmbeddedProblems, EverySoleLiesWhollyOnOneFace) {
   const Dataset& dataset = *EmbeddedDataset();
-  for (const auto& [where, foothold] : AllFootholds(dataset)) {
-    const Eigen::Vector3d normal = foothold.rotation * Eigen::Vector3d::UnitZ();
+  for (const auto& [where, target] : AllTargets(dataset)) {
+    const Eigen::Vector3d normal = target.rotation * Eigen::Vector3d::UnitZ();
     const auto& objects = dataset.scene().objects;
-    const bool carried = std::any_of(objects.begin(), objects.end(), [&, &sole = foothold](const SceneObject& object) {
+    const bool carried = std::any_of(objects.begin(), objects.end(), [&, &sole = target](const SceneObject& object) {
       const std::optional<Face> face = FaceUnder(object, sole.position, normal);
       return face && CarriesWholeSole(dataset, sole, *face);
     });
-    EXPECT_TRUE(carried) << where << " at " << foothold.position.transpose();
+    EXPECT_TRUE(carried) << where << " at " << target.position.transpose();
   }
 }
 
 TEST(EmbeddedProblems, NoFootEntersAnyPiece) {
   const Dataset& dataset = *EmbeddedDataset();
-  for (const Dataset::Foot& foot : dataset.feet()) {
+  for (const Contact& foot : dataset.contacts()) {
     const std::vector<ShapeSpec>& shapes = dataset.robot().links()[static_cast<size_t>(foot.link_index)].collision;
     ASSERT_EQ(shapes.size(), 1u) << foot.link << " is one box";
     Probe probe(shapes[0], dataset.scene());
-    for (const auto& [where, foothold] : AllFootholds(dataset)) {
-      if (foothold.link != foot.link) continue;
-      const auto contacts = probe.Contacts(dataset.FootTarget(foothold), 0.005);
+    for (const auto& [where, target] : AllTargets(dataset)) {
+      if (target.contact != foot.link) continue;
+      const auto contacts = probe.Contacts(dataset.LinkTarget(target), 0.005);
       EXPECT_FALSE(contacts.empty()) << where << " hovers";
-      for (const Contact& contact : contacts) EXPECT_GT(contact.distance_m, 0.0) << where;
+      for (const ProximityPair& contact : contacts) EXPECT_GT(contact.distance_m, 0.0) << where;
     }
   }
 }

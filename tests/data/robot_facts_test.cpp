@@ -97,10 +97,10 @@ TEST_F(RobotFacts, LinksEqualTheTable) {
 }
 
 TEST_F(RobotFacts, FeetHaveTheSoleOfTheTable) {
-  for (const Dataset::Foot& foot : EmbeddedDataset()->feet()) {
+  for (const Contact& foot : EmbeddedDataset()->contacts()) {
     const Row& row = links_[static_cast<size_t>(foot.link_index)];
-    EXPECT_LT((foot.box.min() - Vector(row, "aabb_min")).norm(), 1e-8) << foot.link;
-    EXPECT_LT((foot.box.max() - Vector(row, "aabb_max")).norm(), 1e-8) << foot.link;
+    EXPECT_LT((foot.box_L.min() - Vector(row, "aabb_min")).norm(), 1e-8) << foot.link;
+    EXPECT_LT((foot.box_L.max() - Vector(row, "aabb_max")).norm(), 1e-8) << foot.link;
   }
 }
 
@@ -146,7 +146,7 @@ TEST(RobotShape, NominalPostureIsFreeOfSelfCollision) {
   Kinematics kinematics(dataset.robot());
   kinematics.Update(NominalConfiguration(dataset));
   CollisionQuery query(dataset.collision_model());
-  for (const Contact& contact : query.Contacts(kinematics, 0.01)) {
+  for (const ProximityPair& contact : query.Contacts(kinematics, 0.01)) {
     ADD_FAILURE() << dataset.robot().links()[static_cast<size_t>(contact.link_a)].name << " and link " << contact.link_b
                   << " are " << contact.distance_m << " m apart";
   }
@@ -166,7 +166,7 @@ TEST(RobotShape, CullingChangesNoFigureAmongTheObstacles) {
   for (const ProblemDefinition& problem : dataset.problems(Task::kPosture)) {
     for (const double height_m : {0.9, 0.85, 0.5}) {
       Eigen::VectorXd x = NominalConfiguration(dataset);
-      x.segment<3>(n) = problem.stances[0].footholds[0].position + Eigen::Vector3d(0, 0, height_m);
+      x.segment<3>(n) = problem.stances[0].contacts[0].position + Eigen::Vector3d(0, 0, height_m);
       kinematics.Update(x);
       const auto a = culled.DeepestEnvironmentContacts(kinematics),
                  b = exhaustive.DeepestEnvironmentContacts(kinematics);

@@ -28,12 +28,12 @@ Touch TouchOf(size_t index, const Scene& scene) {
   }
   Probe probe(scene.objects[index].shape, others);
   Touch touch;
-  for (const Contact& contact : probe.Contacts(Eigen::Isometry3d::Identity(), kGap_m)) {
+  for (const ProximityPair& contact : probe.Contacts(Eigen::Isometry3d::Identity(), kGap_m)) {
     touch.any = true;
     touch.deepest_m = std::max(touch.deepest_m, -contact.distance_m);
   }
   const Eigen::Isometry3d lowered(Eigen::Translation3d(0, 0, -kLowered_m));
-  for (const Contact& contact : probe.Contacts(lowered, 0.0)) {
+  for (const ProximityPair& contact : probe.Contacts(lowered, 0.0)) {
     if (contact.normal_W.z() > 0.5) touch.from_below = true;
   }
   return touch;

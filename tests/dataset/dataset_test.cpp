@@ -37,12 +37,12 @@ TEST_F(DatasetTest, ReadsEverything) {
   EXPECT_EQ(dataset->problem(Task::kPosture, 7).id, 7);
   EXPECT_EQ(dataset->problem(Task::kMotion, 0).stances.size(), 3u);
   EXPECT_EQ(dataset->gravity_m_s2(), 9.797930195020351);
-  EXPECT_EQ(dataset->sole_offset_m(), test::kSyntheticSoleOffset_m);
-  ASSERT_EQ(dataset->feet().size(), 2u);
-  EXPECT_EQ(dataset->feet()[1].link, "r_foot");
-  EXPECT_EQ(dataset->feet()[1].link_index, dataset->robot().FindLink("r_foot"));
-  EXPECT_NEAR(dataset->feet()[0].box.min().z(), -0.05, 1e-15);
-  EXPECT_NEAR(dataset->feet()[0].box.max().x(), 0.13, 1e-15);
+  EXPECT_EQ(dataset->contacts()[0].link_height_m(), test::kSyntheticSoleOffset_m);
+  ASSERT_EQ(dataset->contacts().size(), 2u);
+  EXPECT_EQ(dataset->contacts()[1].link, "r_foot");
+  EXPECT_EQ(dataset->contacts()[1].link_index, dataset->robot().FindLink("r_foot"));
+  EXPECT_NEAR(dataset->contacts()[0].box_L.min().z(), -0.05, 1e-15);
+  EXPECT_NEAR(dataset->contacts()[0].box_L.max().x(), 0.13, 1e-15);
   EXPECT_EQ(dataset->nominal_joints()[test::kLeftHip], -0.3);
   EXPECT_EQ(dataset->nominal_joints()[test::kNeck], 0.1) << "clamped to its limit";
   EXPECT_EQ(dataset->self_collision_reference()[test::kSyntheticDofs + 3], 1);
@@ -53,7 +53,7 @@ TEST_F(DatasetTest, ReadsEverything) {
 TEST_F(DatasetTest, FootTargetIsRaisedAlongTheNormal) {
   const auto dataset = Load();
   const Eigen::Quaterniond tilt(Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitX()));
-  const Eigen::Isometry3d target = dataset->FootTarget({.link = "l_foot", .position = {1, 2, 3}, .rotation = tilt});
+  const Eigen::Isometry3d target = dataset->LinkTarget({.contact = "l_foot", .position = {1, 2, 3}, .rotation = tilt});
   const Eigen::Vector3d expected(1, 2 - 0.051 * std::sin(0.5), 3 + 0.051 * std::cos(0.5));
   EXPECT_NEAR((target.translation() - expected).norm(), 0, 1e-15);
   EXPECT_NEAR((target.linear() - tilt.toRotationMatrix()).norm(), 0, 1e-15);

@@ -18,9 +18,9 @@ namespace fs = std::filesystem;
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 
-Eigen::Vector3d Axis(const Foothold& foothold, int axis) { return foothold.rotation.toRotationMatrix().col(axis); }
-double Tilt_deg(const Foothold& foothold) { return std::acos(std::min(1.0, Axis(foothold, 2).z())) * kDegrees; }
-bool IsDouble(const Stance& stance) { return stance.footholds.size() == 2; }
+Eigen::Vector3d Axis(const ContactTarget& target, int axis) { return target.rotation.toRotationMatrix().col(axis); }
+double Tilt_deg(const ContactTarget& target) { return std::acos(std::min(1.0, Axis(target, 2).z())) * kDegrees; }
+bool IsDouble(const Stance& stance) { return stance.contacts.size() == 2; }
 
 class LegOptDataTest : public testing::Test {
  protected:
@@ -45,15 +45,15 @@ TEST_F(LegOptDataTest, BareFolderIsADataset) {
   EXPECT_EQ(dataset_->problems(Task::kPosture).size(), 35u);
   EXPECT_EQ(dataset_->problems(Task::kMotion).size(), 35u);
   EXPECT_EQ(dataset_->robot().num_dofs(), 29);
-  EXPECT_EQ(dataset_->sole_offset_m(), 0.082351);
+  for (const Contact& contact : dataset_->contacts()) EXPECT_EQ(contact.link_height_m(), 0.082351);
   EXPECT_EQ(dataset_->gravity_m_s2(), 9.797930195020351);
-  ASSERT_EQ(dataset_->feet().size(), 2u);
+  ASSERT_EQ(dataset_->contacts().size(), 2u);
   EXPECT_EQ(ComputeManifest(test::LegOptFolder()).size(), 36u) << "32 link meshes, URDF, garage, two problem files";
 }
 
 TEST_F(LegOptDataTest, FootBoxesOfTheAtlas) {
-  const Eigen::AlignedBox3d& left = dataset_->foot("l_foot").box;
-  const Eigen::AlignedBox3d& right = dataset_->foot("r_foot").box;
+  const Eigen::AlignedBox3d& left = dataset_->contact("l_foot").box_L;
+  const Eigen::AlignedBox3d& right = dataset_->contact("r_foot").box_L;
   EXPECT_NEAR((left.min() - Eigen::Vector3d(-0.083928, -0.065372, -0.080970)).cwiseAbs().maxCoeff(), 0, 1e-6);
   EXPECT_NEAR((left.max() - Eigen::Vector3d(0.179399, 0.064725, -0.027496)).cwiseAbs().maxCoeff(), 0, 1e-6);
   EXPECT_NEAR((right.min() - Eigen::Vector3d(-0.083203, -0.063927, -0.081351)).cwiseAbs().maxCoeff(), 0, 1e-6);
@@ -69,9 +69,9 @@ TEST_F(LegOptDataTest, PostureStatistics) {
     SCOPED_TRACE("posture problem " + row["id"]);
     const Stance& stance = dataset_->problem(Task::kPosture, id).stances[0];
     ASSERT_TRUE(IsDouble(stance));
-    const Foothold& left = stance.footholds[0];
-    const Foothold& right = stance.footholds[1];
-    EXPECT_EQ(left.link, "l_foot");
+    const ContactTarget& left = stance.contacts[0];
+    const ContactTarget& right = stance.contacts[1];
+    EXPECT_EQ(left.contact, "l_foot");
     const Eigen::Vector3d difference = right.position - left.position;
     const Eigen::Vector3d middle = (right.position + left.position) / 2;
     EXPECT_NEAR(difference.head<2>().norm(), std::stod(row["horizontal_m"]), 5.1e-5);
@@ -98,17 +98,17 @@ TEST_F(LegOptDataTest, MotionStatistics) {
     int both = 0, left = 0, right = 0;
     double low = 1e9, high = -1e9, tilt = 0, distance = 0, height = 0;
     for (const Stance& stance : problem.stances) {
-      for (const Foothold& foothold : stance.footholds) {
-        low = std::min(low, foothold.position.z());
-        high = std::max(high, foothold.position.z());
-        tilt = std::max(tilt, Tilt_deg(foothold));
+      for (const ContactTarget& target : stance.contacts) {
+        low = std::min(low, target.position.z());
+        high = std::max(high, target.position.z());
+        tilt = std::max(tilt, Tilt_deg(target));
       }
       if (!IsDouble(stance)) {
-        ++(stance.footholds[0].link == "l_foot" ? left : right);
+        ++(stance.contacts[0].contact == "l_foot" ? left : right);
         continue;
       }
       ++both;
-      const Eigen::Vector3d difference = stance.footholds[1].position - stance.footholds[0].position;
+      const Eigen::Vector3d difference = stance.contacts[1].position - stance.contacts[0].position;
       distance += difference.head<2>().norm();
       height = std::max(height, std::abs(difference.z()));
     }

@@ -20,19 +20,19 @@ const TextSource kSource{.file = "p.json", .field = "problem 3, stance 1"};
 
 TEST(Stance, QuaternionIsWxyzAndTrailingCommaIsDropped) {
   const Stance stance = ParseStance("l_foot,0.6 0 0 0.8 1 2 3 ,r_foot,1 0 0 0 -4 5e-1 +6 ,", kSource);
-  ASSERT_EQ(stance.footholds.size(), 2u);
-  EXPECT_EQ(stance.footholds[0].link, "l_foot");
-  EXPECT_EQ(stance.footholds[0].rotation.w(), 0.6);
-  EXPECT_EQ(stance.footholds[0].rotation.z(), 0.8);
-  EXPECT_EQ(stance.footholds[0].position, Eigen::Vector3d(1, 2, 3));
-  EXPECT_EQ(stance.footholds[1].position, Eigen::Vector3d(-4, 0.5, 6));
+  ASSERT_EQ(stance.contacts.size(), 2u);
+  EXPECT_EQ(stance.contacts[0].contact, "l_foot");
+  EXPECT_EQ(stance.contacts[0].rotation.w(), 0.6);
+  EXPECT_EQ(stance.contacts[0].rotation.z(), 0.8);
+  EXPECT_EQ(stance.contacts[0].position, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(stance.contacts[1].position, Eigen::Vector3d(-4, 0.5, 6));
 }
 
 TEST(Stance, OneFootWithAndWithoutSpacesAndComma) {
   for (const char* text : {"l_foot,1 0 0 0 1 2 3", "l_foot,1 0 0 0 1 2 3,", " l_foot ,  1 0  0 0 1 2 3  , "}) {
     const Stance stance = ParseStance(text, kSource);
-    ASSERT_EQ(stance.footholds.size(), 1u) << text;
-    EXPECT_EQ(stance.footholds[0].link, "l_foot");
+    ASSERT_EQ(stance.contacts.size(), 1u) << text;
+    EXPECT_EQ(stance.contacts[0].contact, "l_foot");
   }
 }
 
@@ -40,7 +40,7 @@ TEST(Stance, FaultsNamePlaceAndReason) {
   const auto message = [](const char* text) { return MessageOf([&] { ParseStance(text, kSource); }); };
   EXPECT_THAT(message("l_foot,1 0 0 0 1 2 ,"), AllOf(HasSubstr("p.json: problem 3, stance 1"), HasSubstr("6 numbers")));
   EXPECT_THAT(message("l_foot,1 0 0 0 1 2 3 4,"), HasSubstr("8 numbers"));
-  EXPECT_THAT(message(""), HasSubstr("no feet"));
+  EXPECT_THAT(message(""), HasSubstr("no contacts"));
   EXPECT_THAT(message(" , "), HasSubstr("alternate"));
   EXPECT_THAT(message("l_foot,"), HasSubstr("alternate"));
   EXPECT_THAT(message("l_foot,1 0 0 0 1 2 x,"), AllOf(HasSubstr("not a number"), HasSubstr("'x'")));
@@ -60,7 +60,7 @@ TEST(Stance, FormattingRoundTripsEveryBit) {
     Stance stance;
     for (const char* link : {"l_foot", "r_foot"}) {
       const Eigen::Quaterniond q = Eigen::Quaterniond(number(), number(), number(), number()).normalized();
-      stance.footholds.push_back({.link = link, .position = {number(), number(), number()}, .rotation = q});
+      stance.contacts.push_back({.contact = link, .position = {number(), number(), number()}, .rotation = q});
     }
     EXPECT_TRUE(ParseStance(FormatStance(stance), kSource) == stance) << FormatStance(stance);
   }
@@ -87,20 +87,20 @@ TEST(Stance, ATaskSaysHowManyAProblemHas) {
 // A foot is planted in the segment between two stances if it has bitwise the same target in both.
 TEST(Stance, PlantedFeetAreThoseOfBothAtTheSameTarget) {
   const auto foot = [](const char* link, double x) {
-    return Foothold{.link = link, .position = {x, 0, 0}, .rotation = Eigen::Quaterniond::Identity()};
+    return ContactTarget{.contact = link, .position = {x, 0, 0}, .rotation = Eigen::Quaterniond::Identity()};
   };
   const Stance both{{foot("left", 0), foot("right", 0.1)}};
   const Stance stepped{{foot("right", 0.3), foot("left", 0)}};
   const Stance right{{foot("right", 0.1)}};
-  const Stance none = PlantedFeet(right, stepped);
-  EXPECT_TRUE(PlantedFeet(both, both) == both);
-  EXPECT_TRUE(PlantedFeet(both, stepped) == Stance{{foot("left", 0)}});
-  EXPECT_TRUE(PlantedFeet(right, both) == right);
-  EXPECT_TRUE(PlantedFeet(both, right) == right);
-  EXPECT_TRUE(none.footholds.empty());
+  const Stance none = PlantedContacts(right, stepped);
+  EXPECT_TRUE(PlantedContacts(both, both) == both);
+  EXPECT_TRUE(PlantedContacts(both, stepped) == Stance{{foot("left", 0)}});
+  EXPECT_TRUE(PlantedContacts(right, both) == right);
+  EXPECT_TRUE(PlantedContacts(both, right) == right);
+  EXPECT_TRUE(none.contacts.empty());
   Stance turned = right;
-  turned.footholds[0].rotation = Eigen::Quaterniond(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()));
-  EXPECT_TRUE(PlantedFeet(right, turned).footholds.empty());
+  turned.contacts[0].rotation = Eigen::Quaterniond(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()));
+  EXPECT_TRUE(PlantedContacts(right, turned).contacts.empty());
 }
 
 TEST(Words, TasksAndInitialisations) {

@@ -60,10 +60,11 @@ TEST(SupportPolygon, CollapsedPolygonsStillMeasureDistance) {
 
 TEST(SupportPolygon, UsesTheLowerCornersAtTheFootPose) {
   // A foot tilted by 30 degrees about y: the sole is 0.1 below the frame, so its corners move by 0.1 sin(30) in x.
-  FootPlacement foot{.box_F = {Eigen::Vector3d(-0.1, -0.05, -0.1), Eigen::Vector3d(0.2, 0.05, 5)},
-                     .X_WF = Eigen::Isometry3d::Identity()};
+  const Contact sole =
+      ResolveContact({}, 0, Eigen::AlignedBox3d(Eigen::Vector3d(-0.1, -0.05, -0.1), Eigen::Vector3d(0.2, 0.05, 5)));
+  ContactPlacement foot{.contact = &sole, .X_WL = Eigen::Isometry3d::Identity()};
   const double tilt = std::numbers::pi / 6;
-  foot.X_WF = Eigen::Translation3d(1, 2, 3) * Eigen::AngleAxisd(tilt, Eigen::Vector3d::UnitY());
+  foot.X_WL = Eigen::Translation3d(1, 2, 3) * Eigen::AngleAxisd(tilt, Eigen::Vector3d::UnitY());
   const Points polygon = SupportPolygon({&foot, 1});
   ASSERT_EQ(polygon.size(), 4u);
   double low = 1e9, high = -1e9;

@@ -143,7 +143,7 @@ inline Eigen::VectorXd StandOn(const RobotModel& robot, const std::vector<Contac
     const Eigen::MatrixXd damped = weighted * jacobian.transpose() + 1e-6 * Eigen::MatrixXd::Identity(rows, rows);
     const Eigen::VectorXd dx = weighted.transpose() * damped.ldlt().solve(error);
     Eigen::VectorXd next = x;
-    Retract(robot, x, std::min(1.0, 0.3 / dx.cwiseAbs().maxCoeff()) * dx, next);
+    Retract(x, std::min(1.0, 0.3 / dx.cwiseAbs().maxCoeff()) * dx, next);
     x = next;
     x.head(n) = x.head(n).cwiseMax(robot.lower_limits()).cwiseMin(robot.upper_limits());
   }

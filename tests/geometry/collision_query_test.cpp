@@ -86,9 +86,9 @@ struct Fixture {
   Kinematics kinematics{robot};
 };
 
-std::vector<Contact> Copy(std::span<const Contact> contacts) { return {contacts.begin(), contacts.end()}; }
+std::vector<ProximityPair> Copy(std::span<const ProximityPair> contacts) { return {contacts.begin(), contacts.end()}; }
 
-void ExpectSame(const std::vector<Contact>& a, const std::vector<Contact>& b) {
+void ExpectSame(const std::vector<ProximityPair>& a, const std::vector<ProximityPair>& b) {
   ASSERT_EQ(a.size(), b.size());
   for (size_t i = 0; i < a.size(); ++i) {
     EXPECT_EQ(a[i].pair_id, b[i].pair_id);
@@ -111,7 +111,7 @@ TEST(CollisionQuery, ContactsObeyTheConventions) {
     f.kinematics.Update(DrawPosture(f.robot, draw));
     std::set<int> ids;
     std::tuple<int, int, int> last{-1, -1, -1};
-    for (const Contact& c : query.Contacts(f.kinematics, 0.1)) {
+    for (const ProximityPair& c : query.Contacts(f.kinematics, 0.1)) {
       EXPECT_LT(c.distance_m, 0.1);
       EXPECT_NEAR(c.normal_W.norm(), 1.0, 1e-12);
       EXPECT_LT((c.point_a_W - c.point_b_W - c.distance_m * c.normal_W).norm(), 1e-12);
@@ -174,7 +174,7 @@ Nearest OfAllPairs(const CollisionModel& model, const Kinematics& kinematics, do
 void ExpectNearestOfAllPairs(CollisionQuery& query, const Kinematics& kinematics) {
   constexpr double kMargin = 0.08;
   Nearest nearest;
-  for (const Contact& c : query.Contacts(kinematics, kMargin)) {
+  for (const ProximityPair& c : query.Contacts(kinematics, kMargin)) {
     Consider({c.link_a, c.link_b}, c.distance_m, nearest);
   }
   const Nearest expected = OfAllPairs(query.model(), kinematics, kMargin);
@@ -221,7 +221,7 @@ TEST(AtlasQuery, LinksMayReachIntoHollowsOfEachOther) {
     const auto &a = meshes.geometry(pelvis, 0), &b = meshes.geometry(utorso, 0);
     const double depth = std::max(meshes.ExactDepth(a, b), meshes.InsideDepth(a, b));
     double distance = kBeyondAllDistances;
-    for (const Contact& c : query.Contacts(kinematics, 0.0)) {
+    for (const ProximityPair& c : query.Contacts(kinematics, 0.0)) {
       if (c.link_a == pelvis && c.link_b == utorso) distance = std::min(distance, c.distance_m);
     }
     if (depth > kNoticeable) {
@@ -242,10 +242,10 @@ TEST(CollisionQuery, ResultsDoNotDependOnEarlierQueriesNorOnTheThread) {
   for (int round = 0; round < 50; ++round) {
     f.kinematics.Update(DrawPosture(f.robot, draw));
     CollisionQuery fresh(f.model);
-    const std::vector<Contact> expected = Copy(fresh.Contacts(f.kinematics, 0.1));
+    const std::vector<ProximityPair> expected = Copy(fresh.Contacts(f.kinematics, 0.1));
     used.Contacts(f.kinematics, 0.5);
     ExpectSame(Copy(used.Contacts(f.kinematics, 0.1)), expected);
-    std::vector<Contact> elsewhere;
+    std::vector<ProximityPair> elsewhere;
     std::thread([&] {
       CollisionQuery other(f.model);
       elsewhere = Copy(other.Contacts(f.kinematics, 0.1));
@@ -288,12 +288,12 @@ TEST(CollisionQuery, MemoryChangesNoContact) {
     } else {
       for (Eigen::Index i = 0; i < dx.size(); ++i) dx[i] = draw.Number(-0.02, 0.02);
       Eigen::VectorXd next = x;
-      Retract(f.robot, x, dx, next);
+      Retract(x, dx, next);
       x = next;
     }
     f.kinematics.Update(x);
-    const std::vector<Contact> expected = Copy(query.Contacts(f.kinematics, 0.1));
-    const std::vector<Contact> contacts = Copy(with_memory.Contacts(f.kinematics, 0.1, &memory));
+    const std::vector<ProximityPair> expected = Copy(query.Contacts(f.kinematics, 0.1));
+    const std::vector<ProximityPair> contacts = Copy(with_memory.Contacts(f.kinematics, 0.1, &memory));
     ASSERT_EQ(contacts.size(), expected.size()) << step;
     for (size_t i = 0; i < contacts.size(); ++i) {
       EXPECT_EQ(contacts[i].pair_id, expected[i].pair_id);
@@ -325,10 +325,10 @@ TEST(CollisionQuery, LargerMarginOnlyAddsContacts) {
   Draw draw(45);
   for (int round = 0; round < 50; ++round) {
     f.kinematics.Update(DrawPosture(f.robot, draw));
-    const std::vector<Contact> small = Copy(query.Contacts(f.kinematics, 0.02));
+    const std::vector<ProximityPair> small = Copy(query.Contacts(f.kinematics, 0.02));
     std::map<int, double> large;
-    for (const Contact& c : query.Contacts(f.kinematics, 0.1)) large[c.pair_id] = c.distance_m;
-    for (const Contact& c : small) {
+    for (const ProximityPair& c : query.Contacts(f.kinematics, 0.1)) large[c.pair_id] = c.distance_m;
+    for (const ProximityPair& c : small) {
       ASSERT_EQ(large.count(c.pair_id), 1U);
       EXPECT_NEAR(large.at(c.pair_id), c.distance_m, 1e-14);
     }
@@ -340,7 +340,7 @@ std::map<int, double> DistancesAt(CollisionQuery& query, Kinematics& kinematics,
                                   double margin) {
   kinematics.Update(x);
   std::map<int, double> result;
-  for (const Contact& c : query.Contacts(kinematics, margin)) result[c.pair_id] = c.distance_m;
+  for (const ProximityPair& c : query.Contacts(kinematics, margin)) result[c.pair_id] = c.distance_m;
   return result;
 }
 
@@ -351,10 +351,10 @@ int CompareWithDifferences(const RobotModel& robot, CollisionQuery& query, const
   constexpr double kTie = 1e-3;
   Kinematics kinematics(robot);
   kinematics.Update(x);
-  const std::vector<Contact> contacts = Copy(query.Contacts(kinematics, margin));
+  const std::vector<ProximityPair> contacts = Copy(query.Contacts(kinematics, margin));
   const int m = robot.tangent_size();
   std::vector<std::vector<double>> gradients;
-  for (const Contact& c : contacts) {
+  for (const ProximityPair& c : contacts) {
     std::vector<double>& row = gradients.emplace_back(static_cast<size_t>(m), 0.0);
     kinematics.AddPointGradient(c.link_a, c.point_a_W, c.normal_W, 1.0, row.data());
     if (c.link_b != kScene) kinematics.AddPointGradient(c.link_b, c.point_b_W, c.normal_W, -1.0, row.data());
@@ -364,8 +364,8 @@ int CompareWithDifferences(const RobotModel& robot, CollisionQuery& query, const
   for (int i = 0; i < m; ++i) {
     Eigen::VectorXd forward = x;
     Eigen::VectorXd backward = x;
-    Retract(robot, x, kStep * Eigen::VectorXd::Unit(m, i), forward);
-    Retract(robot, x, -kStep * Eigen::VectorXd::Unit(m, i), backward);
+    Retract(x, kStep * Eigen::VectorXd::Unit(m, i), forward);
+    Retract(x, -kStep * Eigen::VectorXd::Unit(m, i), backward);
     const std::map<int, double> plus = DistancesAt(query, moved, forward, margin + 0.01);
     const std::map<int, double> minus = DistancesAt(query, moved, backward, margin + 0.01);
     for (size_t c = 0; c < contacts.size(); ++c) {
@@ -433,7 +433,7 @@ TEST(AtlasQuery, SolverIsNeitherBlockedNorBlindAtTheHips) {
         meshes.Place(kinematics);
         const bool meshes_touch = meshes.Depth(meshes.geometry(uglut, 0), meshes.geometry(uleg, 0)) >= 0.0;
         double depth = 0.0;
-        for (const Contact& c : query.Contacts(kinematics, 0.0)) {
+        for (const ProximityPair& c : query.Contacts(kinematics, 0.0)) {
           if (c.link_a == uglut && c.link_b == uleg) depth = std::max(depth, -c.distance_m);
         }
         ++(meshes_touch ? touching : free);

@@ -183,8 +183,8 @@ Scene FloorOf(const Vector3d& size) {
   return {{{"floor", Spec(ShapeSpec::Kind::kBox, size, At(0, 0, -0.5 * size.z()))}}};
 }
 
-std::vector<Contact> ContactsAt(const RobotModel& robot, const Scene& scene, SceneRepresentation representation,
-                                double height, double margin) {
+std::vector<ProximityPair> ContactsAt(const RobotModel& robot, const Scene& scene, SceneRepresentation representation,
+                                      double height, double margin) {
   Eigen::VectorXd x = ZeroPose(robot);
   x[robot.num_dofs() + 2] = height;
   Kinematics kinematics(robot);
@@ -204,7 +204,7 @@ TEST(Surface, DirectionOfBuriedFootFollowsOrientation) {
   EXPECT_NEAR(solid[0].normal_W.z(), 1.0, 1e-9);
   const auto surface = ContactsAt(robot, scene, SceneRepresentation::kSurface, buried, 0.0);
   ASSERT_EQ(surface.size(), 2U) << "both triangles of the floor's top";
-  for (const Contact& contact : surface) {
+  for (const ProximityPair& contact : surface) {
     EXPECT_NEAR(contact.distance_m, -0.0035, 1e-9);
     EXPECT_NEAR(contact.normal_W.z(), -1.0, 1e-9);
   }
@@ -218,7 +218,7 @@ TEST(OrientedSurface, LiftsABuriedFoot) {
   for (const double depth : {0.002, 0.03, 0.05}) {  // out at the top is shorter, about as far, and farther
     const auto contacts = ContactsAt(robot, scene, kOriented, 0.5 * 0.0535 - depth, 0.0);
     ASSERT_EQ(contacts.size(), 2U) << "both triangles of the floor's top";
-    for (const Contact& contact : contacts) {
+    for (const ProximityPair& contact : contacts) {
       EXPECT_NEAR(contact.distance_m, -depth, 1e-9);
       EXPECT_NEAR(contact.normal_W.z(), 1.0, 1e-9);
       EXPECT_NEAR((contact.point_a_W - contact.point_b_W).dot(contact.normal_W), contact.distance_m, 1e-12);
@@ -250,14 +250,14 @@ TEST(OrientedSurface, ShortestExitPastAnEdgeIsKept) {
   const auto contacts =
       ContactsAt(robot, scene, SceneRepresentation::kOrientedSurface, 0.2 + 0.5 * 0.0535 - 0.002, 0.0);
   ASSERT_FALSE(contacts.empty());
-  for (const Contact& contact : contacts) EXPECT_NEAR(contact.distance_m, -0.002, 1e-9);
+  for (const ProximityPair& contact : contacts) EXPECT_NEAR(contact.distance_m, -0.002, 1e-9);
 }
 
 TEST(OrientedSurface, PlateIsLeftThroughTheFrontOfEachSide) {
   const RobotModel robot = FlyingFoot({0.26, 0.13, 0.0535});
   Scene plate = FloorOf({4, 4, 0.01});
   bool up = false, down = false;
-  for (const Contact& contact : ContactsAt(robot, plate, SceneRepresentation::kOrientedSurface, 0.005, 0.0)) {
+  for (const ProximityPair& contact : ContactsAt(robot, plate, SceneRepresentation::kOrientedSurface, 0.005, 0.0)) {
     if (contact.normal_W.z() > 0.9) up = true;
     if (contact.normal_W.z() < -0.9) down = true;
   }
@@ -278,7 +278,7 @@ TEST(Surface, APenetratedTriangleHidesNothing) {
   Scene scene = FloorOf({4, 4, 1});
   scene.objects.push_back({"wall", Spec(ShapeSpec::Kind::kBox, {1, 4, 1}, At(0.64, 0, 0.5))});
   bool wall = false;
-  for (const Contact& c : ContactsAt(robot, scene, SceneRepresentation::kSurface, 0.5 * 0.0535 - 0.05, 0.03)) {
+  for (const ProximityPair& c : ContactsAt(robot, scene, SceneRepresentation::kSurface, 0.5 * 0.0535 - 0.05, 0.03)) {
     wall = wall || (c.distance_m > 0.0 && c.normal_W.x() < -0.9);
   }
   EXPECT_TRUE(wall);
@@ -372,7 +372,7 @@ TEST_F(AtlasOnSurface, NoTriangleIsMissed) {
       const auto expected = TestAllTriangles(*model_, kinematics, kMargin);
       const int num_triangles = model_->num_scene_solids();
       std::map<std::pair<int, int>, double> reported;
-      for (const Contact& c : query.SceneContacts(kinematics, kMargin)) {
+      for (const ProximityPair& c : query.SceneContacts(kinematics, kMargin)) {
         const std::pair<int, int> pair(c.pair_id / num_triangles, c.pair_id % num_triangles);
         ASSERT_EQ(expected.count(pair), 1U);
         EXPECT_EQ(expected.at(pair), c.distance_m);
@@ -405,8 +405,8 @@ TEST_F(AtlasOnSurface, ContactsOfSomeLinksAreThoseOfAllLinks) {
     int compared = 0;
     for (size_t problem = 0; problem < standing_.size(); problem += 2) {
       const Kinematics kinematics = At(problem, 0.0);
-      std::vector<Contact> expected;
-      for (const Contact& c : query.Contacts(kinematics, 0.03)) {
+      std::vector<ProximityPair> expected;
+      for (const ProximityPair& c : query.Contacts(kinematics, 0.03)) {
         if (c.link_b == kScene && std::count(feet.begin(), feet.end(), c.link_a) > 0) expected.push_back(c);
       }
       const auto found = query.SceneContacts(kinematics, 0.03, feet);
@@ -415,7 +415,7 @@ TEST_F(AtlasOnSurface, ContactsOfSomeLinksAreThoseOfAllLinks) {
         EXPECT_EQ(found[i].pair_id, expected[i].pair_id);
         EXPECT_EQ(found[i].distance_m, expected[i].distance_m);
       }
-      for (const Contact& c : query.SceneContacts(kinematics, 0.03)) EXPECT_EQ(c.link_b, kScene);
+      for (const ProximityPair& c : query.SceneContacts(kinematics, 0.03)) EXPECT_EQ(c.link_b, kScene);
     }
     EXPECT_GT(compared, 20);
   }
@@ -429,7 +429,7 @@ TEST_F(AtlasOnSurface, SelfContactsAreThoseOfTheSolidModel) {
   const Kinematics kinematics = At(0, 0.0);
   std::vector<double> distances[2];
   for (size_t i = 0; i < 2; ++i) {
-    for (const Contact& c : queries[i].Contacts(kinematics, 0.05)) {
+    for (const ProximityPair& c : queries[i].Contacts(kinematics, 0.05)) {
       if (c.link_b != kScene) distances[i].push_back(c.distance_m);
     }
   }

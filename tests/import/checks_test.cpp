@@ -157,45 +157,45 @@ TEST(MeshFaults, AnOpenSheetIsNotInverted) {
 class QuaternionOrder : public testing::Test {
  protected:
   /// Returns contacts on flat ground that turn in steps of 30 degrees, as w x y z or as x y z w.
-  static FootholdList Footholds(bool x_first) {
+  static UsedContactList UsedContacts(bool x_first) {
     std::vector<ProblemDefinition> problems;
     for (int k = 0; k < 12; ++k) {
       const double half = 0.5 * k * M_PI / 6.0;
       const Eigen::Quaterniond right(std::cos(half), 0, 0, std::sin(half));
       // Numbers x y z w, interpreted as w x y z.
       const Eigen::Quaterniond wrong(0, 0, std::sin(half), std::cos(half));
-      problems.push_back({k, {{{Foothold{"foot", Eigen::Vector3d::Zero(), x_first ? wrong : right}}}}});
+      problems.push_back({k, {{{ContactTarget{"foot", Eigen::Vector3d::Zero(), x_first ? wrong : right}}}}});
     }
-    FootholdList footholds;
-    footholds.Add(Task::kPosture, problems);
-    return footholds;
+    UsedContactList contacts;
+    contacts.Add(Task::kPosture, problems);
+    return contacts;
   }
   const Terrain terrain_{BoxMesh({2, 2, 1}, {0, 0, -0.5})};
 };
 
 TEST_F(QuaternionOrder, IsDecidedByTheNormals) {
-  const QuaternionEvidence w = CollectQuaternionEvidence(Footholds(false).all(), terrain_);
+  const QuaternionEvidence w = CollectQuaternionEvidence(UsedContacts(false).all(), terrain_);
   EXPECT_EQ(w.verdict(), QuaternionEvidence::Verdict::kWFirst) << w.Describe();
   EXPECT_EQ(w.agree_w_first, 12);
-  const QuaternionEvidence x = CollectQuaternionEvidence(Footholds(true).all(), terrain_);
+  const QuaternionEvidence x = CollectQuaternionEvidence(UsedContacts(true).all(), terrain_);
   EXPECT_EQ(x.verdict(), QuaternionEvidence::Verdict::kXFirst) << x.Describe();
   EXPECT_EQ(x.agree_x_first, 12);
   EXPECT_EQ(DiagnoseQuaternionOrder(x).severity, Severity::kError);
 }
 
 TEST_F(QuaternionOrder, ReadingTheOtherWayGivesTheRotationThatWasMeant) {
-  const FootholdList right = Footholds(false), wrong = Footholds(true);
+  const UsedContactList right = UsedContacts(false), wrong = Footholds(true);
   for (size_t k = 0; k < right.all().size(); ++k) {
-    EXPECT_TRUE(ReadAsXFirst(wrong.all()[k].foothold.rotation).isApprox(right.all()[k].foothold.rotation)) << k;
+    EXPECT_TRUE(ReadAsXFirst(wrong.all()[k].target.rotation).isApprox(right.all()[k].target.rotation)) << k;
   }
 }
 
 TEST_F(QuaternionOrder, PosesOfNoOrderAreAnError) {
   std::vector<ProblemDefinition> problems = {
-      {0, {{{Foothold{"foot", Eigen::Vector3d::Zero(), Eigen::Quaterniond(0.5, 0.5, 0.5, 0.5)}}}}}};
-  FootholdList footholds;
-  footholds.Add(Task::kPosture, problems);
-  const QuaternionEvidence evidence = CollectQuaternionEvidence(footholds.all(), terrain_);
+      {0, {{{ContactTarget{"foot", Eigen::Vector3d::Zero(), Eigen::Quaterniond(0.5, 0.5, 0.5, 0.5)}}}}}};
+  UsedContactList contacts;
+  contacts.Add(Task::kPosture, problems);
+  const QuaternionEvidence evidence = CollectQuaternionEvidence(contacts.all(), terrain_);
   EXPECT_EQ(evidence.verdict(), QuaternionEvidence::Verdict::kNeither);
   EXPECT_EQ(DiagnoseQuaternionOrder(evidence).severity, Severity::kError);
 }

@@ -12,7 +12,7 @@
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/dataset_writer.h"
 #include "legopt/dataset/problem_file.h"
-#include "legopt/import/footholds.h"
+#include "legopt/import/used_contacts.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/import/clone_folder.h"
 
@@ -55,9 +55,10 @@ TEST(Import, OfACloneOfTheOriginalBenchmark) {
   EXPECT_EQ(dataset->robot().num_dofs(), test::kSyntheticDofs);
   EXPECT_EQ(dataset->problems(Task::kPosture).size(), 2U);
   EXPECT_EQ(dataset->problems(Task::kMotion).size(), 1U);
-  ASSERT_EQ(dataset->feet().size(), 2U) << "the links that the problems name";
-  EXPECT_EQ(dataset->feet()[0].link, "l_foot");
-  EXPECT_NEAR(dataset->sole_offset_m(), test::kSyntheticSoleOffset_m, 1e-6) << "lowest point of the feet and 1 mm";
+  ASSERT_EQ(dataset->contacts().size(), 2U) << "the links that the problems name";
+  EXPECT_EQ(dataset->contacts()[0].link, "l_foot");
+  EXPECT_NEAR(dataset->contacts()[0].link_height_m(), test::kSyntheticSoleOffset_m, 1e-6)
+      << "lowest point of the feet and 1 mm";
   ASSERT_NE(Find(report, "quaternion order", kInfo), nullptr);
   EXPECT_THAT(Find(report, "quaternion order", kInfo)->value, HasSubstr("w first: 5 of 5"));
   EXPECT_NE(Find(report, "nominal posture", kWarning), nullptr);
@@ -77,9 +78,9 @@ TEST(Import, QuaternionsOfTheOtherOrderAreTurned) {
     ProblemFile problems = ReadProblemFile(file);
     for (ProblemDefinition& problem : problems.problems) {
       for (Stance& stance : problem.stances) {
-        for (Foothold& foothold : stance.footholds) {
-          const Eigen::Quaterniond q = foothold.rotation;
-          foothold.rotation = Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w());  // written as x y z w
+        for (ContactTarget& target : stance.contacts) {
+          const Eigen::Quaterniond q = target.rotation;
+          target.rotation = Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w());  // written as x y z w
         }
       }
     }
@@ -121,15 +122,15 @@ TEST(Import, TheLeftFootComesFirstWhateverTheProblemsNameFirst) {
     const fs::path file = clone.path() / "data" / name;
     ProblemFile problems = ReadProblemFile(file);
     for (ProblemDefinition& problem : problems.problems) {
-      for (Stance& stance : problem.stances) std::reverse(stance.footholds.begin(), stance.footholds.end());
+      for (Stance& stance : problem.stances) std::reverse(stance.contacts.begin(), stance.contacts.end());
     }
     test::WriteText(file, FormatProblems(problems.problems, *problems.task, "tiny", "yard"));
   }
   const fs::path out = clone.StagedFolder("out");
   ImportDataset(From(clone.path()), out);
   const auto dataset = Dataset::Load(out);
-  ASSERT_EQ(dataset->feet().size(), 2U);
-  EXPECT_EQ(dataset->feet()[0].link, "l_foot");
+  ASSERT_EQ(dataset->contacts().size(), 2U);
+  EXPECT_EQ(dataset->contacts()[0].link, "l_foot");
 }
 
 TEST(Import, OfAUrdfWithMeshesInPackages) {
@@ -163,7 +164,7 @@ TEST(Import, OfADatasetKeepsItsConstants) {
   EXPECT_FALSE(AnyError(report.findings));
   const auto dataset = Dataset::Load(folder.path() / "out");
   EXPECT_EQ(dataset->nominal_joints(), Dataset::Load(synthetic.path())->nominal_joints());
-  EXPECT_EQ(dataset->sole_offset_m(), test::kSyntheticSoleOffset_m);
+  EXPECT_EQ(dataset->contacts()[0].link_height_m(), test::kSyntheticSoleOffset_m);
 }
 
 TEST(Import, InvertedScenesAreRefusedOrTurned) {
@@ -316,13 +317,13 @@ TEST(Import, OfTheLegOptDataFindsTheirKnownFaults) {
   EXPECT_FALSE(AnyError(report.findings));
   const auto dataset = Dataset::Load(folder.path());
   const auto bare = Dataset::Load(test::LegOptFolder());
-  EXPECT_EQ(dataset->sole_offset_m(), bare->sole_offset_m());
+  EXPECT_EQ(dataset->contacts()[0].link_height_m(), bare->contacts()[0].link_height_m());
   EXPECT_EQ(dataset->nominal_joints(), bare->nominal_joints());
   EXPECT_EQ(dataset->problems(Task::kMotion), bare->problems(Task::kMotion));
   EXPECT_NE(Find(report, "quaternion order", kInfo), nullptr);
   const DatasetDiagnostic* hovering = Find(report, "hovering feet", kWarning);
   ASSERT_NE(hovering, nullptr);
-  EXPECT_THAT(hovering->value, HasSubstr("57 of 3655 footholds, median 82.4 mm"));
+  EXPECT_THAT(hovering->value, HasSubstr("57 of 3655 contacts, median 82.4 mm"));
   EXPECT_THAT(hovering->field, HasSubstr("posture 39; motion 1-2,"));
   EXPECT_THAT(hovering->message, HasSubstr("sole offset"));
 }

@@ -26,7 +26,7 @@ class InterpolationTest : public testing::Test {
   }
   Eigen::VectorXd TransitionRule(const Eigen::VectorXd& a, const Eigen::VectorXd& b, double t) {
     Eigen::VectorXd x(a.size());
-    InterpolateConfiguration(dataset_->robot(), a, b, t, x);
+    InterpolateConfiguration(a, b, t, x);
     return x;
   }
 

@@ -22,7 +22,7 @@ constexpr int kDofs = 29;
 
 /// Moves a stance and a configuration rigidly, which preserves their relations.
 void Translate(const Eigen::Vector3d& d, ProblemDefinition* problem, Eigen::VectorXd* x) {
-  for (Foothold& foothold : problem->stances[0].footholds) foothold.position += d;
+  for (ContactTarget& target : problem->stances[0].contacts) target.position += d;
   x->segment<3>(kDofs) += d;
 }
 
@@ -73,9 +73,9 @@ TEST_F(JudgeLegOptTest, SampleSolution) {
 TEST_F(JudgeLegOptTest, SampleSolutionsCentreOfMass) {
   Kinematics kinematics(dataset_->robot());
   kinematics.Update(sample_);
-  std::vector<FootPlacement> feet;
-  for (const Dataset::Foot& foot : dataset_->feet()) {
-    feet.push_back({.box_F = foot.box, .X_WF = kinematics.link_pose(foot.link_index)});
+  std::vector<ContactPlacement> feet;
+  for (const Contact& foot : dataset_->contacts()) {
+    feet.push_back({.contact = &foot, .X_WL = kinematics.link_pose(foot.link_index)});
   }
   EXPECT_NEAR(SignedDistanceToPolygon(SupportPolygon(feet), kinematics.com().head<2>()), -0.088, 1e-3);
 }

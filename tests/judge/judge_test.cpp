@@ -113,7 +113,7 @@ TEST_F(JudgeTest, FootRotationIsMeasuredOnTheQuaternion) {
 }
 
 TEST_F(JudgeTest, FootThatIsNotListedIsFree) {
-  const Stance one_foot{{posture_.stances[0].footholds[0]}};
+  const Stance one_foot{{posture_.stances[0].contacts[0]}};
   Eigen::VectorXd x = test::StandingUpright();
   x[test::kRightHip] = -0.5;
   const Evaluation evaluation = judge_.Evaluate(Task::kPosture, {.id = 5, .stances = {one_foot}}, {&x, 1});
@@ -232,7 +232,7 @@ TEST_F(JudgeTest, OriginalRuleChecksOnlyTheLastCollidingPair) {
 /// Moves a problem and its solution, so that the feet stay on their targets.
 void Shift(const Eigen::Vector3d& d, ProblemDefinition* problem, Eigen::VectorXd* x) {
   for (Stance& stance : problem->stances) {
-    for (Foothold& foothold : stance.footholds) foothold.position += d;
+    for (ContactTarget& target : stance.contacts) target.position += d;
   }
   x->segment<3>(kBaseX) += d;
 }
@@ -436,7 +436,7 @@ TEST_F(JudgeTest, InitialGuessIsNoSolution) {
 TEST_F(JudgeTest, ProblemsThatDoNotFitAreInputErrors) {
   const Eigen::VectorXd x = test::StandingUpright();
   ProblemDefinition problem = posture_;
-  problem.stances[0].footholds[0].link = "l_fot";
+  problem.stances[0].contacts[0].contact = "l_fot";
   EXPECT_THAT(test::MessageOf([&] {
                 judge_.Evaluate(Task::kPosture, problem, {&x, 1});
               }),

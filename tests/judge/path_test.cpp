@@ -122,12 +122,12 @@ TEST_F(PathTest, AFootThatStepsIsFreeOnItsWayOnly) {
   Kinematics kinematics(dataset_->robot());
   const auto right_foot = [&](const Eigen::VectorXd& x) {
     kinematics.Update(x);
-    return Eigen::Vector3d(kinematics.link_pose(dataset_->foot("r_foot").link_index).translation());
+    return Eigen::Vector3d(kinematics.link_pose(dataset_->contact("r_foot").link_index).translation());
   };
   const Eigen::VectorXd stepped = swung(0.1);
   ProblemDefinition step = standing_twice_;
-  for (Foothold& foothold : step.stances[1].footholds) {
-    if (foothold.link == "r_foot") foothold.position += right_foot(stepped) - right_foot(up_);
+  for (ContactTarget& target : step.stances[1].contacts) {
+    if (target.contact == "r_foot") target.position += right_foot(stepped) - right_foot(up_);
   }
   const Points on_its_way = {{0, up_}, {1, up_}, {1.5, swung(0.4)}, {2, stepped}, {3, stepped}};
   const Evaluation evaluation = Judged(step, on_its_way);
@@ -196,7 +196,7 @@ TEST_F(PathTest, BalanceIsAskedForByItsTaskOnly) {
 
 TEST_F(PathTest, NoBalanceWithoutPlantedFoot) {
   ProblemDefinition jump{.id = 1, .stances = {stance_, stance_}};
-  for (Foothold& foothold : jump.stances[1].footholds) foothold.position.x() += 0.01;
+  for (ContactTarget& target : jump.stances[1].contacts) target.position.x() += 0.01;
   Eigen::VectorXd there = up_;
   there[kBaseX] += 0.01;
   const Points path = {{0, up_}, {1, up_}, {2, there}, {3, there}};

@@ -16,13 +16,13 @@ namespace legopt {
 namespace {
 
 /// Returns the nearest contact of two links at x.
-Contact ContactOf(const Dataset& dataset, int link_a, int link_b, const Eigen::VectorXd& x) {
+ProximityPair ContactOf(const Dataset& dataset, int link_a, int link_b, const Eigen::VectorXd& x) {
   constexpr double kFar_m = 1.0;
   Kinematics kinematics(dataset.robot());
   kinematics.Update(x);
   CollisionQuery query(dataset.collision_model());
-  std::optional<Contact> nearest;
-  for (const Contact& contact : query.Contacts(kinematics, kFar_m)) {
+  std::optional<ProximityPair> nearest;
+  for (const ProximityPair& contact : query.Contacts(kinematics, kFar_m)) {
     if (contact.link_a != link_a || contact.link_b != link_b) continue;
     if (!nearest || contact.distance_m < nearest->distance_m) nearest = contact;
   }
@@ -34,11 +34,12 @@ Stance OverlappingFeetStance(const Dataset& dataset, ProblemSolver& solver, cons
                              double overlap_m) {
   const SolveOutcome apart = solver.Solve(Task::kPosture, problem.id, Initialization::kGood, Method::Of("best"), {});
   Stance stance = problem.stances.front();
-  const int first = dataset.foot(stance.footholds[0].link).link_index;
-  const int second = dataset.foot(stance.footholds[1].link).link_index;
-  const Contact contact = ContactOf(dataset, std::min(first, second), std::max(first, second), apart.waypoints.front());
+  const int first = dataset.contact(stance.contacts[0].contact).link_index;
+  const int second = dataset.contact(stance.contacts[1].contact).link_index;
+  const ProximityPair contact =
+      ContactOf(dataset, std::min(first, second), std::max(first, second), apart.waypoints.front());
   const double sign = first < second ? 1.0 : -1.0;  // the normal is from the later link to the earlier one
-  stance.footholds[1].position += sign * (contact.distance_m + overlap_m) * contact.normal_W;
+  stance.contacts[1].position += sign * (contact.distance_m + overlap_m) * contact.normal_W;
   return stance;
 }
 

@@ -32,9 +32,9 @@ class PathClearanceTest : public ::testing::Test {
     Eigen::VectorXd x(from.size());
     double nearest_m = kRange_m;
     for (int k = 0; k <= kSamples; ++k) {
-      InterpolateConfiguration(dataset_->robot(), from, to, k / static_cast<double>(kSamples), x);
+      InterpolateConfiguration(from, to, k / static_cast<double>(kSamples), x);
       kinematics_.UpdatePoses(x);
-      for (const Contact& contact : query_.Contacts(kinematics_, kRange_m)) {
+      for (const ProximityPair& contact : query_.Contacts(kinematics_, kRange_m)) {
         nearest_m = std::min(nearest_m, contact.distance_m);
       }
     }
@@ -160,7 +160,7 @@ TEST(PathSolver, FailedSegmentIsNamed) {
   const auto dataset = Dataset::Load(test::SyntheticFolder(folder.path()).path());
   ProblemSolver solver(dataset);
   ProblemDefinition jump{.id = 1, .stances = {2, dataset->problem(Task::kPosture, 0).stances[0]}};
-  for (Foothold& foothold : jump.stances[1].footholds) foothold.position.x() += 0.01;
+  for (ContactTarget& target : jump.stances[1].contacts) target.position.x() += 0.01;
   Judge judge(dataset);
   const SolveOutcome leapt = solver.Solve(Task::kContinuous, jump, Initialization::kGood, {}, {});
   EXPECT_EQ(judge.Evaluate(Task::kContinuous, jump, leapt.waypoints).literal, Verdict::kSuccess) << leapt.message;
@@ -181,7 +181,7 @@ class ColumnOnPath : public ::testing::Test {
       Eigen::VectorXd x = up_;
       x[test::kLeftShoulder] = angle;
       kinematics.UpdatePoses(x);
-      for (const Contact& contact : query_.Contacts(kinematics, kRange_m)) {
+      for (const ProximityPair& contact : query_.Contacts(kinematics, kRange_m)) {
         if (contact.distance_m >= deepest_m) continue;
         deepest_m = contact.distance_m;
         in_column_ = x;

@@ -56,10 +56,10 @@ class Derivatives : public ::testing::Test {
     for (int i = 0; i < model_.tangent_size(); ++i) {
       dx.setZero();
       dx[i] = kStep;
-      Retract(model_, x_, dx, x);
+      Retract(x_, dx, x);
       kinematics_.Update(x);
       const Eigen::VectorXd plus = value();
-      Retract(model_, x_, -dx, x);
+      Retract(x_, -dx, x);
       kinematics_.Update(x);
       const Eigen::VectorXd column = (plus - value()) / (2 * kStep);
       EXPECT_LT((jacobian.col(i) - column).cwiseAbs().maxCoeff(), kTolerance) << "column " << i;
@@ -163,7 +163,7 @@ TEST_F(Derivatives, RetractTurnsAboutWorldAxes) {
   const Eigen::Vector3d phi(0.4, -0.3, 0.9);
   dx.tail<3>() = phi;
   Eigen::VectorXd x(model_.configuration_size());
-  Retract(model_, x_, dx, x);
+  Retract(x_, dx, x);
   kinematics_.Update(x_);
   const Eigen::Matrix3d before = kinematics_.link_pose(0).linear();
   kinematics_.Update(x);

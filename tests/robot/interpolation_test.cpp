@@ -44,7 +44,7 @@ Eigen::Quaterniond Turned(double angle, const Eigen::Vector3d& axis) {
 
 Eigen::VectorXd At(const RobotModel& robot, const Eigen::VectorXd& a, const Eigen::VectorXd& b, double s) {
   Eigen::VectorXd x(robot.configuration_size());
-  InterpolateConfiguration(robot, a, b, s, x);
+  InterpolateConfiguration(a, b, s, x);
   return x;
 }
 
@@ -81,7 +81,7 @@ TEST(Interpolation, DerivativeOfTheTurnMeetsFiniteDifferences) {
     const Eigen::VectorXd ends[2] = {Configuration(0.2, {0, 1, 0}, kStart),
                                      Configuration(0.1, {0, 0, 1}, Turned(angle, {0.3, -1, 2}))};
     for (const double s : {0.125, 0.5, 0.875}) {
-      const BaseRotationDerivatives exact = DifferentiateBaseRotation(robot, ends[0], ends[1], s);
+      const BaseRotationDerivatives exact = DifferentiateBaseRotation(ends[0], ends[1], s);
       for (int end = 0; end < 2; ++end) {
         for (int axis = 0; axis < 3; ++axis) {
           Eigen::VectorXd dx = Eigen::VectorXd::Zero(robot.tangent_size());
@@ -89,7 +89,7 @@ TEST(Interpolation, DerivativeOfTheTurnMeetsFiniteDifferences) {
           for (int k = 0; k < 2; ++k) {
             Eigen::VectorXd moved[2] = {ends[0], ends[1]};
             dx[robot.num_dofs() + 3 + axis] = k == 0 ? kTurnStep : -kTurnStep;
-            Retract(robot, ends[end], dx, moved[end]);
+            Retract(ends[end], dx, moved[end]);
             side[k] = Base(At(robot, moved[0], moved[1], s));
           }
           Eigen::Quaterniond turn = side[0] * side[1].conjugate();
@@ -106,9 +106,9 @@ TEST(Interpolation, EndsBelongToTheirOwnTurns) {
   const RobotModel robot = OneJoint();
   const Eigen::VectorXd a = Configuration(0, {0, 0, 0}, kStart);
   const Eigen::VectorXd b = Configuration(0, {0, 0, 0}, Turned(1.1, {1, -1, 3}));
-  const BaseRotationDerivatives first = DifferentiateBaseRotation(robot, a, b, 0.0);
+  const BaseRotationDerivatives first = DifferentiateBaseRotation(a, b, 0.0);
   EXPECT_LT((first.from - Eigen::Matrix3d::Identity()).norm() + first.to.norm(), 1e-14);
-  const BaseRotationDerivatives last = DifferentiateBaseRotation(robot, a, b, 1.0);
+  const BaseRotationDerivatives last = DifferentiateBaseRotation(a, b, 1.0);
   EXPECT_LT((last.to - Eigen::Matrix3d::Identity()).norm() + last.from.norm(), 1e-14);
 }
 

@@ -25,7 +25,7 @@ class Planning : public testing::Test {
     for (const int foot : {0, 1}) {
       const double side = foot == 0 ? 0.13 : -0.13;
       const Vector3d point(x - side * std::sin(yaw), y + side * std::cos(yaw), z);
-      stance.footholds.push_back(probe.Place(foot, point, Vector3d::UnitZ(), yaw));
+      stance.contacts.push_back(probe.Place(foot, point, Vector3d::UnitZ(), yaw));
     }
     return stance;
   }
@@ -37,15 +37,15 @@ class Planning : public testing::Test {
 
 TEST_F(Planning, FeetHoldOnTheFlatOnly) {
   StanceProbe probe(model_);
-  std::vector<Foothold> footholds;
-  probe.Footholds(0, -2.0, 0.0, 0.7, footholds);
-  ASSERT_EQ(footholds.size(), 1u);
-  EXPECT_NEAR(footholds[0].position.z(), 0.0, 1e-9);
-  EXPECT_NEAR(Yaw(footholds[0]), 0.7, 1e-9);
-  probe.Footholds(0, -0.05, 0.0, 0.0, footholds);  // half on the first step
-  EXPECT_TRUE(footholds.empty());
-  probe.Footholds(0, -3.95, 0.0, 0.0, footholds);  // beyond the edge of the ground
-  EXPECT_TRUE(footholds.empty());
+  std::vector<ContactTarget> contacts;
+  probe.Footholds(0, -2.0, 0.0, 0.7, contacts);
+  ASSERT_EQ(contacts.size(), 1u);
+  EXPECT_NEAR(contacts[0].position.z(), 0.0, 1e-9);
+  EXPECT_NEAR(Yaw(contacts[0]), 0.7, 1e-9);
+  probe.Footholds(0, -0.05, 0.0, 0.0, contacts);  // half on the first step
+  EXPECT_TRUE(contacts.empty());
+  probe.Footholds(0, -3.95, 0.0, 0.0, contacts);  // beyond the edge of the ground
+  EXPECT_TRUE(contacts.empty());
   EXPECT_NEAR(probe.TrunkDistance(Standing(-2, 0, 0, 0), 0.3), 0.3, 1e-9);
 }
 
@@ -59,8 +59,8 @@ TEST_F(Planning, StancesAreTheSameForAnyNumberOfThreads) {
   EXPECT_EQ(one.tally.candidates, two.tally.candidates);
   PostureProver prover(dataset_);
   for (const Stance& stance : one.stances) {
-    ASSERT_EQ(stance.footholds.size(), 2u);
-    const Vector3d apart = stance.footholds[1].position - stance.footholds[0].position;
+    ASSERT_EQ(stance.contacts.size(), 2u);
+    const Vector3d apart = stance.contacts[1].position - stance.contacts[0].position;
     EXPECT_LE(apart.head<2>().norm(), model_->options.reach_m);
     EXPECT_LE(std::abs(apart.z()), model_->options.step_m);
     EXPECT_TRUE(prover.Prove(stance, 0).accepted);
@@ -83,13 +83,13 @@ TEST_F(Planning, PlanClimbsAndAlternates) {
   for (size_t s = 0; s < plan->stances.size(); ++s) {
     const Stance& stance = plan->stances[s];
     if (s % 2 == 0) {
-      ASSERT_EQ(stance.footholds.size(), 2u);
-      EXPECT_EQ(stance.footholds[0].link, "l_foot");
-      const Vector3d apart = stance.footholds[1].position - stance.footholds[0].position;
+      ASSERT_EQ(stance.contacts.size(), 2u);
+      EXPECT_EQ(stance.contacts[0].contact, "l_foot");
+      const Vector3d apart = stance.contacts[1].position - stance.contacts[0].position;
       EXPECT_LE(apart.head<2>().norm(), model_->options.reach_m + 1e-9);
     } else {
-      ASSERT_EQ(stance.footholds.size(), 1u);
-      EXPECT_EQ(stance.footholds[0].link, s % 4 == 1 ? "l_foot" : "r_foot");
+      ASSERT_EQ(stance.contacts.size(), 1u);
+      EXPECT_EQ(stance.contacts[0].contact, s % 4 == 1 ? "l_foot" : "r_foot");
     }
   }
   // The planner's cache does not change its plans.

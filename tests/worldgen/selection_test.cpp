@@ -105,8 +105,7 @@ TEST(DatasetFile, NamesThatYamlWouldMisreadAreQuoted) {
   written.robot_file = "robots/my robot.urdf";
   written.scene_file = "scene.ply";
   written.problem_files[Task::kPosture] = "problems #1.json";
-  written.feet = {"left: foot", "[right]", "7", "sole, \"back\""};
-  written.sole_offset_m = 0.01;
+  written.contacts = DescribeSoles({"left: foot", "[right]", "7", "sole, \"back\""}, 0.01);
   written.nominal_posture = {{"knee: left", 0.5}, {"true", 0.25}};
   written.files = {{"robots/my robot.urdf", std::string(64, '0')}};
   test::WriteText(
@@ -116,7 +115,7 @@ TEST(DatasetFile, NamesThatYamlWouldMisreadAreQuoted) {
   EXPECT_EQ(read.name, written.name);
   EXPECT_EQ(read.robot_file, written.robot_file);
   EXPECT_EQ(read.problem_files, written.problem_files);
-  EXPECT_EQ(read.feet, written.feet);
+  EXPECT_EQ(read.contacts, written.contacts);
   EXPECT_EQ(read.nominal_posture, written.nominal_posture);
 }
 
@@ -225,7 +224,7 @@ TEST_F(DatasetBuilding, TheSourceIsCheckedFirst) {
   EXPECT_NE(refusal([](DatasetOptions& o) { o.slope_rad = 2.0; }).find("--slope"), std::string::npos);
 
   DatasetDescription description = ReadDatasetFile(source);
-  std::swap(description.feet.at(0), description.feet.at(1));
+  std::swap(description.contacts.at(0), description.contacts.at(1));
   test::WriteText(source / kDatasetFileName, FormatDatasetFile(description, "for tests"));
   WriteManifestHashes(source);
   const std::string crossed = refusal([](DatasetOptions&) {});
@@ -233,7 +232,7 @@ TEST_F(DatasetBuilding, TheSourceIsCheckedFirst) {
   EXPECT_NE(crossed.find((source / kDatasetFileName).string()), std::string::npos) << crossed;
   EXPECT_THROW(Make("crossed"), InputError);
 
-  std::swap(description.feet.at(0), description.feet.at(1));
+  std::swap(description.contacts.at(0), description.contacts.at(1));
   test::WriteText(source / kDatasetFileName, FormatDatasetFile(description, "for tests"));
   test::WriteText(source / "scene.yaml",
                   "objects:\n  - {name: wall, shape: box, size: [1, 1, 1], rpy: [0.7, 0.6, 0]}\n");

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "legopt/problem/terms/waypoint_program.h"
+#include "legopt/robot/configuration.h"
 #include "worker/external/line_channel.h"
 
 namespace legopt::external {
@@ -19,7 +20,7 @@ json LinkJson(const RobotModel& robot, int link) {
   return link == kScene ? json() : json(robot.links()[static_cast<std::size_t>(link)].name);
 }
 
-json ContactJson(const RobotModel& robot, int waypoint, const Contact& contact) {
+json ContactJson(const RobotModel& robot, int waypoint, const ProximityPair& contact) {
   return {{"waypoint", waypoint},
           {"link", LinkJson(robot, contact.link_a)},
           {"other", LinkJson(robot, contact.link_b)},
@@ -30,11 +31,12 @@ json ContactJson(const RobotModel& robot, int waypoint, const Contact& contact) 
           {"normal", VectorJson(contact.normal_W)}};
 }
 
-json FootholdJson(const Dataset& dataset, const Foothold& foothold) {
-  const Eigen::Isometry3d target = dataset.FootTarget(foothold);
-  const Eigen::Quaterniond rotation(target.linear());
-  return {{"link", foothold.link},
-          {"position", VectorJson(target.translation())},
+json ContactTargetJson(const Dataset& dataset, const ContactTarget& target) {
+  const Contact& contact = dataset.contact(target.contact);
+  const Eigen::Isometry3d X_WL = contact.LinkTarget(target);
+  const Eigen::Quaterniond rotation(X_WL.linear());
+  return {{"link", contact.link},
+          {"position", VectorJson(X_WL.translation())},
           {"rotation", {rotation.w(), rotation.x(), rotation.y(), rotation.z()}}};
 }
 
@@ -46,23 +48,18 @@ json JointNames(const RobotModel& robot) {
   return names;
 }
 
-// Returns the rotation of the base from p_x, p_y, p_z, q_w, q_x, q_y, q_z after the joints.
-Eigen::Quaterniond BaseRotation(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> x) {
-  const Eigen::Index w = robot.num_dofs() + 3;
-  return {x[w], x[w + 1], x[w + 2], x[w + 3]};
-}
-
 // Writes the tangent from one configuration to the other, by the shorter rotation: the inverse of Retract.
-void WriteTangent(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> from, Eigen::Ref<const Eigen::VectorXd> to,
+void WriteTangent(Eigen::Ref<const Eigen::VectorXd> from, Eigen::Ref<const Eigen::VectorXd> to,
                   Eigen::Ref<Eigen::VectorXd> dx) {
-  const Eigen::Index plain = robot.num_dofs() + 3;
-  dx.head(plain) = to.head(plain) - from.head(plain);
-  const Eigen::Quaterniond end = BaseRotation(robot, to);
+  const auto start = PartsOf(from), goal = PartsOf(to);
+  const auto step = MutableTangentPartsOf(dx);
+  step.linear() = goal.linear() - start.linear();
+  const Eigen::Quaterniond end = goal.base_quaternion();
   if (!(end.norm() > 0.0)) throw SolverFault("sent a waypoint whose quaternion is zero");
-  Eigen::Quaterniond turn = end.normalized() * BaseRotation(robot, from).normalized().conjugate();
+  Eigen::Quaterniond turn = end.normalized() * start.base_rotation().conjugate();
   if (turn.w() < 0.0) turn.coeffs() *= -1.0;
   const Eigen::AngleAxisd rotation(turn);
-  dx.segment<3>(plain) = rotation.angle() * rotation.axis();
+  step.base_rotation() = rotation.angle() * rotation.axis();
 }
 
 }  // namespace
@@ -72,7 +69,7 @@ json ContactsJson(Program& program) {
   auto* chain = dynamic_cast<WaypointProgram*>(&program);
   if (chain == nullptr) return list;
   for (int waypoint = 0; waypoint < chain->num_waypoints(); ++waypoint) {
-    for (const Contact& contact : chain->state(waypoint).contacts()) {
+    for (const ProximityPair& contact : chain->state(waypoint).contacts()) {
       list.push_back(ContactJson(chain->robot(), waypoint, contact));
     }
   }
@@ -88,7 +85,8 @@ json RobotJson(const Program& program, const Eigen::VectorXd& x) {
     const Eigen::VectorXd at = x.segment(Eigen::Index{waypoint} * chain->point_size(), chain->point_size());
     start.push_back(std::vector<double>(at.begin(), at.end()));
     json feet = json::array();
-    for (const Foothold& foothold : chain->stance(waypoint).footholds) feet.push_back(FootholdJson(dataset, foothold));
+    for (const ContactTarget& target : chain->stance(waypoint).contacts)
+      feet.push_back(ContactTargetJson(dataset, target));
     footholds.push_back(std::move(feet));
   }
   return {{"dataset", dataset.folder().string()},
@@ -110,8 +108,7 @@ Eigen::VectorXd TangentTo(const Program& program, const Eigen::VectorXd& x,
   }
   Eigen::VectorXd dx(tangent * chain->num_waypoints());
   for (Eigen::Index t = 0; t < chain->num_waypoints(); ++t) {
-    WriteTangent(chain->robot(), x.segment(t * size, size), waypoints[static_cast<std::size_t>(t)],
-                 dx.segment(t * tangent, tangent));
+    WriteTangent(x.segment(t * size, size), waypoints[static_cast<std::size_t>(t)], dx.segment(t * tangent, tangent));
   }
   return dx;
 }

@@ -90,16 +90,16 @@ struct ReachProver::Cell {
 };
 
 ReachProver::ReachProver(const Dataset& dataset) : dataset_(&dataset) {
-  for (const Dataset::Foot& foot : dataset.feet()) {
+  for (const Contact& foot : dataset.contacts()) {
     legs_.emplace(foot.link, LegReach(dataset.robot(), foot.link_index));
   }
 }
 
 std::vector<ReachProver::Standing> ReachProver::StanceLegs(const Stance& stance) const {
   std::vector<Standing> standing;
-  for (const Foothold& foothold : stance.footholds) {
-    const LegReach& leg = legs_.at(dataset_->foot(foothold.link).link);
-    if (leg.bounded()) standing.push_back({&leg, dataset_->FootTarget(foothold)});
+  for (const ContactTarget& target : stance.contacts) {
+    const LegReach& leg = legs_.at(dataset_->contact(target.contact).link);
+    if (leg.bounded()) standing.push_back({&leg, dataset_->LinkTarget(target)});
   }
   return standing;
 }
@@ -145,7 +145,7 @@ std::optional<std::string> ReachProver::Refute(const Stance& stance, int most_ce
     }
   }
   std::string feet;
-  for (const Foothold& foothold : stance.footholds) feet += (feet.empty() ? "" : " and ") + foothold.link;
+  for (const ContactTarget& target : stance.contacts) feet += (feet.empty() ? "" : " and ") + target.contact;
   return "no pose of the base has " + feet + " within reach of the legs (" + std::to_string(count) + " cells)";
 }
 

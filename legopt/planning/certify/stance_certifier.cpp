@@ -14,6 +14,7 @@
 #include "legopt/math/random_numbers.h"
 #include "legopt/problem/terms/initial_guess.h"
 #include "legopt/problem/terms/waypoint_program.h"
+#include "legopt/robot/configuration.h"
 #include "legopt/solvers/best_options.h"
 #include "legopt/types/number_text.h"
 #include "legopt/types/result.h"
@@ -39,10 +40,10 @@ SqpOptions FeasibilitySqp() {
 
 /// Options for a start: those with odd numbers use the relaxed margin, because the judge tolerates 1 mm of depth
 /// between links.
-ContactOptions ContactsOfStart(int number) {
-  ContactOptions contacts;
-  if (number % 2 == 1) contacts.margin_m = contacts.relaxed_margin_m;
-  return contacts;
+ProximityOptions ContactsOfStart(int number) {
+  ProximityOptions proximity;
+  if (number % 2 == 1) proximity.margin_m = proximity.relaxed_margin_m;
+  return proximity;
 }
 
 double Between(double low, double high, std::mt19937_64& generator) {
@@ -65,11 +66,11 @@ void ScatterBase(double height_m, std::mt19937_64& generator, Eigen::Ref<VectorX
   const double yaw = Between(-40.0, 40.0, generator) * kPerDegree;
   const double pitch = Between(-10.0, 40.0, generator) * kPerDegree;
   const double roll = Between(-15.0, 15.0, generator) * kPerDegree;
-  const Eigen::Quaterniond before(base[3], base[4], base[5], base[6]);
-  const Eigen::Quaterniond turned = before * Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) *
+  const auto parts = MutablePartsOf(base);
+  const Eigen::Quaterniond turned = parts.base_quaternion() * Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) *
                                     Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()) *
                                     Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX());
-  base.tail<4>() << turned.w(), turned.x(), turned.y(), turned.z();
+  parts.set_base_quaternion(turned);
 }
 
 /// Moves all joints by the same random share towards random values within their limits.

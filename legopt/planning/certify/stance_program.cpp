@@ -4,7 +4,7 @@
 #include <array>
 #include <cstddef>
 
-#include "legopt/geometry/contact.h"
+#include "legopt/geometry/proximity_pair.h"
 #include "legopt/problem/terms/waypoint_terms.h"
 
 namespace legopt::certify {
@@ -61,8 +61,8 @@ class FilteredCollisionTerm : public Term {
 }  // namespace
 
 StanceProgram::StanceProgram(const Dataset& dataset, CollisionQuery& query, const Stance& stance,
-                             const ContactOptions& contacts, ConstraintGroups left_out)
-    : whole_(dataset, query, std::array{WaypointConstraints{.stance = &stance}}, contacts) {
+                             const ProximityOptions& proximity, ConstraintGroups left_out)
+    : whole_(dataset, query, std::array{WaypointConstraints{.stance = &stance}}, proximity) {
   const bool scene = !left_out.Has(ConstraintGroup::kEnvironment);
   const bool self = !left_out.Has(ConstraintGroup::kSelf);
   for (const auto& term : whole_.terms()) {

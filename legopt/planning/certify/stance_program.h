@@ -39,8 +39,8 @@ class ConstraintGroups {
 /// A workspace; dataset and query (of the dataset's collision model) must outlive it. One thread.
 class StanceProgram : public Program {
  public:
-  /// `contacts` is the same as for WaypointProgram; continuous collision does not apply.
-  StanceProgram(const Dataset& dataset, CollisionQuery& query, const Stance& stance, const ContactOptions& contacts,
+  /// `proximity` is the same as for WaypointProgram; continuous collision does not apply.
+  StanceProgram(const Dataset& dataset, CollisionQuery& query, const Stance& stance, const ProximityOptions& proximity,
                 ConstraintGroups left_out = {});
 
   int num_waypoints() const override { return 1; }

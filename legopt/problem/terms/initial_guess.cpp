@@ -8,35 +8,36 @@
 
 #include "legopt/dataset/dataset.h"
 #include "legopt/math/random_numbers.h"
+#include "legopt/robot/configuration.h"
 
 namespace legopt {
 
 Eigen::VectorXd InitialGuess(const Dataset& dataset, const Stance& stance, Initialization initialization) {
-  if (stance.footholds.empty()) {
-    std::fprintf(stderr, "InitialGuess: the stance has no footholds\n");
+  if (stance.contacts.empty()) {
+    std::fprintf(stderr, "InitialGuess: the stance has no contacts\n");
     std::abort();
   }
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();
   Eigen::Vector2d heading = Eigen::Vector2d::Zero();
   double lowest = std::numeric_limits<double>::infinity();
   double highest = -lowest;
-  for (const Foothold& foothold : stance.footholds) {
-    centre += foothold.position.head<2>();
-    const Eigen::Vector2d forward = foothold.rotation.normalized().toRotationMatrix().col(0).head<2>();
+  for (const ContactTarget& target : stance.contacts) {
+    centre += target.position.head<2>();
+    const Eigen::Vector2d forward = target.rotation.normalized().toRotationMatrix().col(0).head<2>();
     heading += forward.stableNormalized();  // circular mean: every contact's yaw has the same weight, whatever its tilt
-    lowest = std::min(lowest, foothold.position.z());
-    highest = std::max(highest, foothold.position.z());
+    lowest = std::min(lowest, target.position.z());
+    highest = std::max(highest, target.position.z());
   }
-  centre /= static_cast<double>(stance.footholds.size());
+  centre /= static_cast<double>(stance.contacts.size());
   const double yaw = std::atan2(heading.y(), heading.x());  // 0 if the contacts point in exactly opposite directions
   const double sole =
       initialization == Initialization::kGood ? highest + kGoodSoleHeight_m : lowest - kInCollisionSoleDepth_m;
 
-  const int n = dataset.robot().num_dofs();
   Eigen::VectorXd x(dataset.robot().configuration_size());
-  x.head(n) = dataset.nominal_joints();
-  x.segment<3>(n) << centre, sole - dataset.nominal_sole_height_m();
-  x.tail<4>() << std::cos(yaw / 2), 0, 0, std::sin(yaw / 2);
+  const auto parts = MutablePartsOf(x);
+  parts.joints() = dataset.nominal_joints();
+  parts.base_position() << centre, sole - dataset.nominal_sole_height_m();
+  parts.set_base_quaternion({std::cos(yaw / 2), 0, 0, std::sin(yaw / 2)});
   return x;
 }
 

@@ -5,6 +5,7 @@
 #include <limits>
 #include <tuple>
 
+#include "legopt/robot/configuration.h"
 #include "legopt/robot/interpolation.h"
 
 namespace legopt {
@@ -12,8 +13,8 @@ namespace {
 
 constexpr int kQuarters = 4;
 
-double DistanceOfPair(const std::vector<Contact>& contacts, int pair_id) {
-  for (const Contact& contact : contacts) {
+double DistanceOfPair(const std::vector<ProximityPair>& contacts, int pair_id) {
+  for (const ProximityPair& contact : contacts) {
     if (contact.pair_id == pair_id) return contact.distance_m;
   }
   return std::numeric_limits<double>::infinity();
@@ -52,16 +53,16 @@ void SweptCollisionTerm::ComputeResiduals(std::vector<double>& residuals) {
 void SweptCollisionTerm::ComputeModel(LinearModel& model) {
   if (disabled_) return model.Reset(0, robot_->tangent_size(), 2);
   Refresh();
-  const int straight = robot_->num_dofs() + 3;
+  const int straight = robot_->base_rotation_index();
   model.Reset(static_cast<int>(rows_.size()), robot_->tangent_size(), 2);
   double placed_at = 0.0;
   BaseRotationDerivatives turn;
   for (int i = 0; i < model.rows(); ++i) {
     const auto& [contact, s] = rows_[static_cast<size_t>(i)];
     if (s != placed_at) {
-      InterpolateConfiguration(*robot_, from_->configuration(), to_->configuration(), s, x_);
+      InterpolateConfiguration(from_->configuration(), to_->configuration(), s, x_);
       kinematics_.UpdatePoses(x_);
-      turn = DifferentiateBaseRotation(*robot_, from_->configuration(), to_->configuration(), s);
+      turn = DifferentiateBaseRotation(from_->configuration(), to_->configuration(), s);
       placed_at = s;
     }
     model.value(i) = margin_m_ - contact.distance_m;
@@ -76,8 +77,10 @@ void SweptCollisionTerm::ComputeModel(LinearModel& model) {
       from[j] = (1.0 - s) * gradient_[j];
       to[j] = s * gradient_[j];
     }
-    Eigen::Map<Eigen::Vector3d>(from + straight).noalias() = turn.from.transpose() * gradient_.tail<3>();
-    Eigen::Map<Eigen::Vector3d>(to + straight).noalias() = turn.to.transpose() * gradient_.tail<3>();
+    Eigen::Map<Eigen::Vector3d>(from + straight).noalias() =
+        turn.from.transpose() * TangentPartsOf(gradient_).base_rotation();
+    Eigen::Map<Eigen::Vector3d>(to + straight).noalias() =
+        turn.to.transpose() * TangentPartsOf(gradient_).base_rotation();
   }
 }
 
@@ -126,8 +129,8 @@ void SweptCollisionTerm::MeasureDisplacements() {
   const Kinematics* before = &from_->kinematics();
   for (int quarter = 1; quarter < kQuarters; ++quarter) {
     Kinematics& here = quarters_[static_cast<size_t>(quarter - 1)];
-    InterpolateConfiguration(*robot_, from_->configuration(), to_->configuration(),
-                             static_cast<double>(quarter) / kQuarters, x_);
+    InterpolateConfiguration(from_->configuration(), to_->configuration(), static_cast<double>(quarter) / kQuarters,
+                             x_);
     here.UpdatePoses(x_);
     UpdateDisplacements(*before, here);
     before = &here;
@@ -153,18 +156,17 @@ void SweptCollisionTerm::CollectRows(int most_steps) {
     }
     const double s = static_cast<double>(k) / most_steps;  // exact
     const Kinematics& sample = PlaceSample(k, most_steps);
-    const std::span<const Contact> found = sweep_ == Sweep::kWithAll
-                                               ? query_->Contacts(sample, range_m_, &from_->memory())
-                                               : query_->SceneContacts(sample, range_m_, links_, &from_->memory());
-    for (const Contact& contact : found) rows_.push_back({contact, s});
+    const std::span<const ProximityPair> found =
+        sweep_ == Sweep::kWithAll ? query_->Contacts(sample, range_m_, &from_->memory())
+                                  : query_->SceneContacts(sample, range_m_, links_, &from_->memory());
+    for (const ProximityPair& contact : found) rows_.push_back({contact, s});
   }
 }
 
 const Kinematics& SweptCollisionTerm::PlaceSample(int k, int most_steps) {
   const int quarters = kQuarters * k / most_steps;
   if (quarters * most_steps == kQuarters * k) return quarters_[static_cast<size_t>(quarters - 1)];
-  InterpolateConfiguration(*robot_, from_->configuration(), to_->configuration(), static_cast<double>(k) / most_steps,
-                           x_);
+  InterpolateConfiguration(from_->configuration(), to_->configuration(), static_cast<double>(k) / most_steps, x_);
   kinematics_.UpdatePoses(x_);
   return kinematics_;
 }

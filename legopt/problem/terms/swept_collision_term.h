@@ -66,8 +66,8 @@ class SweptCollisionTerm : public Term {
 
   /// One row: the nearest sample of a pair of shapes.
   struct Row {
-    Contact contact;  ///< contact at that sample
-    double s = 0;     ///< position on the path, in (0, 1)
+    ProximityPair contact;  ///< contact at that sample
+    double s = 0;           ///< position on the path, in (0, 1)
   };
   /// Returns the rows at the states' current configurations, ascending by s, then in the query's order.
   std::span<const Row> rows();

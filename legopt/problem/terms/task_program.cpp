@@ -17,7 +17,7 @@ double SumOfTransitions(const RobotModel& robot, std::span<const Eigen::VectorXd
   Eigen::VectorXd difference(robot.tangent_size());
   double cost = 0.0;
   for (std::size_t w = 1; w < waypoints.size(); ++w) {
-    ConfigurationDifference(robot, waypoints[w - 1], waypoints[w], difference);
+    ConfigurationDifference(waypoints[w - 1], waypoints[w], difference);
     cost += difference.squaredNorm();
   }
   return cost;
@@ -27,7 +27,7 @@ double SumOfTransitions(const RobotModel& robot, std::span<const Eigen::VectorXd
 struct TermInputs {
   const Dataset& dataset;
   CollisionQuery& query;
-  const ContactOptions& contacts;
+  const ProximityOptions& proximity;
   std::span<const WaypointConstraints> demands;  ///< one entry per waypoint of the program
 };
 
@@ -43,11 +43,11 @@ void AddTransitions(const TermInputs& of, WaypointProgram& program) {
     WaypointState& from = program.state(t);
     WaypointState& to = program.state(t + 1);
     program.Append(std::make_unique<VelocityCostTerm>(t, kVelocityUnit, from, to));
-    if (of.contacts.continuous == ContinuousCollision::kNone) continue;
-    const bool preferred = of.contacts.continuous == ContinuousCollision::kPreferred;
-    program.Append(std::make_unique<SweptCollisionTerm>(t, from, to, of.dataset.robot(), of.query, of.contacts.margin_m,
-                                                        of.contacts.range_m,
-                                                        preferred ? of.contacts.continuous_weight : 0.0));
+    if (of.proximity.continuous == ContinuousCollision::kNone) continue;
+    const bool preferred = of.proximity.continuous == ContinuousCollision::kPreferred;
+    program.Append(std::make_unique<SweptCollisionTerm>(t, from, to, of.dataset.robot(), of.query,
+                                                        of.proximity.margin_m, of.proximity.range_m,
+                                                        preferred ? of.proximity.continuous_weight : 0.0));
   }
 }
 
@@ -55,8 +55,8 @@ void AddTransitions(const TermInputs& of, WaypointProgram& program) {
 /// adjacent segment.
 void AddBalanceOnSegment(const Dataset& dataset, WaypointProgram& program, int waypoint, const Stance& own,
                          const Stance& planted) {
-  if (planted.footholds.empty()) return;
-  if (planted.footholds.size() == own.footholds.size()) return;  // same as the waypoint's own constraint
+  if (planted.contacts.empty()) return;
+  if (planted.contacts.size() == own.contacts.size()) return;  // same as the waypoint's own constraint
   program.Append(
       std::make_unique<ComTerm>(waypoint, program.state(waypoint), Edges(TargetSupportPolygon(dataset, planted))));
 }
@@ -66,7 +66,7 @@ void AddBalancedTransitions(const TermInputs& of, WaypointProgram& program) {
   for (int t = 0; t + 1 < program.num_waypoints(); ++t) {
     const Stance& from = *of.demands[static_cast<std::size_t>(t)].stance;
     const Stance& to = *of.demands[static_cast<std::size_t>(t) + 1].stance;
-    const Stance planted = PlantedFeet(from, to);
+    const Stance planted = PlantedContacts(from, to);
     AddBalanceOnSegment(of.dataset, program, t, from, planted);
     AddBalanceOnSegment(of.dataset, program, t + 1, to, planted);
   }
@@ -125,7 +125,7 @@ std::vector<StanceWindow> StanceWindows(Task task, int num_stances) {
 }
 
 std::unique_ptr<WaypointProgram> MakeTaskProgram(Task task, const Dataset& dataset, CollisionQuery& query,
-                                                 std::span<const Stance> stances, const ContactOptions& contacts,
+                                                 std::span<const Stance> stances, const ProximityOptions& proximity,
                                                  bool fixed_first) {
   std::vector<WaypointConstraints> demands;
   for (const Stance& stance : stances) {
@@ -133,30 +133,30 @@ std::unique_ptr<WaypointProgram> MakeTaskProgram(Task task, const Dataset& datas
                    {.stance = &stance});
   }
   demands.front().fixed = fixed_first;
-  auto program = std::make_unique<WaypointProgram>(dataset, query, demands, contacts);
-  TermsOf(task).add_terms({dataset, query, contacts, demands}, *program);
+  auto program = std::make_unique<WaypointProgram>(dataset, query, demands, proximity);
+  TermsOf(task).add_terms({dataset, query, proximity, demands}, *program);
   return program;
 }
 
 std::unique_ptr<WaypointProgram> MakePathProgram(const Dataset& dataset, CollisionQuery& query,
                                                  std::span<const Stance* const> stances, PathEnds ends, int pieces,
-                                                 bool balanced, const ContactOptions& contacts, double step_m,
+                                                 bool balanced, const ProximityOptions& proximity, double step_m,
                                                  Sweep sweep) {
   constexpr int kVelocityUnit = 0;
   const auto ways = stances.size() - 1;
   std::vector<Stance> planted;
-  for (std::size_t w = 0; w < ways; ++w) planted.push_back(PlantedFeet(*stances[w], *stances[w + 1]));
+  for (std::size_t w = 0; w < ways; ++w) planted.push_back(PlantedContacts(*stances[w], *stances[w + 1]));
   const WaypointConstraints fixed = {.stance = nullptr, .fixed = true};
   std::vector<WaypointConstraints> demands = {{.stance = stances.front(), .on_segment = true}};
   for (std::size_t w = 0; w < ways; ++w) {
-    const bool has_polygon = !planted[w].footholds.empty();
+    const bool has_polygon = !planted[w].contacts.empty();
     demands.insert(demands.end(), static_cast<std::size_t>(pieces) - 1,
                    {.stance = &planted[w], .balanced = balanced && has_polygon, .on_segment = true});
     demands.push_back({.stance = stances[w + 1], .on_segment = true});
   }
   if (!ends.first_moves) demands.front() = fixed;
   if (!ends.last_moves) demands.back() = fixed;
-  auto program = std::make_unique<WaypointProgram>(dataset, query, demands, contacts);
+  auto program = std::make_unique<WaypointProgram>(dataset, query, demands, proximity);
   const auto moves = [&](std::size_t w) { return w == 0 ? ends.first_moves : w < ways || ends.last_moves; };
   for (std::size_t w = 0; balanced && w < ways; ++w) {
     for (const std::size_t end : {w, w + 1}) {
@@ -167,8 +167,8 @@ std::unique_ptr<WaypointProgram> MakePathProgram(const Dataset& dataset, Collisi
     WaypointState& from = program->state(t);
     WaypointState& to = program->state(t + 1);
     program->Append(std::make_unique<VelocityCostTerm>(t, kVelocityUnit, from, to));
-    program->Append(std::make_unique<SweptCollisionTerm>(t, from, to, dataset.robot(), query, contacts.margin_m,
-                                                         contacts.range_m, 0.0, step_m, sweep));
+    program->Append(std::make_unique<SweptCollisionTerm>(t, from, to, dataset.robot(), query, proximity.margin_m,
+                                                         proximity.range_m, 0.0, step_m, sweep));
   }
   return program;
 }

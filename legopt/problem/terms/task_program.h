@@ -26,12 +26,12 @@ std::vector<StanceWindow> StanceWindows(Task task, int num_stances);
 ///
 ///     posture: the torque cost; five terms in double support
 ///     motion:  the velocity cost as one sampling unit (docs/readings.md#terms-and-samples), continuous collision
-///              between consecutive waypoints as set in `contacts`; 54 units in a full window
+///              between consecutive waypoints as set in `proximity`; 54 units in a full window
 ///
 /// `stances` are those of the window. If `fixed_first`, the first waypoint does not move. Lifetimes as for
 /// WaypointProgram.
 std::unique_ptr<WaypointProgram> MakeTaskProgram(Task task, const Dataset& dataset, CollisionQuery& query,
-                                                 std::span<const Stance> stances, const ContactOptions& contacts,
+                                                 std::span<const Stance> stances, const ProximityOptions& proximity,
                                                  bool fixed_first = false);
 
 /// Ends of a path within a continuous motion that can move: only ends of the whole motion.
@@ -43,12 +43,12 @@ struct PathEnds {
 /// Creates the program of a path within a continuous motion, from waypoint to waypoint. Each segment between two
 /// waypoints is divided into `pieces` >= 1 of equal time. `stances` are those of the waypoints, at least two. Waypoints
 /// satisfy their own stances; a first or last one that cannot move has no terms. At the points within a segment, its
-/// planted feet (PlantedFeet) stay on their targets, and nothing collides. Between the points, nothing collides either
-/// (SweptCollisionTerm as an inequality, with `step_m` and `sweep`). If `balanced`, the centre of mass is over the
-/// planted feet. The cost is the motion's, except for the factor `pieces`. Lifetimes as for WaypointProgram.
+/// planted feet (PlantedContacts) stay on their targets, and nothing collides. Between the points, nothing collides
+/// either (SweptCollisionTerm as an inequality, with `step_m` and `sweep`). If `balanced`, the centre of mass is over
+/// the planted feet. The cost is the motion's, except for the factor `pieces`. Lifetimes as for WaypointProgram.
 std::unique_ptr<WaypointProgram> MakePathProgram(const Dataset& dataset, CollisionQuery& query,
                                                  std::span<const Stance* const> stances, PathEnds ends, int pieces,
-                                                 bool balanced, const ContactOptions& contacts, double step_m,
+                                                 bool balanced, const ProximityOptions& proximity, double step_m,
                                                  Sweep sweep);
 
 /// Returns the optimiser's cost of a whole solution with `waypoints` (n + 7 each). `window_costs` is the sum of the

@@ -1,27 +1,23 @@
 #include "legopt/problem/terms/velocity_term.h"
 
+#include "legopt/robot/configuration.h"
 namespace legopt {
 namespace {
 
-Eigen::Quaterniond BaseRotation(const Eigen::VectorXd& x) {
-  const Eigen::Index w = x.size() - 4;
-  return Eigen::Quaterniond(x[w], x[w + 1], x[w + 2], x[w + 3]).normalized();
-}
-
 /// Returns R_to R_from^T as the quaternion with w >= 0.
 Eigen::Quaterniond RelativeRotation(const Eigen::VectorXd& from, const Eigen::VectorXd& to) {
-  Eigen::Quaterniond turn = BaseRotation(to) * BaseRotation(from).conjugate();
+  Eigen::Quaterniond turn = PartsOf(to).base_rotation() * PartsOf(from).base_rotation().conjugate();
   if (turn.w() < 0.0) turn.coeffs() *= -1.0;
   return turn;
 }
 
 }  // namespace
 
-void ConfigurationDifference(const RobotModel& robot, const Eigen::VectorXd& from, const Eigen::VectorXd& to,
+void ConfigurationDifference(const Eigen::VectorXd& from, const Eigen::VectorXd& to,
                              Eigen::Ref<Eigen::VectorXd> difference) {
-  const int linear = robot.num_dofs() + 3;
-  difference.head(linear) = to.head(linear) - from.head(linear);
-  difference.tail<3>() = 2.0 * RelativeRotation(from, to).vec();
+  const auto parts = MutableTangentPartsOf(difference);
+  parts.linear() = PartsOf(to).linear() - PartsOf(from).linear();
+  parts.base_rotation() = 2.0 * RelativeRotation(from, to).vec();
 }
 
 VelocityCostTerm::VelocityCostTerm(int waypoint, int unit, const WaypointState& from, const WaypointState& to)
@@ -30,14 +26,14 @@ VelocityCostTerm::VelocityCostTerm(int waypoint, int unit, const WaypointState& 
 }
 
 void VelocityCostTerm::ComputeResiduals(std::vector<double>& residuals) {
-  ConfigurationDifference(from_->kinematics().model(), from_->configuration(), to_->configuration(), difference_);
+  ConfigurationDifference(from_->configuration(), to_->configuration(), difference_);
   residuals.insert(residuals.end(), difference_.begin(), difference_.end());
 }
 
 void VelocityCostTerm::ComputeModel(LinearModel& model) {
-  ConfigurationDifference(from_->kinematics().model(), from_->configuration(), to_->configuration(), difference_);
+  ConfigurationDifference(from_->configuration(), to_->configuration(), difference_);
   const auto size = static_cast<int>(difference_.size());
-  const int linear = size - 3;
+  const int linear = from_->kinematics().model().base_rotation_index();
   model.Reset(size, size, 2);
   for (int i = 0; i < size; ++i) model.value(i) = difference_[i];
   for (int i = 0; i < linear; ++i) {

@@ -8,7 +8,7 @@ namespace legopt {
 /// Computes the difference of two configurations (n + 7 each) in n + 6 numbers: joints, base position (m), and 2 e,
 /// where e is the vector part of the shorter unit quaternion of R_to R_from^T. 2 e is the rotation vector in world
 /// axes, up to the third order.
-void ConfigurationDifference(const RobotModel& robot, const Eigen::VectorXd& from, const Eigen::VectorXd& to,
+void ConfigurationDifference(const Eigen::VectorXd& from, const Eigen::VectorXd& to,
                              Eigen::Ref<Eigen::VectorXd> difference);
 
 /// Cost of a transition: squared change from one waypoint to the next, joints and base with weight 1 (the judge counts

@@ -10,36 +10,36 @@
 namespace legopt {
 
 WaypointProgram::WaypointProgram(const Dataset& dataset, CollisionQuery& query,
-                                 std::span<const WaypointConstraints> demands, const ContactOptions& contacts)
+                                 std::span<const WaypointConstraints> demands, const ProximityOptions& proximity)
     : dataset_(&dataset), robot_(&dataset.robot()) {
   for (const WaypointConstraints& demand : demands) {
     stances_.push_back(demand.stance != nullptr ? *demand.stance : Stance{});
-    states_.emplace_back(*robot_, query, contacts.range_m);
+    states_.emplace_back(*robot_, query, proximity.range_m);
     fixed_.push_back(demand.fixed);
-    if (demand.stance != nullptr) AddConstraints(dataset, demand, num_waypoints() - 1, contacts);
+    if (demand.stance != nullptr) AddConstraints(dataset, demand, num_waypoints() - 1, proximity);
   }
 }
 
 void WaypointProgram::AddConstraints(const Dataset& dataset, const WaypointConstraints& demand, int waypoint,
-                                     const ContactOptions& contacts) {
+                                     const ProximityOptions& proximity) {
   WaypointState& state = states_.back();
   const Stance& stance = *demand.stance;
-  FootPoseTerm::Weights weights;
-  double margin_m = contacts.margin_m;
+  ContactPoseTerm::Weights weights;
+  double margin_m = proximity.margin_m;
   if (demand.fixed) {  // a fixed waypoint only has to be valid
     weights.kept = weights.spent;
-    margin_m = contacts.relaxed_margin_m;
+    margin_m = proximity.relaxed_margin_m;
   } else if (demand.on_segment) {
     weights.spent = weights.kept;
   }
-  for (const Foothold& foothold : stance.footholds) {
-    terms_.push_back(std::make_unique<FootPoseTerm>(waypoint, state, dataset.foot(foothold.link).link_index,
-                                                    dataset.FootTarget(foothold), foothold.link, weights));
+  for (const ContactTarget& target : stance.contacts) {
+    terms_.push_back(std::make_unique<ContactPoseTerm>(waypoint, state, dataset.contact(target.contact).link_index,
+                                                       dataset.LinkTarget(target), target.contact, weights));
   }
   if (demand.balanced) {
     terms_.push_back(std::make_unique<ComTerm>(waypoint, state, Edges(TargetSupportPolygon(dataset, stance))));
   }
-  terms_.push_back(std::make_unique<CollisionTerm>(waypoint, state, margin_m, contacts.relaxed_margin_m));
+  terms_.push_back(std::make_unique<CollisionTerm>(waypoint, state, margin_m, proximity.relaxed_margin_m));
 }
 
 void WaypointProgram::SetPoint(Eigen::Ref<const Eigen::VectorXd> x) {
@@ -55,7 +55,7 @@ void WaypointProgram::Retract(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<co
     if (IsFixed(t)) {
       x_next.segment(t * points, points) = x.segment(t * points, points);
     } else {
-      legopt::Retract(*robot_, x.segment(t * points, points), dx.segment(t * tangents, tangents),
+      legopt::Retract(x.segment(t * points, points), dx.segment(t * tangents, tangents),
                       x_next.segment(t * points, points));
     }
   }
@@ -64,7 +64,7 @@ void WaypointProgram::Retract(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<co
 
 void WaypointProgram::PullBack(const double* dx, double* row) const {
   constexpr double kSmallAngle = 1e-4;  // below it, the next terms of the series are at most about 1e-16
-  const Eigen::Index base = robot_->num_dofs() + 3;
+  const Eigen::Index base = robot_->base_rotation_index();
   const Eigen::Map<const Eigen::Vector3d> phi(dx + base);
   Eigen::Map<Eigen::Vector3d> g(row + base);
   const double angle = phi.norm();

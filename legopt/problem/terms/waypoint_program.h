@@ -14,7 +14,7 @@
 namespace legopt {
 
 /// Treatment of collisions in a program. Metres.
-struct ContactOptions {
+struct ProximityOptions {
   double margin_m = 5e-4;  ///< distance to keep
   double relaxed_margin_m =
       -5e-4;              ///< relaxed margin, if nothing else helps: half of the depth that the judge tolerates
@@ -40,7 +40,7 @@ class WaypointProgram : public Program {
  public:
   /// Adds the constraints of all waypoints; `demands` and their stances need not outlive the call.
   WaypointProgram(const Dataset& dataset, CollisionQuery& query, std::span<const WaypointConstraints> demands,
-                  const ContactOptions& contacts);
+                  const ProximityOptions& proximity);
 
   /// Adds a term before the existing ones. It may refer to the states.
   void Prepend(std::unique_ptr<Term> term) { terms_.insert(terms_.begin(), std::move(term)); }
@@ -75,7 +75,7 @@ class WaypointProgram : public Program {
 
  private:
   void AddConstraints(const Dataset& dataset, const WaypointConstraints& demand, int waypoint,
-                      const ContactOptions& contacts);
+                      const ProximityOptions& proximity);
   bool IsFixed(Eigen::Index waypoint) const { return fixed_[static_cast<size_t>(waypoint)]; }
 
   const Dataset* dataset_;

@@ -49,9 +49,9 @@ class WaypointState {
 
   /// Pairs closer than the contact range, in the query's order. They depend on the configuration only, except for
   /// rounding and the choice among equally near points.
-  const std::vector<Contact>& contacts() {
+  const std::vector<ProximityPair>& contacts() {
     if (!contacts_valid_) {
-      const std::span<const Contact> found = query_->Contacts(kinematics_, contact_range_m_, &memory_);
+      const std::span<const ProximityPair> found = query_->Contacts(kinematics_, contact_range_m_, &memory_);
       contacts_.assign(found.begin(), found.end());
       contacts_valid_ = true;
     }
@@ -66,7 +66,7 @@ class WaypointState {
   double contact_range_m_;
   WarmStartCache memory_;  ///< speeds up queries at successive nearby configurations
   bool contacts_valid_ = false;
-  std::vector<Contact> contacts_;
+  std::vector<ProximityPair> contacts_;
 };
 
 }  // namespace legopt

@@ -29,8 +29,8 @@ void TorqueCostTerm::ComputeModel(LinearModel& model) {
   }
 }
 
-FootPoseTerm::FootPoseTerm(int waypoint, WaypointState& state, int link, const Eigen::Isometry3d& target,
-                           const std::string& name, const Weights& weights)
+ContactPoseTerm::ContactPoseTerm(int waypoint, WaypointState& state, int link, const Eigen::Isometry3d& target,
+                                 const std::string& name, const Weights& weights)
     : Term({"foot " + name, TermKind::kEquality, waypoint, 1}),
       state_(&state),
       link_(link),
@@ -42,7 +42,7 @@ FootPoseTerm::FootPoseTerm(int waypoint, WaypointState& state, int link, const E
   angular_jacobian_.setZero(3, size);
 }
 
-Eigen::Matrix<double, 6, 1> FootPoseTerm::Error(Eigen::Quaterniond& rotation) const {
+Eigen::Matrix<double, 6, 1> ContactPoseTerm::Error(Eigen::Quaterniond& rotation) const {
   const Eigen::Isometry3d error = target_.inverse() * state_->kinematics().link_pose(link_);
   rotation = Eigen::Quaterniond(error.linear());
   if (rotation.w() < 0.0) rotation.coeffs() *= -1.0;
@@ -51,13 +51,13 @@ Eigen::Matrix<double, 6, 1> FootPoseTerm::Error(Eigen::Quaterniond& rotation) co
   return result;
 }
 
-void FootPoseTerm::ComputeResiduals(std::vector<double>& residuals) {
+void ContactPoseTerm::ComputeResiduals(std::vector<double>& residuals) {
   Eigen::Quaterniond rotation;
   const Eigen::Matrix<double, 6, 1> error = weight_ * Error(rotation);
   residuals.insert(residuals.end(), error.begin(), error.end());
 }
 
-void FootPoseTerm::ComputeModel(LinearModel& model) {
+void ContactPoseTerm::ComputeModel(LinearModel& model) {
   const Kinematics& kinematics = state_->kinematics();
   Eigen::Quaterniond rotation;
   const Eigen::Matrix<double, 6, 1> error = Error(rotation);
@@ -118,21 +118,21 @@ CollisionTerm::CollisionTerm(int waypoint, WaypointState& state, double margin_m
 
 void CollisionTerm::ComputeResiduals(std::vector<double>& residuals) {
   if (disabled_) return;
-  for (const Contact& contact : state_->contacts()) residuals.push_back(margin_m_ - contact.distance_m);
+  for (const ProximityPair& contact : state_->contacts()) residuals.push_back(margin_m_ - contact.distance_m);
 }
 
 void CollisionTerm::RowKeys(int /*rows*/, std::vector<int>& keys) {
   if (disabled_) return;
-  for (const Contact& contact : state_->contacts()) keys.push_back(contact.pair_id);
+  for (const ProximityPair& contact : state_->contacts()) keys.push_back(contact.pair_id);
 }
 
 void CollisionTerm::ComputeModel(LinearModel& model) {
   const Kinematics& kinematics = state_->kinematics();
   if (disabled_) return model.Reset(0, kinematics.model().tangent_size(), 1);
-  const std::vector<Contact>& contacts = state_->contacts();
+  const std::vector<ProximityPair>& contacts = state_->contacts();
   model.Reset(static_cast<int>(contacts.size()), kinematics.model().tangent_size(), 1);
   for (int i = 0; i < model.rows(); ++i) {
-    const Contact& contact = contacts[static_cast<size_t>(i)];
+    const ProximityPair& contact = contacts[static_cast<size_t>(i)];
     model.value(i) = margin_m_ - contact.distance_m;
     kinematics.AddPointGradient(contact.link_a, contact.point_a_W, contact.normal_W, -1.0, model.row(0, i));
     if (contact.link_b == kScene) continue;

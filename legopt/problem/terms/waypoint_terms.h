@@ -30,7 +30,7 @@ class TorqueCostTerm : public Term {
 /// Equality: a foot's link frame at its target. With E = target^-1 * actual, the vector part of E's unit quaternion
 /// (scalar part >= 0) and E's translation in m: exactly the six numbers that the judge checks
 /// (docs/readings.md#foot-pose-error).
-class FootPoseTerm : public Term {
+class ContactPoseTerm : public Term {
  public:
   /// Weight with a relaxed margin: a solver tolerance of 4e-4 then allows 9.5e-4 of the judge's 1e-3.
   static constexpr double kRelaxedWeight = 0.42;
@@ -42,8 +42,8 @@ class FootPoseTerm : public Term {
   };
 
   /// `target`: pose of the foot's link frame in the world. `name`: name of the foot, for messages.
-  FootPoseTerm(int waypoint, WaypointState& state, int link, const Eigen::Isometry3d& target, const std::string& name,
-               const Weights& weights);
+  ContactPoseTerm(int waypoint, WaypointState& state, int link, const Eigen::Isometry3d& target,
+                  const std::string& name, const Weights& weights);
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
   /// Relaxes the whole margin if `share` > 0: the judge checks the same numbers, so keeping a part of it has no use.
@@ -79,7 +79,7 @@ class ComTerm : public Term {
 };
 
 /// Inequality: margin - d <= 0 for every pair of shapes nearer than the contact range, m. Linearised with contact
-/// points fixed in their links and a constant normal (contact.h; docs/readings.md#contacts).
+/// points fixed in their links and a constant normal (proximity_pair.h; docs/readings.md#contacts).
 class CollisionTerm : public Term {
  public:
   /// `margin_m`: distance to keep, at most the state's contact range. `relaxed_margin_m`: distance with the margin

@@ -47,12 +47,12 @@ Stance StanceOf(const Dataset& dataset, const Eigen::VectorXd& x, std::size_t fe
   kinematics.UpdatePoses(x);
   Stance stance;
   for (std::size_t f = 0; f < feet; ++f) {
-    const Dataset::Foot& foot = dataset.feet()[f];
+    const Contact& foot = dataset.contacts()[f];
     Eigen::Isometry3d pose = kinematics.link_pose(foot.link_index);
     pose.translate(Vector3d(off(), off(), off()));
     pose.rotate(Eigen::Quaterniond(1.0, off(), off(), off()).normalized());
-    stance.footholds.push_back({foot.link, pose.translation() - dataset.sole_offset_m() * pose.linear().col(2),
-                                Eigen::Quaterniond(pose.linear())});
+    stance.contacts.push_back({foot.link, pose.translation() - foot.link_height_m() * pose.linear().col(2),
+                               Eigen::Quaterniond(pose.linear())});
   }
   return stance;
 }
@@ -70,7 +70,7 @@ void ExpectSound(const ReachProver& prover, const Dataset& dataset, int count, i
   std::mt19937_64 generator(1);
   for (int number = 0; number < count; ++number) {
     const Eigen::VectorXd x = AnyConfiguration(dataset.robot(), number, generator);
-    const Stance stance = StanceOf(dataset, x, number % 5 == 4 ? 1 : dataset.feet().size(), generator);
+    const Stance stance = StanceOf(dataset, x, number % 5 == 4 ? 1 : dataset.contacts().size(), generator);
     Kinematics kinematics(dataset.robot());
     kinematics.UpdatePoses(x);
     ASSERT_TRUE(prover.Allows(stance, kinematics.link_pose(0))) << number;
@@ -102,10 +102,10 @@ class Refutation : public testing::Test {
  protected:
   Refutation() {
     for (const auto& [link, y] : {std::pair("l_foot", 0.15), std::pair("r_foot", -0.15)}) {
-      stance_.footholds.push_back({link, Vector3d(1.0, 2.0 + y, 0.3), Eigen::Quaterniond::Identity()});
+      stance_.contacts.push_back({link, Vector3d(1.0, 2.0 + y, 0.3), Eigen::Quaterniond::Identity()});
     }
   }
-  Foothold& right() { return stance_.footholds[1]; }
+  ContactTarget& right() { return stance_.contacts[1]; }
 
   const ReachProver& prover_ = HumanoidProver();
   Stance stance_;  // level, feet side by side
@@ -133,10 +133,10 @@ TEST_F(Refutation, OfFeetThatPointAgainstEachOther) {
 
 TEST_F(Refutation, DependsOnThePlaceOfTheStanceInNoWay) {
   right().position.y() -= 2.0;
-  for (Foothold& foothold : stance_.footholds) {
+  for (ContactTarget& target : stance_.contacts) {
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.4, Vector3d(1.0, 2.0, 3.0).normalized()));
-    foothold.position = turn * foothold.position + Vector3d(-30.0, 20.0, 7.0);
-    foothold.rotation = turn * foothold.rotation;
+    target.position = turn * target.position + Vector3d(-30.0, 20.0, 7.0);
+    target.rotation = turn * target.rotation;
   }
   EXPECT_TRUE(prover_.Refute(stance_));
 }

@@ -30,7 +30,7 @@ class StanceSearch : public testing::Test {
   /// Returns the level stance with its second foot moved.
   Stance WithSecondFootMoved(const Eigen::Vector3d& by) const {
     Stance stance = level_;
-    stance.footholds[1].position += by;
+    stance.contacts[1].position += by;
     return stance;
   }
 
@@ -87,8 +87,8 @@ TEST_F(StanceSearch, FeetTooFarApartAreNamed) {
 
 TEST_F(StanceSearch, OneFootInTheOtherIsNamed) {
   Stance stance = level_;
-  stance.footholds[1].position = stance.footholds[0].position;
-  stance.footholds[1].rotation = stance.footholds[0].rotation;
+  stance.contacts[1].position = stance.contacts[0].position;
+  stance.contacts[1].rotation = stance.contacts[0].rotation;
   EXPECT_FALSE(certifier_.Search(stance, 0, 20, {}));
   const Obstruction obstruction = certifier_.Explain(stance, 20, {});
   EXPECT_THAT(obstruction.without, ElementsAre(ElementsAre(ConstraintGroup::kSelf)));
@@ -97,7 +97,7 @@ TEST_F(StanceSearch, OneFootInTheOtherIsNamed) {
 
 TEST_F(StanceSearch, FeetBelowTheGroundAreNamed) {
   Stance stance = level_;
-  for (Foothold& foothold : stance.footholds) foothold.position.z() -= 0.03;
+  for (ContactTarget& target : stance.contacts) target.position.z() -= 0.03;
   EXPECT_FALSE(certifier_.Search(stance, 0, 20, {}));
   EXPECT_THAT(certifier_.Explain(stance, 20, {}).without, ElementsAre(ElementsAre(ConstraintGroup::kEnvironment)));
 }
@@ -144,7 +144,7 @@ TEST_F(StanceSearch, ProgramsLackWhatIsLeftOutAndNothingElse) {
 TEST_F(StanceSearch, HalfOfTheCollisionsAreLeftOutRowByRow) {
   CollisionQuery query(dataset_->collision_model());
   Eigen::VectorXd x = Eigen::VectorXd::Zero(dataset_->robot().configuration_size());
-  x.segment<3>(dataset_->robot().num_dofs()) = level_.footholds[0].position + Eigen::Vector3d(0.0, 0.0, 0.5);
+  x.segment<3>(dataset_->robot().num_dofs()) = level_.contacts[0].position + Eigen::Vector3d(0.0, 0.0, 0.5);
   x[dataset_->robot().num_dofs() + 3] = 1.0;
   const auto model_of = [&](ConstraintGroups left_out) {
     StanceProgram program(*dataset_, query, level_, {}, left_out);

@@ -18,9 +18,9 @@ double LowestSole(const Dataset& dataset, const Eigen::VectorXd& x) {
   Kinematics kinematics(dataset.robot());
   kinematics.Update(x);
   double lowest = 1e9;
-  for (const Dataset::Foot& foot : dataset.feet()) {
+  for (const Contact& foot : dataset.contacts()) {
     for (int c = 0; c < 8; ++c) {
-      const Eigen::Vector3d corner = foot.box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(c));
+      const Eigen::Vector3d corner = foot.box_L.corner(static_cast<Eigen::AlignedBox3d::CornerType>(c));
       lowest = std::min(lowest, (kinematics.link_pose(foot.link_index) * corner).z());
     }
   }
@@ -32,8 +32,8 @@ double YawOf(const Eigen::VectorXd& x) {
   return 2 * std::atan2(q[3], q[0]);
 }
 
-Foothold FootholdAt(const std::string& link, const Eigen::Vector3d& position, double yaw) {
-  return {.link = link,
+ContactTarget TargetAt(const std::string& link, const Eigen::Vector3d& position, double yaw) {
+  return {.contact = link,
           .position = position,
           .rotation = Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()))};
 }
@@ -45,7 +45,7 @@ class InitialGuessTest : public testing::Test {
 };
 
 TEST_F(InitialGuessTest, SolesAboveTheHighestAndBelowTheLowestTarget) {
-  const Stance stance{{FootholdAt("l_foot", {1, 2, 0.5}, 0.2), FootholdAt("r_foot", {3, 1, 0.8}, 0.4)}};
+  const Stance stance{{TargetAt("l_foot", {1, 2, 0.5}, 0.2), TargetAt("r_foot", {3, 1, 0.8}, 0.4)}};
   const Eigen::VectorXd good = InitialGuess(*dataset_, stance, Initialization::kGood);
   const Eigen::VectorXd buried = InitialGuess(*dataset_, stance, Initialization::kInCollision);
   EXPECT_NEAR(LowestSole(*dataset_, good), 0.8 + 0.20, 1e-12);
@@ -64,13 +64,13 @@ TEST_F(InitialGuessTest, SolesAboveTheHighestAndBelowTheLowestTarget) {
 
 TEST_F(InitialGuessTest, YawIsACircularMean) {
   const double pi = std::numbers::pi;
-  const Stance stance{{FootholdAt("l_foot", {0, 0, 0}, pi - 0.1), FootholdAt("r_foot", {0, 0, 0}, -pi + 0.3)}};
+  const Stance stance{{TargetAt("l_foot", {0, 0, 0}, pi - 0.1), TargetAt("r_foot", {0, 0, 0}, -pi + 0.3)}};
   const double yaw = YawOf(InitialGuess(*dataset_, stance, Initialization::kGood));
   EXPECT_NEAR(std::remainder(yaw - (pi + 0.1), 2 * pi), 0, 1e-12);
 }
 
 TEST_F(InitialGuessTest, OneFootIsItsOwnCentre) {
-  const Stance stance{{FootholdAt("r_foot", {3, 1, 0.8}, -2)}};
+  const Stance stance{{TargetAt("r_foot", {3, 1, 0.8}, -2)}};
   const Eigen::VectorXd x = InitialGuess(*dataset_, stance, Initialization::kGood);
   EXPECT_NEAR(x[test::kSyntheticDofs], 3, 1e-15);
   EXPECT_NEAR(YawOf(x), -2, 1e-12);
@@ -112,7 +112,7 @@ TEST(InitialGuessAtlas, HeightsAndYawOfTheLegOptProblems) {
   // Computed independently: soles below the pelvis with the nominal legs, the right foot is lower.
   EXPECT_NEAR(dataset->nominal_sole_height_m(), -0.873903, 1e-6);
   for (const ProblemDefinition& problem : dataset->problems(Task::kPosture)) {
-    const auto& feet = problem.stances[0].footholds;
+    const auto& feet = problem.stances[0].contacts;
     const double low = std::min(feet[0].position.z(), feet[1].position.z());
     const double high = std::max(feet[0].position.z(), feet[1].position.z());
     const Eigen::VectorXd good = InitialGuess(*dataset, problem.stances[0], Initialization::kGood);
@@ -121,7 +121,7 @@ TEST(InitialGuessAtlas, HeightsAndYawOfTheLegOptProblems) {
     EXPECT_NEAR(LowestSole(*dataset, buried), low - 0.05, 1e-12);
     const Eigen::Vector2d centre = (feet[0].position + feet[1].position).head<2>() / 2;
     EXPECT_NEAR((good.segment<2>(29) - centre).norm(), 0, 1e-12);
-    const auto yaw = [](const Foothold& f) {
+    const auto yaw = [](const ContactTarget& f) {
       const Eigen::Vector3d x = f.rotation.toRotationMatrix().col(0);
       return std::atan2(x.y(), x.x());
     };

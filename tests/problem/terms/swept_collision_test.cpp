@@ -205,7 +205,7 @@ void CheckSteps(Transition& transition, const Eigen::VectorXd& a, const Eigen::V
     if (ball.radius < 0.0 || steps == SweptCollisionTerm::kMaxSteps) continue;
     before.Update(a);
     for (int k = 1; k <= steps; ++k) {
-      InterpolateConfiguration(robot, a, b, static_cast<double>(k) / steps, x);
+      InterpolateConfiguration(a, b, static_cast<double>(k) / steps, x);
       after.Update(x);
       for (int corner = 0; corner < 6; ++corner) {
         const Eigen::Vector3d p =
@@ -246,7 +246,7 @@ int CompareWithDifferences(Transition& transition, const Eigen::VectorXd& a, con
       for (int k = 0; k < 2; ++k) {
         Eigen::VectorXd moved[2] = {a, b};
         const Eigen::VectorXd dx = (k == 0 ? kStep : -kStep) * Eigen::VectorXd::Unit(robot.tangent_size(), j);
-        Retract(robot, end == 0 ? a : b, dx, moved[end]);
+        Retract(end == 0 ? a : b, dx, moved[end]);
         transition.Set(moved[0], moved[1]);
         const auto rows = transition.term().rows();
         side[k].assign(rows.begin(), rows.end());
@@ -291,7 +291,7 @@ int CheckDataset(const Dataset& dataset, SceneRepresentation which, const std::v
     const double side = x.size() % 2 == 0 ? 1.0 : -1.0;
     dx.segment<6>(n) << 0.05 * side, 0.02, -0.01 * side, 0.2 * side, -0.1 * side, 0.3 * side;
     x.push_back(start);
-    Retract(dataset.robot(), start, dx, x.back());
+    Retract(start, dx, x.back());
   }
   int compared = 0;
   for (size_t t = 0; t + 1 < x.size(); ++t) {

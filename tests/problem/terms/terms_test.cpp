@@ -24,7 +24,7 @@ constexpr double kTolerance = 2e-6;  // rounding 1e-16 / step on values up to 20
 constexpr double kNoise_rad = 0.15;  // avoids ties between parallel faces
 
 /// Contacts are comparable if the same pairs are found in the same order.
-bool SamePairs(const std::vector<Contact>& a, const std::vector<Contact>& b) {
+bool SamePairs(const std::vector<ProximityPair>& a, const std::vector<ProximityPair>& b) {
   if (a.size() != b.size()) return false;
   for (size_t i = 0; i < a.size(); ++i) {
     if (a[i].pair_id != b[i].pair_id) return false;
@@ -33,7 +33,7 @@ bool SamePairs(const std::vector<Contact>& a, const std::vector<Contact>& b) {
 }
 
 /// A contact whose nearest features change within the step has no derivative there.
-bool SmoothContact(const Contact& centre, const Contact& moved) {
+bool SmoothContact(const ProximityPair& centre, const ProximityPair& moved) {
   constexpr double kFeatureJump = 1e-4;
   return (centre.normal_W - moved.normal_W).norm() < kFeatureJump &&
          (centre.point_a_W - moved.point_a_W).norm() < kFeatureJump;
@@ -63,7 +63,7 @@ class TermDerivatives {
   }
 
  private:
-  using AllContacts = std::vector<std::vector<Contact>>;
+  using AllContacts = std::vector<std::vector<ProximityPair>>;
 
   AllContacts Contacts() {
     AllContacts all;
@@ -77,7 +77,7 @@ class TermDerivatives {
     Eigen::VectorXd dx = Eigen::VectorXd::Zero(program_.tangent_size());
     dx[j] = step;
     Eigen::VectorXd moved = x, waypoint(size);
-    legopt::Retract(robot_, x.segment(t * size, size), dx, waypoint);
+    legopt::Retract(x.segment(t * size, size), dx, waypoint);
     moved.segment(t * size, size) = waypoint;
     program_.SetPoint(moved);
     std::vector<double> residuals;
@@ -88,12 +88,12 @@ class TermDerivatives {
   void CheckColumns(Term& term, const LinearModel& model, int block, const Eigen::VectorXd& x) {
     const bool collision = term.shape().name == "collision";
     const int t = term.shape().waypoint + block;
-    const std::vector<Contact>& centre = centre_[static_cast<size_t>(t)];
+    const std::vector<ProximityPair>& centre = centre_[static_cast<size_t>(t)];
     for (int j = 0; j < program_.tangent_size(); ++j) {
       const std::vector<double> ahead = Moved(term, t, j, kStep, x);
-      const std::vector<Contact> contacts_ahead = program_.state(t).contacts();
+      const std::vector<ProximityPair> contacts_ahead = program_.state(t).contacts();
       const std::vector<double> back = Moved(term, t, j, -kStep, x);
-      const std::vector<Contact> contacts_back = program_.state(t).contacts();
+      const std::vector<ProximityPair> contacts_back = program_.state(t).contacts();
       if (collision && (!SamePairs(centre, contacts_ahead) || !SamePairs(centre, contacts_back))) continue;
       for (int i = 0; i < model.rows(); ++i) {
         const auto r = static_cast<size_t>(i);
@@ -127,7 +127,7 @@ class NoisyStart {
     Eigen::VectorXd dx = Eigen::VectorXd::Zero(dataset_.robot().tangent_size());
     for (int i = 0; i < 6; ++i) dx[dataset_.robot().num_dofs() + i] = 0.05 * normal_(noise_);
     Eigen::VectorXd moved(x.size());
-    legopt::Retract(dataset_.robot(), x, dx, moved);
+    legopt::Retract(x, dx, moved);
     return moved;
   }
 
@@ -277,7 +277,7 @@ TEST(Terms, FeetAndCollisionsHaveMargins) {
   const test::SyntheticFolder folder(temporary.path() / "dataset");
   const auto dataset = Dataset::Load(folder.path());
   CollisionQuery query(dataset->collision_model());
-  const ContactOptions contacts{.margin_m = 1e-3, .relaxed_margin_m = -2e-3, .range_m = 0.5};
+  const ProximityOptions contacts{.margin_m = 1e-3, .relaxed_margin_m = -2e-3, .range_m = 0.5};
   const auto program =
       MakeTaskProgram(Task::kMotion, *dataset, query, dataset->problems(Task::kMotion)[0].stances, contacts, true);
   const Eigen::VectorXd x = test::StandingUpright().replicate(program->num_waypoints(), 1);
@@ -295,7 +295,7 @@ TEST(Terms, FeetAndCollisionsHaveMargins) {
       ASSERT_EQ(spent.size(), kept.size());
       for (size_t i = 0; i < kept.size(); ++i) {
         const double in_use = any && !fixed ? share : 0.0;
-        const double foot = in_use > 0.0 ? FootPoseTerm::kRelaxedWeight * kept[i] : kept[i];
+        const double foot = in_use > 0.0 ? ContactPoseTerm::kRelaxedWeight * kept[i] : kept[i];
         const double expected = term->shape().kind == TermKind::kEquality ? foot : kept[i] - 3e-3 * in_use;
         EXPECT_NEAR(spent[i], expected, 1e-15) << term->shape().name << " of waypoint " << term->shape().waypoint;
       }

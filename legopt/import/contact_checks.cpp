@@ -7,6 +7,7 @@
 #include "legopt/geometry/collision_query.h"
 #include "legopt/import/dataset_check.h"
 #include "legopt/import/ground.h"
+#include "legopt/robot/configuration.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/types/number_text.h"
 
@@ -26,7 +27,7 @@ struct Group {
   std::vector<double> values;
   ProblemIds problems;
 
-  void Add(const UsedFoothold& used, double value) {
+  void Add(const UsedContact& used, double value) {
     values.push_back(value);
     for (const auto& [task, ids] : used.problems) problems[task].insert(ids.begin(), ids.end());
   }
@@ -40,7 +41,9 @@ struct Group {
 /// Returns true if a gap equals the contact frame offset, which suggests that the file's author added the offset once
 /// too often.
 bool IsSoleOffset(double gap_m, const Dataset& dataset) {
-  return std::abs(gap_m - dataset.sole_offset_m()) < kOnSurface_m;
+  return std::ranges::any_of(dataset.contacts(), [&](const Contact& contact) {
+    return std::abs(gap_m - contact.link_height_m()) < kOnSurface_m;
+  });
 }
 
 DatasetDiagnostic Hovering(Group group, size_t all, const Dataset& dataset) {
@@ -49,7 +52,7 @@ DatasetDiagnostic Hovering(Group group, size_t all, const Dataset& dataset) {
                             .check = "hovering feet",
                             .file = "",
                             .field = ToString(group.problems),
-                            .value = group.Count(all) + " footholds, median " + Millimetres(median),
+                            .value = group.Count(all) + " contacts, median " + Millimetres(median),
                             .message = "stand above the surface",
                             .fix =
                                 "nothing is changed, so that results stay comparable with others on these files; lower "
@@ -63,21 +66,22 @@ DatasetDiagnostic Hovering(Group group, size_t all, const Dataset& dataset) {
 }
 
 /// Returns the share of 45 points of the contact patch that lie on the surface, with the foot lowered onto the ground.
-double SupportedShare(const Dataset::Foot& foot, const Foothold& foothold, const Ground& ground,
+double SupportedShare(const Contact& contact, const ContactTarget& target, const Ground& ground,
                       const Terrain& terrain) {
   constexpr int kAlong = 9, kAcross = 5;
   constexpr double kTolerance_m = 3e-3;
   constexpr double kInset_m = 2e-3;  // a contact patch may end at the edge of its slab
-  const Eigen::Matrix3d rotation = foothold.rotation.normalized().toRotationMatrix();
+  const Eigen::Matrix3d rotation = target.rotation.normalized().toRotationMatrix();
   const auto at = [](double low, double high, int k, int n) {
     return low + kInset_m + (high - low - 2.0 * kInset_m) * k / (n - 1);
   };
+  const Eigen::AlignedBox2d patch = contact.Patch();
   int supported = 0;
   for (int i = 0; i < kAlong; ++i) {
     for (int j = 0; j < kAcross; ++j) {
       const Eigen::Vector3d p =
-          ground.point + rotation * Eigen::Vector3d(at(foot.box.min().x(), foot.box.max().x(), i, kAlong),
-                                                    at(foot.box.min().y(), foot.box.max().y(), j, kAcross), 0.0);
+          ground.point + rotation * Eigen::Vector3d(at(patch.min().x(), patch.max().x(), i, kAlong),
+                                                    at(patch.min().y(), patch.max().y(), j, kAcross), 0.0);
       supported += terrain.Highest(p.x(), p.y(), p.z() - kTolerance_m, p.z() + kTolerance_m).triangle >= 0 ? 1 : 0;
     }
   }
@@ -86,25 +90,25 @@ double SupportedShare(const Dataset::Foot& foot, const Foothold& foothold, const
 
 }  // namespace
 
-std::vector<DatasetDiagnostic> CheckFootholdHeights(const Dataset& dataset, std::span<const UsedFoothold> footholds,
-                                                    const Terrain& terrain) {
+std::vector<DatasetDiagnostic> CheckContactHeights(const Dataset& dataset, std::span<const UsedContact> contacts,
+                                                   const Terrain& terrain) {
   Group on, hovering, sunk, lost;
-  for (const UsedFoothold& used : footholds) {
-    const Ground ground = FindGround(terrain, used.foothold.position);
+  for (const UsedContact& used : contacts) {
+    const Ground ground = FindGround(terrain, used.target.position);
     Group& group = !ground.found                  ? lost
                    : ground.gap_m > kOnSurface_m  ? hovering
                    : ground.gap_m < -kOnSurface_m ? sunk
                                                   : on;
     group.Add(used, ground.gap_m);
   }
-  const size_t all = footholds.size();
+  const size_t all = contacts.size();
   const Severity off = 2 * on.values.size() < all ? Severity::kError : Severity::kWarning;
   std::vector<DatasetDiagnostic> findings = {
       {.severity = off == Severity::kError ? off : Severity::kInfo,
        .check = "feet on surfaces",
        .file = "",
        .field = "",
-       .value = on.Count(all) + " footholds",
+       .value = on.Count(all) + " contacts",
        .message = "lie within 2 mm of a surface (" + std::to_string(hovering.values.size()) + " hovering, " +
                   std::to_string(sunk.values.size()) + " sunk, " + std::to_string(lost.values.size()) + " without)",
        .fix = ""}};
@@ -118,7 +122,7 @@ std::vector<DatasetDiagnostic> CheckFootholdHeights(const Dataset& dataset, std:
                         .check = "sunk feet",
                         .file = "",
                         .field = ToString(sunk.problems),
-                        .value = sunk.Count(all) + " footholds, median " + Millimetres(sunk.Median()),
+                        .value = sunk.Count(all) + " contacts, median " + Millimetres(sunk.Median()),
                         .message = "lie below the surface, so that the foot will be in collision",
                         .fix = "raise these poses"});
   }
@@ -127,27 +131,27 @@ std::vector<DatasetDiagnostic> CheckFootholdHeights(const Dataset& dataset, std:
                         .check = "feet on surfaces",
                         .file = "",
                         .field = ToString(lost.problems),
-                        .value = lost.Count(all) + " footholds",
+                        .value = lost.Count(all) + " contacts",
                         .message = "have no surface within 0.3 m above or below",
                         .fix = "check these poses, and the scene for a hole below them"});
   }
   return findings;
 }
 
-std::vector<DatasetDiagnostic> CheckSoles(const Dataset& dataset, std::span<const UsedFoothold> footholds,
+std::vector<DatasetDiagnostic> CheckSoles(const Dataset& dataset, std::span<const UsedContact> contacts,
                                           const Terrain& terrain) {
   constexpr double kWhole = 0.999, kEnough = 0.75;
   constexpr double kSameNormal_rad = 5.0 * std::numbers::pi / 180.0;
   Group whole, poor, tilted;
   double steepest = 0.0;
-  for (const UsedFoothold& used : footholds) {
-    const Ground ground = FindGround(terrain, used.foothold.position);
+  for (const UsedContact& used : contacts) {
+    const Ground ground = FindGround(terrain, used.target.position);
     if (!ground.found) continue;
-    const Eigen::Vector3d normal = used.foothold.rotation.normalized() * Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d normal = used.target.rotation.normalized() * Eigen::Vector3d::UnitZ();
     const double angle = std::acos(std::clamp(normal.dot(ground.normal), -1.0, 1.0));
     if (angle > kSameNormal_rad) tilted.Add(used, angle);
     steepest = std::max(steepest, std::acos(std::clamp(normal.z(), -1.0, 1.0)));
-    const double share = SupportedShare(dataset.foot(used.foothold.link), used.foothold, ground, terrain);
+    const double share = SupportedShare(dataset.contact(used.target.contact), used.target, ground, terrain);
     if (share >= kWhole) whole.Add(used, share);
     if (share < kEnough) poor.Add(used, share);
   }
@@ -155,7 +159,7 @@ std::vector<DatasetDiagnostic> CheckSoles(const Dataset& dataset, std::span<cons
                                               .check = "soles",
                                               .file = "",
                                               .field = "",
-                                              .value = whole.Count(footholds.size()) + " footholds",
+                                              .value = whole.Count(contacts.size()) + " contacts",
                                               .message = "rest with the whole sole; steepest foot " + Degrees(steepest),
                                               .fix = ""}};
   if (!poor.values.empty()) {
@@ -164,7 +168,7 @@ std::vector<DatasetDiagnostic> CheckSoles(const Dataset& dataset, std::span<cons
          .check = "soles",
          .file = "",
          .field = ToString(poor.problems),
-         .value = poor.Count(footholds.size()) + " footholds",
+         .value = poor.Count(contacts.size()) + " contacts",
          .message = "have less than 75 % of the sole on the surface",
          .fix = "the judge does not ask for more than the foot's pose; move them if they ought to hold"});
   }
@@ -173,29 +177,29 @@ std::vector<DatasetDiagnostic> CheckSoles(const Dataset& dataset, std::span<cons
                         .check = "soles",
                         .file = "",
                         .field = ToString(tilted.problems),
-                        .value = tilted.Count(footholds.size()) + " footholds, median " + Degrees(tilted.Median()),
+                        .value = tilted.Count(contacts.size()) + " contacts, median " + Degrees(tilted.Median()),
                         .message = "are tilted against the surface below them by more than 5 deg",
                         .fix = "the z axis of a pose is the surface's normal"});
   }
   return findings;
 }
 
-std::vector<DatasetDiagnostic> CheckFootCollisions(const Dataset& dataset, std::span<const UsedFoothold> footholds) {
+std::vector<DatasetDiagnostic> CheckFootCollisions(const Dataset& dataset, std::span<const UsedContact> contacts) {
   constexpr double kJudgeDepth_m = 1e-3;
   Kinematics kinematics(dataset.robot());
   CollisionQuery query(dataset.collision_model());
   Group colliding;
   double deepest = 0.0;
-  for (const UsedFoothold& used : footholds) {
-    const int link = dataset.foot(used.foothold.link).link_index;
+  for (const UsedContact& used : contacts) {
+    const int link = dataset.contact(used.target.contact).link_index;
     Eigen::VectorXd x = dataset.self_collision_reference();
     kinematics.UpdatePoses(x);
-    const Eigen::Isometry3d base = dataset.FootTarget(used.foothold) * kinematics.link_pose(link).inverse();
-    const Eigen::Quaterniond q(base.linear());
-    x.tail<7>() << base.translation(), q.w(), q.x(), q.y(), q.z();
+    const Eigen::Isometry3d base = dataset.LinkTarget(used.target) * kinematics.link_pose(link).inverse();
+    MutablePartsOf(x).base_position() = base.translation();
+    MutablePartsOf(x).set_base_quaternion(Eigen::Quaterniond(base.linear()));
     kinematics.UpdatePoses(x);
     double depth = 0.0;
-    for (const Contact& contact : query.SceneContacts(kinematics, 0.0, std::span(&link, 1))) {
+    for (const ProximityPair& contact : query.SceneContacts(kinematics, 0.0, std::span(&link, 1))) {
       depth = std::max(depth, -contact.distance_m);
     }
     if (depth <= kJudgeDepth_m) continue;
@@ -207,7 +211,7 @@ std::vector<DatasetDiagnostic> CheckFootCollisions(const Dataset& dataset, std::
              .check = "feet in collision",
              .file = "",
              .field = "",
-             .value = colliding.Count(footholds.size()) + " footholds",
+             .value = colliding.Count(contacts.size()) + " contacts",
              .message = "no foot at its target touches the scene deeper than 1 mm",
              .fix = ""}};
   }
@@ -216,9 +220,9 @@ std::vector<DatasetDiagnostic> CheckFootCollisions(const Dataset& dataset, std::
        .check = "feet in collision",
        .file = "",
        .field = ToString(colliding.problems),
-       .value = colliding.Count(footholds.size()) + " footholds, at most " + Millimetres(deepest),
+       .value = colliding.Count(contacts.size()) + " contacts, at most " + Millimetres(deepest),
        .message = "put the foot into the scene although it is exactly at its target: hardly anybody can solve these",
-       .fix = "check sole_offset_m, and move these poses"}};
+       .fix = "check the contact frames (sole_offset_m in format 1), and move these poses"}};
 }
 
 }  // namespace legopt

@@ -19,21 +19,21 @@ using ProblemIds = std::map<Task, std::set<int>>;
 std::string ToString(const ProblemIds& ids);
 
 /// A target contact and the problems that use it.
-struct UsedFoothold {
-  Foothold foothold;
+struct UsedContact {
+  ContactTarget target;
   ProblemIds problems;  ///< problems with a stance that contains it
 };
 
 /// Collects the different target contacts of problems, in the order of their first use.
-class FootholdList {
+class UsedContactList {
  public:
   /// Adds the contacts of the problems of one task.
   void Add(Task task, std::span<const ProblemDefinition> problems);
   /// Different contacts in the order of first use.
-  const std::vector<UsedFoothold>& all() const { return footholds_; }
+  const std::vector<UsedContact>& all() const { return contacts_; }
 
  private:
-  std::vector<UsedFoothold> footholds_;
+  std::vector<UsedContact> contacts_;
   std::map<std::string, size_t> index_;  ///< keyed by the contact's text
 };
 

@@ -24,7 +24,7 @@ namespace legopt {
 inline constexpr int kScene = -1;
 
 /// One pair of convex shapes closer than the query's margin. World frame, metres; signs as defined in this file.
-struct Contact {
+struct ProximityPair {
   int link_a = 0;                                       ///< robot link
   int link_b = kScene;                                  ///< robot link > link_a, or kScene
   Eigen::Vector3d point_a_W = Eigen::Vector3d::Zero();  ///< on the surface of A

@@ -1,4 +1,4 @@
-#include "legopt/import/footholds.h"
+#include "legopt/import/used_contacts.h"
 
 namespace legopt {
 
@@ -20,13 +20,13 @@ std::string ToString(const ProblemIds& ids) {
   return text;
 }
 
-void FootholdList::Add(Task task, std::span<const ProblemDefinition> problems) {
+void UsedContactList::Add(Task task, std::span<const ProblemDefinition> problems) {
   for (const ProblemDefinition& problem : problems) {
     for (const Stance& stance : problem.stances) {
-      for (const Foothold& foothold : stance.footholds) {
-        const auto [place, fresh] = index_.try_emplace(FormatStance({{foothold}}), footholds_.size());
-        if (fresh) footholds_.push_back({foothold, {}});
-        footholds_[place->second].problems[task].insert(problem.id);
+      for (const ContactTarget& target : stance.contacts) {
+        const auto [place, fresh] = index_.try_emplace(FormatStance({{target}}), contacts_.size());
+        if (fresh) contacts_.push_back({target, {}});
+        contacts_[place->second].problems[task].insert(problem.id);
       }
     }
   }

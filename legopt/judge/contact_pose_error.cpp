@@ -1,15 +1,15 @@
-#include "legopt/judge/foot_pose_error.h"
+#include "legopt/judge/contact_pose_error.h"
 
 #include <cmath>
 #include <limits>
 
 namespace legopt {
 
-FootPoseError ComputeFootPoseError(const Eigen::Isometry3d& target, const Eigen::Isometry3d& actual) {
+ContactPoseError ComputeContactPoseError(const Eigen::Isometry3d& target, const Eigen::Isometry3d& actual) {
   const Eigen::Isometry3d error = target.inverse(Eigen::Isometry) * actual;
   Eigen::Matrix<double, 6, 1> components;
   components << Eigen::Quaterniond(error.linear()).normalized().vec(), error.translation();
-  FootPoseError result;
+  ContactPoseError result;
   for (int i = 0; i < components.size(); ++i) {
     const double violation =
         std::isnan(components[i]) ? std::numeric_limits<double>::infinity() : std::abs(components[i]);

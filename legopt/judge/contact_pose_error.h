@@ -5,7 +5,7 @@
 namespace legopt {
 
 /// Largest component of a foot's pose error (docs/readings.md#foot-pose-error).
-struct FootPoseError {
+struct ContactPoseError {
   double violation = 0;  ///< quaternion component (1) or translation (m), >= 0; infinite for NaN
   int component = 0;     ///< 0..2: quaternion x y z, 3..5: translation x y z, in the target frame
 };
@@ -15,6 +15,6 @@ inline bool Exceeds(double value, double tolerance) { return !(value <= toleranc
 
 /// Computes the largest component of the vector part of the quaternion and the translation of inverse(target) * actual.
 /// Poses in the world.
-FootPoseError ComputeFootPoseError(const Eigen::Isometry3d& target, const Eigen::Isometry3d& actual);
+ContactPoseError ComputeContactPoseError(const Eigen::Isometry3d& target, const Eigen::Isometry3d& actual);
 
 }  // namespace legopt

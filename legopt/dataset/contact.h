@@ -1,0 +1,65 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "legopt/types/contact_kind.h"
+
+namespace legopt {
+
+struct ContactTarget;
+
+/// Contact as declared in a `dataset.yaml` (dataset_file.h), not yet resolved.
+///
+/// The *contact frame* is fixed in the link. Its z axis is the normal of the touched surface, out of the surface and
+/// into the robot; its x axis points forward. A stance states the target pose of this frame in the world.
+struct ContactDescription {
+  /// Friction coefficient if none is declared, as always in format 1.
+  static constexpr double kDefaultFriction = 0.7;
+
+  std::string name;                                       ///< used by stances; unique in a dataset
+  std::string link;                                       ///< name of a link of the robot
+  ContactKind kind = ContactKind::kSole;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();     ///< origin of the contact frame in the link frame, m
+  Eigen::Vector3d rpy_rad = Eigen::Vector3d::Zero();      ///< its orientation: roll, pitch, yaw as in URDF
+  std::optional<std::vector<Eigen::Vector3d>> points;     ///< in the contact frame, m; default for a sole: the lower
+                                                          ///< corners of the link's box
+  double friction = kDefaultFriction;                     ///< Coulomb coefficient, in (0, 2]
+  std::optional<double> max_normal_N;                     ///< bound of the sum of the normal forces, > 0
+
+  bool operator==(const ContactDescription&) const = default;
+};
+
+/// A part of the robot that may touch its environment; declared once per robot. Immutable and thread-safe.
+struct Contact {
+  std::string name;                       ///< used by stances
+  std::string link;                       ///< name of the link
+  int link_index = 0;                     ///< index into RobotModel::links()
+  ContactKind kind = ContactKind::kSole;
+  Eigen::Isometry3d X_LC;                 ///< contact frame C in the link frame L, m
+  std::vector<Eigen::Vector3d> points_L;  ///< points that touch the surface, in the link frame, m; not empty
+  Eigen::AlignedBox3d box_L;              ///< AABB of the link's collision geometry in the link frame, m; not empty
+  double friction = ContactDescription::kDefaultFriction;  ///< Coulomb coefficient
+  std::optional<double> max_normal_N;                      ///< bound of the sum of the normal forces
+
+  /// Height of the link frame's origin above the surface along the normal, m. Atlas: 0.082351.
+  double link_height_m() const { return X_LC.inverse().translation().z(); }
+  /// Returns the rectangle that contains the points, in the contact frame's xy plane, m.
+  Eigen::AlignedBox2d Patch() const;
+  /// Returns the target of the *link frame* in the world; the target's rotation is only normalised.
+  Eigen::Isometry3d LinkTarget(const ContactTarget& target) const;
+};
+
+/// Returns the contacts of format 1: one sole per link, named like it, with the contact frame `sole_offset_m` below the
+/// link frame.
+std::vector<ContactDescription> DescribeSoles(const std::vector<std::string>& links, double sole_offset_m);
+
+/// Returns the common offset if format 1 can express these contacts, else nothing.
+std::optional<double> CommonSoleOffset_m(const std::vector<ContactDescription>& contacts);
+
+/// Resolves a description against its link. `link_box` is the AABB of the link's collision geometry, not empty.
+Contact ResolveContact(const ContactDescription& description, int link_index, const Eigen::AlignedBox3d& link_box);
+
+}  // namespace legopt

@@ -1,0 +1,183 @@
+#include "legopt/dataset/contact.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <set>
+#include <string>
+
+#include "legopt/dataset/content_hash.h"
+#include "legopt/dataset/dataset.h"
+#include "legopt/dataset/dataset_writer.h"
+#include "legopt/dataset/support_polygon.h"
+#include "tests/dataset/synthetic_dataset.h"
+#include "tests/dataset/test_data.h"
+
+namespace legopt {
+namespace {
+
+using test::MessageOf;
+using test::ReplaceInFile;
+using test::WriteText;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr const char* kFormat1 = "feet: [l_foot, r_foot]\nsole_offset_m: 0.051\n";
+
+/// Returns the synthetic dataset's contacts in format 2, with more keys for the left one.
+std::string Contacts(const std::string& left = "") {
+  const std::string frame = "    frame: {position: [0, 0, -0.051]}\n";
+  return "contacts:\n  l_foot:\n    link: l_foot\n    kind: sole\n" + frame + left +
+         "  r_foot:\n    link: r_foot\n    kind: sole\n" + frame;
+}
+
+class ContactTest : public testing::Test {
+ protected:
+  ContactTest() { test::SyntheticFolder{folder_.path()}; }
+
+  std::shared_ptr<const Dataset> Load() const { return Dataset::Load(folder_.path()); }
+  /// Writes the contacts in format 2.
+  void Use(const std::string& contacts) {
+    test::SyntheticFolder{folder_.path()};
+    ReplaceInFile(folder_.path() / "dataset.yaml", "legopt-dataset/1", "legopt-dataset/2");
+    ReplaceInFile(folder_.path() / "dataset.yaml", kFormat1, contacts);
+  }
+  std::string MessageWith(const std::string& contacts) {
+    Use(contacts);
+    return MessageOf([&] { Load(); });
+  }
+
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(ContactTest, FormatsThatMeanTheSameAreTheSame) {
+  const auto first = Load();
+  Use(Contacts());
+  const auto second = Load();
+  EXPECT_EQ(first->content_hash(), second->content_hash());
+  ASSERT_EQ(second->contacts().size(), 2u);
+  for (size_t i = 0; i < 2; ++i) {
+    const Contact& a = first->contacts()[i];
+    const Contact& b = second->contacts()[i];
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.points_L, b.points_L);
+    EXPECT_EQ(a.X_LC.matrix(), b.X_LC.matrix());
+    EXPECT_EQ(a.friction, b.friction);
+  }
+}
+
+TEST_F(ContactTest, EveryValueOfFormat2ChangesTheHash) {
+  const std::string base = Load()->content_hash();
+  std::set<std::string> hashes{base};
+  for (const char* more : {"    friction: 0.6\n", "    max_normal_N: 2000\n",
+                           "    points: [[0.1, 0.05, 0], [0.1, -0.05, 0], [-0.1, 0, 0]]\n"}) {
+    Use(Contacts(more));
+    EXPECT_TRUE(hashes.insert(Load()->content_hash()).second) << more;
+  }
+  std::string turned = Contacts();
+  turned.replace(turned.find("[0, 0, -0.051]}"), 15, "[0, 0, -0.051], rpy: [0, 0, 0.1]}");
+  Use(turned);
+  EXPECT_TRUE(hashes.insert(Load()->content_hash()).second);
+}
+
+TEST_F(ContactTest, StancesUseNamesNotLinks) {
+  std::string contacts = Contacts();
+  contacts.replace(contacts.find("l_foot:"), 7, "left:");
+  Use(contacts);
+  EXPECT_THAT(MessageOf([&] { Load(); }), AllOf(HasSubstr("l_foot"), HasSubstr("no such contact")));
+  for (const char* file : {"problems-posture.json", "problems-motion.json"}) {
+    std::string text = test::ReadText(folder_.path() / file);
+    for (size_t at = 0; (at = text.find("l_foot", at)) != std::string::npos;) text.replace(at, 6, "left");
+    WriteText(folder_.path() / file, text);
+  }
+  WriteManifestHashes(folder_.path());
+  const auto dataset = Load();
+  EXPECT_EQ(dataset->contacts()[0].name, "left");
+  EXPECT_EQ(dataset->contact("left").link, "l_foot");
+  EXPECT_EQ(dataset->problem(Task::kPosture, 0).stances[0].contacts[0].contact, "left");
+}
+
+TEST_F(ContactTest, LinkTargetPutsTheContactFrameOnItsTarget) {
+  ContactDescription description;
+  description.position = {0.1, -0.02, -0.08};
+  description.rpy_rad = {0.3, -0.2, 1.1};
+  const Contact contact = ResolveContact(description, 0, {Eigen::Vector3d(-1, -1, -1), Eigen::Vector3d(1, 1, 1)});
+  const ContactTarget target{
+      .contact = "",
+      .position = {1, 2, 3},
+      .rotation = Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()))};
+  const Eigen::Isometry3d X_WC = contact.LinkTarget(target) * contact.X_LC;
+  EXPECT_LT((X_WC.translation() - target.position).norm(), 1e-14);
+  EXPECT_LT((X_WC.linear() - target.rotation.toRotationMatrix()).norm(), 1e-14);
+}
+
+TEST_F(ContactTest, FrameFollowsUrdfsRollPitchYaw) {
+  ContactDescription description;
+  description.rpy_rad = {0, std::numbers::pi / 2, 0};
+  const Contact pitched = ResolveContact(description, 0, {Eigen::Vector3d(-1, -1, -1), Eigen::Vector3d(1, 1, 1)});
+  EXPECT_LT((pitched.X_LC.linear() * Eigen::Vector3d::UnitZ() - Eigen::Vector3d::UnitX()).norm(), 1e-14);
+  description.rpy_rad = {std::numbers::pi / 2, 0, std::numbers::pi / 2};  // roll first, then yaw about the fixed z axis
+  const Contact both = ResolveContact(description, 0, {Eigen::Vector3d(-1, -1, -1), Eigen::Vector3d(1, 1, 1)});
+  EXPECT_LT((both.X_LC.linear() * Eigen::Vector3d::UnitZ() - Eigen::Vector3d::UnitX()).norm(), 1e-14);
+}
+
+TEST_F(ContactTest, DeclaredPointsSpanTheSupportPolygon) {
+  Use(Contacts("    points: [[0.3, 0, 0], [-0.1, 0.02, 0], [-0.1, -0.02, 0]]\n"));
+  const auto dataset = Load();
+  Stance left = dataset->problem(Task::kPosture, 0).stances[0];
+  left.contacts.resize(1);
+  const auto polygon = TargetSupportPolygon(*dataset, left);
+  ASSERT_EQ(polygon.size(), 3u);
+  double front = -1;
+  for (const Eigen::Vector2d& corner : polygon) front = std::max(front, corner.x());
+  EXPECT_NEAR(front, 0.3, 1e-12);
+  EXPECT_NEAR(dataset->contacts()[0].Patch().sizes().x(), 0.4, 1e-12);
+}
+
+TEST_F(ContactTest, WrittenFilesReadTheSame) {
+  Use(
+      Contacts("    points: [[0.3, 0, 0.001], [-0.1, 0.02, 0], [-0.1, -0.02, 0]]\n    friction: 0.45\n"
+               "    max_normal_N: 1500\n"));
+  const DatasetDescription description = ReadDatasetFile(folder_.path());
+  const test::TemporaryFolder other;
+  WriteText(other.path() / "dataset.yaml", FormatDatasetFile(description, ""));
+  EXPECT_EQ(ReadDatasetFile(other.path()).contacts, description.contacts);
+  EXPECT_THAT(FormatDatasetFile(description, ""), HasSubstr("format: legopt-dataset/2"));
+  DatasetDescription soles = description;
+  soles.contacts = DescribeSoles({"l_foot", "r_foot"}, 0.051);
+  EXPECT_THAT(FormatDatasetFile(soles, ""), AllOf(HasSubstr("format: legopt-dataset/1"), HasSubstr(kFormat1)));
+}
+
+TEST_F(ContactTest, ErrorsNameTheKey) {
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string contacts = Contacts();
+    contacts.replace(contacts.find(from), from.size(), to);
+    return MessageWith(contacts);
+  };
+  EXPECT_THAT(with("kind: sole", "kind: soel"),
+              AllOf(HasSubstr("contacts.l_foot.kind: is no kind of contact"), HasSubstr("did you mean 'sole'?")));
+  EXPECT_THAT(with("kind: sole", "kind: rail"),
+              AllOf(HasSubstr("contacts.l_foot.kind: is not supported yet"), HasSubstr("supported: sole")));
+  EXPECT_THAT(with("    kind: sole\n", ""), HasSubstr("contacts.l_foot.kind: the key is missing"));
+  EXPECT_THAT(with("link: l_foot", "link: l_fot"),
+              AllOf(HasSubstr("contacts.l_foot.link: the robot has no such link"), HasSubstr("l_foot")));
+  EXPECT_THAT(with("link: l_foot", "link: camera"), HasSubstr("no collision geometry"));
+  EXPECT_THAT(with("position: [0, 0, -0.051]", "position: [0, -0.051]"),
+              HasSubstr("contacts.l_foot.frame.position: must be three finite numbers"));
+  EXPECT_THAT(with("position", "positon"), HasSubstr("did you mean 'position'?"));
+  EXPECT_THAT(with("  l_foot:", "  'l,foot':"), HasSubstr("neither comma nor blank"));
+  EXPECT_THAT(MessageWith("contacts: {}\n"), HasSubstr("contacts: must declare at least one contact"));
+  EXPECT_THAT(MessageWith(""), HasSubstr("contacts: the key is missing"));
+  EXPECT_THAT(MessageWith(kFormat1), HasSubstr("feet: unknown key"));
+  EXPECT_THAT(MessageWith(Contacts("    friction: 0\n")), HasSubstr("contacts.l_foot.friction: must lie in (0, 2]"));
+  EXPECT_THAT(MessageWith(Contacts("    max_normal_N: -1\n")), HasSubstr("max_normal_N: must be greater than 0"));
+  EXPECT_THAT(MessageWith(Contacts("    points: [[0, 0, 0], [1, 0, 0]]\n")), HasSubstr("a list of 3 to 64 points"));
+  EXPECT_THAT(MessageWith(Contacts("    points: [[0, 0, 0], [1, 0, 0], [1, 1]]\n")),
+              HasSubstr("contacts.l_foot.points[2]: must be three finite numbers"));
+  EXPECT_THAT(MessageWith(Contacts("    points: [[0, 0, 0], [1, 0, -1], [1, 1, 0]]\n")),
+              HasSubstr("contacts.l_foot.points[1]: lies below the surface"));
+}
+
+}  // namespace
+}  // namespace legopt
