@@ -184,7 +184,7 @@ TEST_F(QuaternionOrder, IsDecidedByTheNormals) {
 }
 
 TEST_F(QuaternionOrder, ReadingTheOtherWayGivesTheRotationThatWasMeant) {
-  const UsedContactList right = UsedContacts(false), wrong = Footholds(true);
+  const UsedContactList right = UsedContacts(false), wrong = UsedContacts(true);
   for (size_t k = 0; k < right.all().size(); ++k) {
     EXPECT_TRUE(ReadAsXFirst(wrong.all()[k].target.rotation).isApprox(right.all()[k].target.rotation)) << k;
   }
