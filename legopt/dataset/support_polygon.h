@@ -29,8 +29,8 @@ struct HalfPlane {
 /// coincide or are collinear). Monotone chain; deterministic.
 std::vector<Eigen::Vector2d> ConvexHull2d(std::vector<Eigen::Vector2d> points);
 
-/// Computes the benchmark's support polygon (docs/readings.md#support-polygon): hull of the four lower corners of every
-/// foot's box, transformed to the world by X_WF and projected onto xy. Counter-clockwise.
+/// Computes the benchmark's support polygon (docs/explanation/paper.md#support-polygon): hull of the four lower corners
+/// of every foot's box, transformed to the world by X_WF and projected onto xy. Counter-clockwise.
 std::vector<Eigen::Vector2d> SupportPolygon(std::span<const FootPlacement> feet);
 
 /// Computes the SupportPolygon of feet exactly at their targets, for optimizers.

@@ -1,5 +1,5 @@
-// Policy: `import` only creates new folders and leaves nothing behind when it refuses. The example of docs/datasets.md
-// works, command by command.
+// Policy: `import` only creates new folders and leaves nothing behind when it refuses. The example of
+// docs/tutorials/my-robot.md works, command by command.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -138,10 +138,10 @@ TEST(ImportCommand, AMeshWithHolesIsAFindingAndNoDatasetIsMade) {
   EXPECT_TRUE(Made(clone).empty());
 }
 
-/// Returns the commands of a section of docs/datasets.md: indented lines that begin with "legopt", joined at
+/// Returns the commands of a section of docs/tutorials/my-robot.md: indented lines that begin with "legopt", joined at
 /// backslashes.
 std::vector<std::vector<std::string>> DocumentedCommands(const std::string& heading) {
-  std::ifstream document(fs::path(SourceFolder()) / "docs" / "datasets.md");
+  std::ifstream document(fs::path(SourceFolder()) / "docs" / "tutorials" / "my-robot.md");
   std::vector<std::vector<std::string>> commands;
   bool inside = false, joined = false;
   for (std::string line; std::getline(document, line);) {
