@@ -3,7 +3,7 @@
 * Anchors are those of GitHub, so that one link works in both places.
 * Markdown files outside of docs/ that EXTRA names are pages below repository/. A link to any other file of the
   repository becomes its text, with the path in parentheses.
-* Nested lists are indented by four columns, as Python-Markdown requires.
+* Nested lists are indented by four columns, and fences name only a language, as Python-Markdown requires.
 * A link to a page or heading that does not exist is a warning, and an error with --strict."""
 import glob
 import html.parser
@@ -76,6 +76,7 @@ def with_wide_lists(lines):
     for line in lines:
         if line.startswith("```"):
             fenced, offsets = not fenced, []
+            line = line.split()[0]
         if fenced or line.startswith("```") or not line.strip():
             blank = not line.strip()
             yield line

@@ -29,7 +29,7 @@ struct HalfPlane {
 /// coincide or are collinear). Monotone chain; deterministic.
 std::vector<Eigen::Vector2d> ConvexHull2d(std::vector<Eigen::Vector2d> points);
 
-/// Computes the benchmark's support polygon (docs/explanation/paper.md#support-polygon): hull of the four lower corners
+/// Computes the benchmark's support polygon (docs/explanation/judge.md#support-polygon): hull of the four lower corners
 /// of every foot's box, transformed to the world by X_WF and projected onto xy. Counter-clockwise.
 std::vector<Eigen::Vector2d> SupportPolygon(std::span<const FootPlacement> feet);
 

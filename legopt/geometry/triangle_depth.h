@@ -11,7 +11,7 @@ namespace legopt {
 /// Corners of a triangle, counter-clockwise seen from outside, m.
 using TriangleCorners = std::array<Eigen::Vector3d, 3>;
 
-/// Computes the depth of two crossing triangles by ODE's rule (docs/explanation/paper.md#contact-depth) in double
+/// Computes the depth of two crossing triangles by ODE's rule (docs/explanation/judge.md#contact-depth) in double
 /// precision, m,
 /// >= 0; negative if they do not cross.
 ///

@@ -15,7 +15,7 @@
 
 namespace legopt {
 
-/// Tolerances between the waypoints of a continuous motion (docs/explanation/paper.md#continuous-motions): for feet and
+/// Tolerances between the waypoints of a continuous motion (docs/explanation/judge.md#continuous-motions): for feet and
 /// centre of mass twice those at waypoints, since interpolated paths deviate between their points.
 inline constexpr double kPlantedTolerance = 2e-3;      ///< planted foot: quaternion vector part (1), translation (m)
 inline constexpr double kPathComTolerance_m = 2e-3;    ///< distance outside the support polygon of the planted feet

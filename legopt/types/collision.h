@@ -42,7 +42,7 @@ inline constexpr auto kEnumNames<ContinuousCollision> =
                                         {ContinuousCollision::kPreferred, "preferred"},
                                         {ContinuousCollision::kRequired, "required"}});
 
-/// Pairs of links checked for self-collision (docs/explanation/paper.md#ignored-link-pairs). Neighbouring links are
+/// Pairs of links checked for self-collision (docs/explanation/judge.md#ignored-link-pairs). Neighbouring links are
 /// never checked.
 enum class PairSelection : std::uint8_t {
   kReference,  ///< pairs that do not touch in the dataset's reference pose, as in the original evaluator

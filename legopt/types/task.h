@@ -14,7 +14,7 @@
 namespace legopt {
 
 /// The task: one static posture at a stance, or a motion through a sequence of stances, constrained at the waypoints
-/// only or also between them (docs/explanation/paper.md#continuous-motions).
+/// only or also between them (docs/explanation/judge.md#continuous-motions).
 enum class Task : std::uint8_t {
   kPosture,     ///< one static posture at a stance
   kMotion,      ///< a motion through a sequence of stances
@@ -38,7 +38,7 @@ template <>
 inline constexpr auto kEnumNames<Initialization> =
     MakeEnumNames<Initialization>({{Initialization::kGood, "good"}, {Initialization::kInCollision, "in_collision"}});
 
-/// Cost of a solution (docs/explanation/paper.md#the-judge).
+/// Cost of a solution (docs/explanation/judge.md).
 enum class TaskCost : std::uint8_t {
   kTorques,     ///< sum over the waypoints of the squared gravity torques
   kJointSteps,  ///< mean squared joint step between consecutive waypoints

@@ -47,7 +47,7 @@ inline Eigen::VectorXd ZeroPose(const RobotModel& robot) {
   return x;
 }
 
-/// Returns the evaluator's reference pose for self-collision (docs/explanation/paper.md#ignored-link-pairs).
+/// Returns the evaluator's reference pose for self-collision (docs/explanation/judge.md#ignored-link-pairs).
 inline Eigen::VectorXd AtlasReference(const RobotModel& robot) {
   Eigen::VectorXd x = ZeroPose(robot);
   x[0] = x[2] = 20.0 * 3.1415 / 180.0;

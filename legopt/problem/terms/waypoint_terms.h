@@ -29,7 +29,7 @@ class TorqueCostTerm : public Term {
 
 /// Equality: a foot's link frame at its target. With E = target^-1 * actual, the vector part of E's unit quaternion
 /// (scalar part >= 0) and E's translation in m: exactly the six numbers that the judge checks
-/// (docs/explanation/paper.md#foot-pose-error).
+/// (docs/explanation/judge.md#foot-pose-error).
 class FootPoseTerm : public Term {
  public:
   /// Weight with a relaxed margin: a solver tolerance of 4e-4 then allows 9.5e-4 of the judge's 1e-3.
