@@ -10,6 +10,7 @@ import html.parser
 import logging
 import os
 import re
+import shutil
 import urllib.parse
 
 from mkdocs.structure.files import File
@@ -17,6 +18,7 @@ from mkdocs.structure.files import File
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 EXTRA = ("CONTRIBUTING.md", "CHANGELOG.md", "lcmtypes/PROTOCOL.md", "docker/README.md", "db/README.md", "results/*.md")
 PREFIX = "repository/"
+JQUERY = "/usr/share/javascript/jquery/jquery.min.js"
 LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^()\s]+)\)")
 ITEM = re.compile(r"( *)([*-]|\d+\.)( +)(.*)")
 LOG = logging.getLogger("mkdocs.legopt")
@@ -118,12 +120,15 @@ class Anchors(html.parser.HTMLParser):
         for name, value in attrs:
             if name == "id":
                 self.anchors.add(value)
-            if name == "href" and tag == "a" and value:
+            if name == "href" and value or name == "src" and tag in ("img", "script"):
                 self.links.append(value)
 
 
 def on_post_build(config):
     site = config["site_dir"]
+    asked = os.path.join(site, "js", "jquery-3.6.0.min.js")
+    if not os.path.exists(asked) and os.path.exists(JQUERY):  # Debian's theme has it by another name
+        shutil.copyfile(JQUERY, asked)
     pages = {os.path.relpath(path, site): Anchors(path) for path in glob.glob(site + "/**/*.html", recursive=True)}
     for name, page in sorted(pages.items()):
         if name in ("404.html", "search.html"):
