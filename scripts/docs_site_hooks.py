@@ -120,7 +120,7 @@ class Anchors(html.parser.HTMLParser):
         for name, value in attrs:
             if name == "id":
                 self.anchors.add(value)
-            if name == "href" and value or name == "src" and tag in ("img", "script"):
+            if value and (name == "href" and tag == "a" or name == "src" and tag == "img"):
                 self.links.append(value)
 
 
