@@ -103,7 +103,8 @@ def with_wide_lists(lines):
 def on_page_markdown(markdown, page, config, files):
     text = "\n".join(with_wide_lists(markdown.split("\n")))
     parts = re.split(r"(^```.*?^```$)", text, flags=re.MULTILINE | re.DOTALL)
-    return "".join(part if part.startswith("```") else LINK.sub(lambda match: rewritten_link(match, page.file.src_uri), part)
+    source = page.file.src_uri
+    return "".join(part if part.startswith("```") else LINK.sub(lambda match: rewritten_link(match, source), part)
                    for part in parts)
 
 
