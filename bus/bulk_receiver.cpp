@@ -7,7 +7,7 @@ namespace legopt::bus {
 namespace {
 
 // Maximum number of datagrams in flight to one receiver, over all senders. Larger bursts must be expected to lose
-// datagrams (docs/reliability.md#what-lcm-and-udp-do).
+// datagrams (docs/explanation/reliability.md#what-lcm-and-udp-do).
 constexpr std::size_t kBurst = 60;
 constexpr std::size_t kMinCredit = 2;
 

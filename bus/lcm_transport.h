@@ -26,7 +26,7 @@
 /// filter cannot be attached, a deployment with TTL 0 and without a key is refused. The checks of Endpoint do not
 /// depend on the filter.
 ///
-/// Thread rule: see Transport. Source: docs/reliability.md#what-lcm-and-udp-do.
+/// Thread rule: see Transport. Source: docs/explanation/reliability.md#what-lcm-and-udp-do.
 
 namespace legopt::bus {
 

@@ -6,8 +6,8 @@
 
 /// @file
 /// Token bucket that limits bursts of small requests to a size that a receiver's buffer holds without loss. Larger
-/// bursts must be expected to lose datagrams; paced traffic does not: docs/reliability.md#what-lcm-and-udp-do. Private
-/// to bus.
+/// bursts must be expected to lose datagrams; paced traffic does not:
+/// docs/explanation/reliability.md#what-lcm-and-udp-do. Private to bus.
 
 namespace legopt::bus {
 

@@ -62,7 +62,7 @@ struct ResultRecord {
   int first_unsolved = 0;         ///< index in the motion of the first waypoint of `unsolved`, >= 0
   int num_unsolved = 0;
   std::vector<double> unsolved;     ///< best point of the window without a solution, row-major; may be empty
-  std::vector<std::uint8_t> trace;  ///< binary trace sent by the worker (docs/database.md#traces); empty if none
+  std::vector<std::uint8_t> trace;  ///< binary trace sent by the worker; empty if none
 
   bool SolvedBy(Rule rule) const;  ///< true if the verdict by `rule` is kSuccess
 };

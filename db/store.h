@@ -131,8 +131,8 @@ struct PutWorker {
   WorkerRecord worker;
 };
 
-/// Stores the files of a dataset used by an experiment (docs/datasets.md, "Archives"). Does nothing if they are already
-/// stored.
+/// Stores the files of a dataset used by an experiment (docs/reference/datasets.md, "Archives"). Does nothing if they
+/// are already stored.
 struct StoreDataset {
   std::string hash;
   std::string archive;  ///< not empty

@@ -1,9 +1,9 @@
 // Computes the cost of balance for an unobstructed motion: sway_cost DATASET [DESCENTS]
 //
-// Solves the motions of the dataset as tasks `motion` and `balanced` (docs/readings.md#continuous-motions), both
-// without collisions, in separate pieces of six stances. The cheapest postures of each piece are searched by DESCENTS
-// descents (default 4), the first from the initial guess, the others from near the best so far. Prints the cost per
-// waypoint as the judge computes it, squared steps of the joints; segments between pieces are not included.
+// Solves the motions of the dataset as tasks `motion` and `balanced` (docs/explanation/judge.md#continuous-motions),
+// both without collisions, in separate pieces of six stances. The cheapest postures of each piece are searched by
+// DESCENTS descents (default 4), the first from the initial guess, the others from near the best so far. Prints the
+// cost per waypoint as the judge computes it, squared steps of the joints; segments between pieces are not included.
 // Exits with 1 if a piece has no solution, with 2 on wrong usage.
 #include <algorithm>
 #include <cmath>

@@ -12,7 +12,7 @@
 namespace legopt::server {
 namespace {
 
-// The list in docs/monitoring.md.
+// The list in docs/how-to/monitoring.md.
 constexpr std::array<std::string_view, 7> kForPeople = {
     "worker_lost", "job_dead", "job_failed", "jobs_refused", "disk_low", "no_progress", "experiment_finished"};
 

@@ -197,9 +197,10 @@ int Run(int argc, char** argv) {
                  "Folder of packed datasets ('legopt dataset pack') for workers that do not have them")
       .ValueName("FOLDER");
   program
-      .AddOption("--notify", arguments.notify,
-                 "Program to start for events that need a person (docs/monitoring.md), with the event as JSON on its "
-                 "standard input; no shell, at most one a second")
+      .AddOption(
+          "--notify", arguments.notify,
+          "Program to start for events that need a person (docs/how-to/monitoring.md), with the event as JSON on its "
+          "standard input; no shell, at most one a second")
       .ValueName("COMMAND");
   program
       .AddOption("--disk-reserve", arguments.disk_reserve_mb,

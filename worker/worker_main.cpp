@@ -96,7 +96,8 @@ void Define(app::Program& program, CommandLine& line) {
                  "embedded ones, garage-easier and garage-hard, and those that the server has stored)")
       .ValueName("FOLDER|HASH");
   program.AddOption("--solver", line.inputs.solvers,
-                    "Description file of an external solver that jobs may need; may be repeated (docs/solvers.md)");
+                    "Description file of an external solver that jobs may need; may be repeated "
+                    "(docs/reference/external-solvers.md)");
   program.AddOption("--name", line.name, "Name in tables and listings (default: the host's)")
       .Check({FaultOfWorkerName, ""});
   program.AddFlag("--exit-when-idle", line.exit_when_idle,

@@ -44,7 +44,7 @@ std::string Condition(const EventsOptions& options) {
 // Allows only characters that are safe in SQL.
 std::string CheckKind(const std::string& kind) {
   const bool word = !kind.empty() && kind.find_first_not_of("abcdefghijklmnopqrstuvwxyz_,") == std::string::npos;
-  return word ? std::string() : "is no kind of event; kinds are words such as worker_lost (docs/monitoring.md)";
+  return word ? std::string() : "is no kind of event; kinds are words such as worker_lost (docs/how-to/monitoring.md)";
 }
 
 Listing Read(ResultSource& source, const EventsOptions& options, std::int64_t after, std::int64_t limit) {
@@ -124,7 +124,7 @@ void AddEventsCommand(const app::Command& program, Invocation* invocation) {
       program.AddCommand("events", "List events: workers lost, jobs dead, disk low, experiments finished");
   const auto options = std::make_shared<EventsOptions>();
   command.AddOption("ID", options->experiment, "Only events of this experiment").Check(app::WholeNumber(1));
-  command.AddOption("--kind", options->kinds, "Only these kinds, with commas between them: docs/monitoring.md")
+  command.AddOption("--kind", options->kinds, "Only these kinds, with commas between them: docs/how-to/monitoring.md")
       .Check({CheckKind, ""});
   command.AddOption("--limit", options->limit, "Number of events, the newest ones (default 20)")
       .Check(app::WholeNumber(0, kMost));

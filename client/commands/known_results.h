@@ -26,8 +26,8 @@ struct KnownResults {
   bool truncated = false;                  ///< there are more results than a query returns
 };
 
-/// Searches for reusable results by the server's rules (docs/database.md, "Taken over"). `source` may be nullptr: then
-/// no results are known.
+/// Searches for reusable results by the server's rules (docs/reference/database.md, "Taken over"). `source` may be
+/// nullptr: then no results are known.
 KnownResults FindKnownResults(const Submission& submission, ResultSource* source);
 
 /// Returns e.g. "40 of 60 jobs have a finished result of build 0f3c12ab34cd and take it over".

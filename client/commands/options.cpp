@@ -186,7 +186,7 @@ void AddSuiteOptions(const app::Command& command, SuiteOptions* options) {
   AddDatasetOption(command, &options->dataset);
   command.AddOption("--solver", options->solvers,
                     "Description file of an external solver that the suite names; may be repeated "
-                    "(docs/solvers.md)");
+                    "(docs/reference/external-solvers.md)");
   // Split later, when the suite is read: a method name may contain a comma.
   command.AddOption("--methods", options->filter.methods, "Keep only these methods, by name").OneArgumentEach();
   command.AddList("--multi-starts", options->filter.multi_starts, "Keep only methods with these numbers of restarts");

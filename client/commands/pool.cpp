@@ -240,7 +240,7 @@ ExitCode Stop(const FolderFlags& flags) {
 }
 
 void AddStartFlags(const app::Command& command, PoolFlags* flags) {
-  command.AddOption("FILE", flags->file, "Pool file (docs/clusters.md)").Required();
+  command.AddOption("FILE", flags->file, "Pool file (docs/how-to/clusters.md)").Required();
   command.AddOption("--access", flags->access, "Access file that the server wrote ('legopt-server --listen')")
       .Required();
   command.AddOption("--folder", flags->folder, "Folder for logs, and for what status and stop need").ShowDefault();

@@ -182,9 +182,9 @@ void AddReplayCommand(const app::Command& program, Invocation* invocation) {
   command.AddOption("--jobs", options->parallel, "Number of parallel jobs (default: the processors granted)")
       .Check(app::WholeNumber(1, kMaxParallel));
   AddDatasetOption(command, &options->dataset);
-  command.AddOption(
-      "--solver", options->solvers,
-      "Description file of an external solver whose jobs are replayed; may be repeated (docs/solvers.md)");
+  command.AddOption("--solver", options->solvers,
+                    "Description file of an external solver whose jobs are replayed; may be repeated "
+                    "(docs/reference/external-solvers.md)");
   command.AddFlag("--any-build", options->any_build, "Replay even if another build solved the job");
   AddTextOrJsonOption(command, &options->json);
   AddSourceOptions(command, &options->source);

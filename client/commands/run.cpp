@@ -308,7 +308,7 @@ void AddRunCommand(const app::Command& program, Invocation* invocation) {
                            .Check(app::WholeNumber(1, kMaxWorkers));
   command
       .AddOption("--slurm", options->slurm,
-                 "Workers on nodes of Slurm, as this pool file says (docs/clusters.md), with the server here")
+                 "Workers on nodes of Slurm, as this pool file says (docs/how-to/clusters.md), with the server here")
       .ValueName("FILE")
       .Excludes(workers);
   command.AddFlag("--dry-run", options->dry_run, "Check everything and print counts, but start nothing");

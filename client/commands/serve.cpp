@@ -142,8 +142,8 @@ void AddServeCommand(const app::Command& program, Invocation* invocation) {
   AddRuleOption(command, &options->rule);
   AddSourceOptions(command, &options->source);
   command.SetFooter(
-      "Prints its address; Ctrl-C ends it with exit code 0. How to read the page: docs/page.md. /healthz and "
-      "/metrics are for monitoring: docs/monitoring.md");
+      "Prints its address; Ctrl-C ends it with exit code 0. How to read the page: docs/how-to/page.md. /healthz and "
+      "/metrics are for monitoring: docs/how-to/monitoring.md");
   command.WhenChosen([=] {
     options->build = invocation->build;
     invocation->body = [options] { return Serve(*options); };

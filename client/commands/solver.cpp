@@ -46,7 +46,7 @@ ExitCode CheckDeclared(const SolverFlags& flags) {
   if (passed) return ExitCode::kOk;
   throw ClientError(ExitCode::kJobsFailed, flags.declaration +
                                                ": the solver does not keep to the protocol (marked "
-                                               "FAIL); docs/solvers.md has it");
+                                               "FAIL); docs/reference/external-solvers.md has it");
 }
 
 }  // namespace
@@ -58,7 +58,9 @@ void AddSolverCommand(const app::Command& program, Invocation* invocation) {
 
   const auto check = solver.AddCommand("check", "Test whether an external solver follows the protocol");
   const auto flags = std::make_shared<SolverFlags>();
-  check.AddOption("FILE", flags->declaration, "Declaration of the solver (docs/solvers.md), - for standard input")
+  check
+      .AddOption("FILE", flags->declaration,
+                 "Declaration of the solver (docs/reference/external-solvers.md), - for standard input")
       .Required();
   check.AddOption("--dataset", flags->dataset, "Dataset folder to try it on (default: the embedded garage-easier)");
   AddFormatOption(check, &flags->format);

@@ -97,7 +97,7 @@ void AddWatchCommand(const app::Command& program, Invocation* invocation) {
       "Exit codes: 0 done, 3 the server did not come back, 4 jobs died or could not run, "
       "6 it came back with another database, 8 cancelled or interrupted, 15 nothing moved for --give-up seconds.\n"
       "--format json writes one object per line; the last one has the event \"end\". Fields: "
-      "docs/watching.md");
+      "docs/how-to/watching.md");
   command.WhenChosen([=] { invocation->body = [options] { return Watch(*options); }; });
 }
 

@@ -98,8 +98,8 @@ CellComparison CompareCells(const SolveCell& a, const SolveCell& b, const Charge
                             const ComparisonOptions& options);
 
 /// Adjusts the p-values of all cells shown together, separately for each of the three tests, and sets the changes (see
-/// docs/statistics.md): success first; otherwise time and cost, each only if its interval and its adjusted p-value
-/// agree.
+/// docs/explanation/statistics.md): success first; otherwise time and cost, each only if its interval and its adjusted
+/// p-value agree.
 void Decide(const ComparisonOptions& options, std::vector<CellComparison>* cells);
 
 /// Returns the overall change of all cells.

@@ -8,7 +8,7 @@
 
 #include "legopt/geometry/mesh.h"
 
-/// Binary data of a page: blocks of bytes, compressed by gzip and encoded as base64 (docs/page-data.md).
+/// Binary data of a page: blocks of bytes, compressed by gzip and encoded as base64 (docs/reference/page-data.md).
 namespace legopt::client {
 
 /// Compresses bytes (RFC 1952), without name and time, so that equal bytes give equal blocks. Throws only

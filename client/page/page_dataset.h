@@ -15,7 +15,7 @@ using ProblemIds = EnumArray<Task, std::set<int>>;
 
 /// A dataset prepared for drawing.
 struct PageDataset {
-  nlohmann::ordered_json json;  ///< element of "datasets" in docs/page-data.md
+  nlohmann::ordered_json json;  ///< element of "datasets" in docs/reference/page-data.md
   std::string geometry;         ///< bytes of its geometry block, uncompressed
 };
 

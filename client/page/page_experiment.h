@@ -15,7 +15,7 @@ namespace legopt::client {
 /// An experiment of a page.
 struct PageExperiment {
   SolvedExperiment experiment;  ///< includes its solves
-  nlohmann::ordered_json json;  ///< element of "experiments" in docs/page-data.md, without solutions
+  nlohmann::ordered_json json;  ///< element of "experiments" in docs/reference/page-data.md, without solutions
 };
 
 /// Reads and computes all figures of an experiment by one rule: table, statistics, causes of failures, profiles,

@@ -39,7 +39,7 @@ struct FigureRequest {
 
 /// All data of a page except its solutions.
 struct PageFigures {
-  nlohmann::ordered_json root;  ///< "page" of docs/page-data.md, without "notes" and "chunks"
+  nlohmann::ordered_json root;  ///< "page" of docs/reference/page-data.md, without "notes" and "chunks"
   std::string title;
   std::vector<std::string> notes;                        ///< notes for the reader
   std::vector<PageExperiment> experiments;               ///< ordered as in the request

@@ -56,7 +56,7 @@ class SolutionChunk {
   bool empty() const { return solutions_.empty(); }
   std::size_t weight() const { return bytes_.size() + text_bytes_; }  ///< approximate size in bytes before compression
   const std::string& bytes() const { return bytes_; }                 ///< waypoints of all jobs
-  const nlohmann::ordered_json& json() const { return solutions_; }   ///< "solutions" of docs/page-data.md
+  const nlohmann::ordered_json& json() const { return solutions_; }   ///< "solutions" of docs/reference/page-data.md
 
  private:
   nlohmann::ordered_json solutions_ = nlohmann::ordered_json::array();
@@ -64,8 +64,8 @@ class SolutionChunk {
   std::size_t text_bytes_ = 0;
 };
 
-/// Returns the convergence of a solve, thinned to at most kMaxShown steps, with the columns of docs/database.md; null
-/// if not recorded.
+/// Returns the convergence of a solve, thinned to at most kMaxShown steps, with the columns of
+/// docs/reference/database.md; null if not recorded.
 nlohmann::ordered_json TraceJson(ResultSource& source, std::int64_t job_id);
 inline constexpr std::size_t kMaxShown = 200;  ///< number of steps of a convergence curve
 

@@ -18,7 +18,7 @@ namespace legopt::client {
 /// A job to be displayed, read from the database.
 struct ViewedJob {
   PageJob job;
-  nlohmann::ordered_json json;  ///< element of "jobs" in docs/page-data.md
+  nlohmann::ordered_json json;  ///< element of "jobs" in docs/reference/page-data.md
   std::string dataset_name, dataset_hash;
 };
 

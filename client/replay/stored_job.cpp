@@ -50,7 +50,7 @@ void RequireSolver(const nlohmann::json& options, const std::string& source, con
   if (solver == options.end() || !solver->is_string() || registry.Find(solver->get<std::string>()) != nullptr) return;
   throw ClientError(ExitCode::kUsage, source + " was solved by '" + solver->get<std::string>() +
                                           "', which is no solver of legopt; name its declaration with --solver FILE "
-                                          "(docs/solvers.md)");
+                                          "(docs/reference/external-solvers.md)");
 }
 
 Method ReadMethod(const Listing& row, std::int64_t job_id, const SolverRegistry& registry) {

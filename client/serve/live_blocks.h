@@ -16,8 +16,8 @@
 
 namespace legopt::client {
 
-/// The blocks of a page (docs/page-data.md), created on request of a browser: figures of experiments, geometry, and one
-/// solution at a time. Thread rule: any thread.
+/// The blocks of a page (docs/reference/page-data.md), created on request of a browser: figures of experiments,
+/// geometry, and one solution at a time. Thread rule: any thread.
 class LiveBlocks {
  public:
   /// `request.sources`: experiments shown by default; all must be in the same server or file.

@@ -15,8 +15,8 @@
 
 namespace legopt::client {
 
-/// The changing state of the experiments of a server or database (docs/page-data.md, "Live"). Thread rule: one thread
-/// calls Read; text() may be called from any thread.
+/// The changing state of the experiments of a server or database (docs/reference/page-data.md, "Live"). Thread rule:
+/// one thread calls Read; text() may be called from any thread.
 class LiveState {
  public:
   /// Failures are judged by `rule`. Throws the errors of OpenResults.

@@ -11,7 +11,8 @@ PRAGMA writable_schema = RESET;
 -- Term evaluations that a job of the cell may use. NULL: as many as it likes, as in every experiment before version 7.
 ALTER TABLE cells ADD COLUMN effort_limit INTEGER CHECK (effort_limit > 0);
 
--- How the solve converged, compressed (docs/database.md, "Traces"). Results before version 7 have history_json instead.
+-- How the solve converged, compressed (docs/reference/database.md, "Traces"). Results before version 7 have
+-- history_json instead.
 ALTER TABLE results ADD COLUMN trace BLOB CHECK (length(trace) > 0);
 
 -- Jobs that the clock ended, so that they say nothing about their method: dead ones whose last attempt it stopped, and

@@ -1,5 +1,5 @@
-// NLopt's SLSQP as an external solver of legopt, in one file: docs/solvers.md describes the protocol. To build by
-// hand:
+// NLopt's SLSQP as an external solver of legopt, in one file: docs/reference/external-solvers.md describes the
+// protocol. To build by hand:
 //
 //   g++ -std=c++17 -O2 nlopt_solver.cpp -o nlopt_solver -lnlopt_cxx -lnlopt
 //

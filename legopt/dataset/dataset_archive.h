@@ -8,7 +8,7 @@
 #include "legopt/types/read_guard.h"
 
 /// @file
-/// Conversion between a dataset and a sequence of bytes, for transfer: docs/datasets.md, "Archives".
+/// Conversion between a dataset and a sequence of bytes, for transfer: docs/reference/datasets.md, "Archives".
 
 namespace legopt {
 

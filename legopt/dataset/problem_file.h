@@ -11,7 +11,7 @@
 
 namespace legopt {
 
-/// A LegOpt problem file (docs/readings.md#problem-and-solution-files):
+/// A LegOpt problem file (docs/explanation/paper.md#problem-and-solution-files):
 ///
 ///     {"robot": "atlas", "scenario": "garage", "task": "posture",
 ///      "problems": [{"id": 0, "definition": ["l_foot,qw qx qy qz px py pz ,r_foot,... ,"]}, ...]}

@@ -30,7 +30,7 @@ struct HalfPlane {
 /// coincide or are collinear). Monotone chain; deterministic.
 std::vector<Eigen::Vector2d> ConvexHull2d(std::vector<Eigen::Vector2d> points);
 
-/// Computes the benchmark's support polygon (docs/readings.md#support-polygon): hull of the points of all
+/// Computes the benchmark's support polygon (docs/explanation/judge.md#support-polygon): hull of the points of all
 /// contacts of a supporting kind (contact_kind.h), transformed to the world by X_WL and projected onto xy.
 /// Counter-clockwise. For a sole of format 1, the points are the lower corners of the link's box.
 std::vector<Eigen::Vector2d> SupportPolygon(std::span<const ContactPlacement> contacts);

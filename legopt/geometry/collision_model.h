@@ -42,8 +42,8 @@ struct CollisionOptions {
 /// approximately. Scene as a surface: primitives are tessellated, and every triangle is a flat convex shape. The model
 /// contains no triangle meshes: ODE reports no contacts between a custom convex shape and a triangle mesh.
 ///
-/// Checked link pairs (docs/readings.md#ignored-link-pairs): both links have geometry, more than one moving joint lies
-/// between them, and
+/// Checked link pairs (docs/explanation/judge.md#ignored-link-pairs): both links have geometry, more than one moving
+/// joint lies between them, and
 /// * PairSelection::kReference: their exact triangle meshes do not intersect at `reference_x`;
 /// * PairSelection::kAll: they are separated in at least one posture of a fixed sequence: `reference_x`, upright, and
 ///   255 postures uniform within the joint limits. Separated: overlapping by at most 1 mm, measured by contacts and by

@@ -14,14 +14,14 @@
 namespace legopt {
 
 /// Collision checks of the original evaluator, for the judge: ODE contacts between triangle meshes; see
-/// docs/readings.md#contact-depth.
+/// docs/explanation/judge.md#contact-depth.
 ///
 /// Contact depths are ODE's: only crossing surfaces count, measured against face normals; 0 = no contact. A body
 /// completely inside a closed mesh has no contacts; Containment detects it. Each geometry of a link and each scene
 /// object is one trimesh; primitives are tessellated (inscribed).
 ///
-/// *Literal* depths (the original evaluator's rule, docs/readings.md#literal-and-strict-rule) use the first 255
-/// contacts per pair of geometries. *Strict* depths use all contacts: if there are more than 255, all crossing
+/// *Literal* depths (the original evaluator's rule, docs/explanation/judge.md#literal-and-strict-rule) use the first
+/// 255 contacts per pair of geometries. *Strict* depths use all contacts: if there are more than 255, all crossing
 /// triangles by the same rule (triangle_depth.h). *Solid* depths (physical rule) always use all crossing triangles. ODE
 /// merges contacts within a cell of 0.1 mm, which may lower a depth by up to 0.01 mm, and finds crossing triangles in
 /// single precision. Depths are therefore uncertain by micrometres where they jump because another pair of triangles

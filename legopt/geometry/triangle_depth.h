@@ -11,7 +11,8 @@ namespace legopt {
 /// Corners of a triangle, counter-clockwise seen from outside, m.
 using TriangleCorners = std::array<Eigen::Vector3d, 3>;
 
-/// Computes the depth of two crossing triangles by ODE's rule (docs/readings.md#contact-depth) in double precision, m,
+/// Computes the depth of two crossing triangles by ODE's rule (docs/explanation/judge.md#contact-depth) in double
+/// precision, m,
 /// >= 0; negative if they do not cross.
 ///
 /// Each triangle is clipped to the prism over the other; its depth is the largest distance of the remainder behind the

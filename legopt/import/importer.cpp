@@ -33,7 +33,7 @@ namespace {
 namespace fs = std::filesystem;
 using Severity = DatasetDiagnostic::Severity;
 
-constexpr double kSoleClearance_m = 1e-3;  // the judge's tolerance (docs/readings.md#foot-targets)
+constexpr double kSoleClearance_m = 1e-3;  // the judge's tolerance (docs/explanation/paper.md#foot-targets)
 
 class Importer {
  public:

@@ -4,7 +4,7 @@
 
 namespace legopt {
 
-/// Largest component of a foot's pose error (docs/readings.md#foot-pose-error).
+/// Largest component of a foot's pose error (docs/explanation/judge.md#foot-pose-error).
 struct ContactPoseError {
   double violation = 0;  ///< quaternion component (1) or translation (m), >= 0; infinite for NaN
   int component = 0;     ///< 0..2: quaternion x y z, 3..5: translation x y z, in the target frame

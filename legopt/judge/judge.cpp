@@ -295,7 +295,7 @@ void Judge::Workspace::CheckStep(int waypoint, Evaluation* evaluation) {
          evaluation);
 }
 
-/// Computes the cost per waypoint (docs/readings.md#cost).
+/// Computes the cost per waypoint (docs/explanation/judge.md#cost).
 double Judge::Workspace::Cost(Task task, std::span<const Eigen::VectorXd> waypoints) {
   const double sum = DescriptionOf(task).cost == TaskCost::kTorques ? Torques(waypoints) : JointSteps(waypoints);
   return sum / static_cast<double>(waypoints.size());

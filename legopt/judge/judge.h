@@ -16,14 +16,14 @@
 
 namespace legopt {
 
-/// Tolerances of the benchmark: larger values fail, equal ones pass (docs/readings.md#order-and-tolerances).
+/// Tolerances of the benchmark: larger values fail, equal ones pass (docs/explanation/judge.md#order-and-tolerances).
 inline constexpr double kPoseTolerance = 1e-3;     ///< quaternion vector part (1) and translation (m)
 inline constexpr double kComTolerance_m = 1e-3;    ///< distance outside the support polygon
 inline constexpr double kLimitTolerance = 1e-3;    ///< rad or m beyond a joint limit
 inline constexpr double kDepthTolerance_m = 1e-3;  ///< contact depth
 
 /// Maximum movement of any point of the robot between consecutive waypoints under Rule::kSolid, the physical rule, as a
-/// fraction of the robot's size: the diagonal of Dataset::robot_bounds (docs/readings.md#solid-rule).
+/// fraction of the robot's size: the diagonal of Dataset::robot_bounds (docs/explanation/judge.md#solid-rule).
 inline constexpr double kStepShare = 1.0;
 
 /// Limit of a joint with no limit or a wider one, as in the original: +- this value in rad (m for prismatic joints). It
@@ -74,8 +74,9 @@ struct Evaluation {
   Verdict first_failure() const;
 };
 
-/// Decides whether a solution solves a problem, exactly like the LegOpt evaluator (docs/readings.md#the-judge), with
-/// exact triangle meshes, and computes its cost. This class alone defines success.
+/// Decides whether a solution solves a problem, exactly like the LegOpt evaluator
+/// (docs/explanation/judge.md), with exact triangle meshes, and computes its cost. This class alone defines
+/// success.
 ///
 /// Phase A, waypoint by waypoint: size, finite numbers, foot poses, COM, joint limits. Kinematics use the joints
 /// clamped to their limits, the limit test the raw vector. Phase B, only if A passed everywhere: environment,

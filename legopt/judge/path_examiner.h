@@ -15,8 +15,8 @@
 
 namespace legopt {
 
-/// Tolerances between the waypoints of a continuous motion (docs/readings.md#continuous-motions): for feet and centre
-/// of mass twice those at waypoints, since interpolated paths deviate between their points.
+/// Tolerances between the waypoints of a continuous motion (docs/explanation/judge.md#continuous-motions): for feet and
+/// centre of mass twice those at waypoints, since interpolated paths deviate between their points.
 inline constexpr double kPlantedTolerance = 2e-3;      ///< planted foot: quaternion vector part (1), translation (m)
 inline constexpr double kPathComTolerance_m = 2e-3;    ///< distance outside the support polygon of the planted feet
 inline constexpr double kPathDepthTolerance_m = 1e-3;  ///< contact depth: all contacts and all pairs of the strict rule

@@ -45,7 +45,7 @@ struct SolvedProblem {
   std::vector<Solution> solutions;  ///< one per method; ordered as in the file
 };
 
-/// A LegOpt solution file (docs/readings.md#problem-and-solution-files): problems with a `solution` array.
+/// A LegOpt solution file (docs/explanation/paper.md#problem-and-solution-files): problems with a `solution` array.
 struct SolutionFile {
   std::string robot;                    ///< free text, may be empty
   std::string scenario;                 ///< free text, may be empty

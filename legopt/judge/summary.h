@@ -17,7 +17,7 @@ struct JudgedSolution {
   bool other_definition = false;  ///< judged with a definition that differs from the dataset's
 };
 
-/// One row of a benchmark table (docs/readings.md#table-rows-and-times).
+/// One row of a benchmark table (docs/explanation/judge.md#table-rows-and-times).
 struct MethodSummary {
   std::string method;             ///< Solution::method
   int num_problems = 0;           ///< n: number of posed problems, even if unsolved or not in the file

@@ -12,7 +12,7 @@
 namespace legopt {
 
 /// A path in time through the waypoints of a motion: a solution of a continuous task
-/// (docs/readings.md#continuous-motions). Points are connected by the interpolation of robot/interpolation.h.
+/// (docs/explanation/judge.md#continuous-motions). Points are connected by the interpolation of robot/interpolation.h.
 ///
 /// In files, messages and databases a point is n + 8 numbers: a configuration (n + 7), then its time stamp. Time is
 /// measured in segments: waypoint w is the point at time w.

@@ -38,7 +38,7 @@ struct PathSolution {
 };
 
 /// Plans the path between the waypoints of a motion: planted feet stay on their targets, nothing collides and, for
-/// Between::kBalanced, the centre of mass stays over the planted feet (docs/readings.md#continuous-motions).
+/// Between::kBalanced, the centre of mass stays over the planted feet (docs/explanation/judge.md#continuous-motions).
 ///
 /// One segment: its waypoints do not move. A straight segment is kept if it is acceptable. Otherwise it is divided into
 /// pieces. Between points, planted feet leave their targets by the square of a piece's length, which determines the

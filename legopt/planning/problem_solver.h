@@ -27,11 +27,11 @@ struct SolveSettings {
 };
 
 /// Solves problems of one dataset, one after the other, by any method: one attempt from the initial guess, then up to
-/// `method.multi_starts` from perturbed ones (docs/readings.md#restarts) until one ends feasible.
+/// `method.multi_starts` from perturbed ones (docs/explanation/paper.md#restarts) until one ends feasible.
 ///
-/// Windowed tasks are solved window by window (docs/readings.md#motion-windows); restarts are per window. If a window
-/// exhausts them, the solve ends. The outcome then has the waypoints of the windows before it and, separately, the best
-/// point of that window; its message names window and term.
+/// Windowed tasks are solved window by window (docs/explanation/paper.md#motion-windows); restarts are per window. If a
+/// window exhausts them, the solve ends. The outcome then has the waypoints of the windows before it and, separately,
+/// the best point of that window; its message names window and term.
 ///
 /// Deterministic, unless a clock or a user stopped the solve: all random numbers come from generators seeded by
 /// (experiment seed, task, problem, initialisation, repetition, window, restart), the same for all methods (common

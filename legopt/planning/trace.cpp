@@ -21,7 +21,7 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-constexpr double kLargestTolerance = 1e-3;  // largest tolerance of a solver: docs/readings.md#solver-tolerance
+constexpr double kLargestTolerance = 1e-3;  // largest tolerance of a solver: docs/explanation/paper.md#solver-tolerance
 constexpr int kCompressionLevel = 3;
 constexpr std::size_t kMaxDecoded = std::size_t{16} << 20;  // bytes; EncodeTrace never writes more
 

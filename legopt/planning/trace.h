@@ -12,7 +12,7 @@ namespace legopt {
 
 /// @file
 /// Convergence of a solve, small enough to be stored with every result: the relevant records, compressed. The layout of
-/// the bytes is described in docs/database.md, "Traces". Values; any thread.
+/// the bytes is described in docs/reference/database.md, "Traces". Values; any thread.
 
 /// Maximum number of records in a stored trace: at most a quarter of a megabyte before compression, some tens of
 /// kilobytes after it.

@@ -50,8 +50,8 @@ class Kinematics {
   void ComJacobian(Eigen::Ref<Eigen::MatrixXd> jacobian) const;
 
   /// Computes the torques (forces) that hold the robot against gravity with a fixed base and without contacts
-  /// (docs/readings.md#cost): tau_i = g M_i [a_i x (C_i - o_i)]_z with M_i, C_i mass and COM of the subtree of joint i.
-  /// `g` in m/s^2; `tau`: n entries, N m or N.
+  /// (docs/explanation/judge.md#cost): tau_i = g M_i [a_i x (C_i - o_i)]_z with M_i, C_i mass and COM of the subtree of
+  /// joint i. `g` in m/s^2; `tau`: n entries, N m or N.
   void GravityTorques(double g, Eigen::Ref<Eigen::VectorXd> tau) const;
 
   /// Computes d tau / dx (n x n+6). Its joint block is the Hessian of the potential energy, hence symmetric.

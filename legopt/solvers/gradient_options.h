@@ -8,7 +8,7 @@
 
 namespace legopt {
 
-/// Data that incremental methods remember of terms outside the batch (docs/readings.md).
+/// Data that incremental methods remember of terms outside the batch (docs/explanation/paper.md).
 enum class GradientMemory : std::uint8_t {
   kGradients,  ///< gradients at the last evaluation of each term (paper, (22))
   kModels      ///< linear models at the last evaluation, moved along with x as in I-SQP
@@ -22,8 +22,8 @@ inline constexpr auto kEnumNames<GradientMemory> =
 /// a key under `options:` of a method.
 struct GradientOptions {
   PenaltyOptions penalty;
-  /// w of the smooth penalties, per m or rad, > 0 (docs/readings.md#smooth-penalties). On the postures, 1e2 solves more
-  /// problems than 1e4 with every method, and faster; at mu >= 1e4 its optimum still meets the tolerance.
+  /// w of the smooth penalties, per m or rad, > 0 (docs/explanation/paper.md#smooth-penalties). On the postures, 1e2
+  /// solves more problems than 1e4 with every method, and faster; at mu >= 1e4 its optimum still meets the tolerance.
   double sharpness = 1e2;
   LineSearchOptions line_search;
   GradientMemory memory = GradientMemory::kGradients;  ///< used by incremental methods
@@ -41,7 +41,7 @@ struct GradientOptions {
 struct MomentOptions {
   double beta1 = 0.9;     ///< decay of the first moment (paper), [0, 1)
   double beta2 = 0.999;   ///< decay of the second moment (paper), [0, 1)
-  double epsilon = 1e-8;  ///< added to the root of the second moment, > 0 (docs/readings.md#moments)
+  double epsilon = 1e-8;  ///< added to the root of the second moment, > 0 (docs/explanation/paper.md#moments)
 
   /// Visits the fields under their keys in `options:` (option_fields.h).
   static void Visit(auto& options, auto& fields) {

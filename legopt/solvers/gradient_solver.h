@@ -17,12 +17,12 @@ namespace legopt {
 ///     x_{k+1} = P_C(x_k - alpha_k d_k).
 /// A GradientDirection gives d_k, and Wolfe's strong conditions give alpha_k.
 ///
-/// Each iteration evaluates only the terms of a mini-batch (docs/readings.md#terms-and-samples). **Stochastic** (sample
-/// below 100 %): direction and line search use the batch only. **Incremental**: the direction uses the sum of the last
-/// gradients of all terms; those of the batch are recomputed (all of them at the first iteration of a mu). The line
-/// search uses the batch and the last linear models of the other terms, moved along with x as in I-SQP
-/// (docs/readings.md#line-search). The exact objective is evaluated once per epoch. It determines improvement,
-/// feasibility and the best point.
+/// Each iteration evaluates only the terms of a mini-batch (docs/explanation/paper.md#terms-and-samples).
+/// **Stochastic** (sample below 100 %): direction and line search use the batch only. **Incremental**: the direction
+/// uses the sum of the last gradients of all terms; those of the batch are recomputed (all of them at the first
+/// iteration of a mu). The line search uses the batch and the last linear models of the other terms, moved along with x
+/// as in I-SQP (docs/explanation/paper.md#line-search). The exact objective is evaluated once per epoch. It determines
+/// improvement, feasibility and the best point.
 ///
 /// If the line search finds no Wolfe point, it takes the lowest point of sufficient decrease, or the short step if that
 /// is longer and lower. No step increases the objective that the search evaluates. If d_k is no descent direction, x

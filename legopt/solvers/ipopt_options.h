@@ -38,7 +38,7 @@ struct IpoptOptions {
   int max_rounds = 5;        ///< maximum number of nonlinear programs in a row, each with the rows found so far, >= 1
   double tolerance = 1e-6;   ///< Ipopt's optimality error (scaled), (0, 1]
   double stagnation_frac = 1e-3;       ///< converged after five iterations with a smaller relative change of F, >= 0
-  double constraint_tolerance = 1e-4;  ///< largest allowed violation, (0, 1e-3]: docs/readings.md#solver-tolerance
+  double constraint_tolerance = 1e-4;  ///< largest allowed violation, (0, 1e-3]
   IpoptHessian hessian = IpoptHessian::kGaussNewton;
   double damping = 0.5;                            ///< added to the diagonal of the Gauss-Newton matrix, >= 0
   IpoptBarrier barrier = IpoptBarrier::kMonotone;  ///< `mu_strategy` of Ipopt

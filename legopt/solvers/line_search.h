@@ -17,8 +17,9 @@ struct LineSearchOptions {
   double sufficient_decrease = 1e-4;  ///< c1 of Wolfe's conditions (paper), (0, 1)
   double curvature = 0.9;             ///< c2 (paper), (c1, 1)
   double max_step = 1.0;              ///< largest change of any variable in one step; rad and m, > 0
-  double short_step = 1e-3;  ///< largest change if no Wolfe point is found, >= 0 (docs/readings.md#line-search)
-  int max_trials = 20;       ///< maximum number of evaluations per search, >= 1
+  double short_step =
+      1e-3;             ///< largest change if no Wolfe point is found, >= 0 (docs/explanation/paper.md#line-search)
+  int max_trials = 20;  ///< maximum number of evaluations per search, >= 1
 
   /// Visits the fields under their keys in `options:` (option_fields.h).
   static void Visit(auto& options, auto& fields) {

@@ -8,7 +8,7 @@ struct PenaltyOptions {
   double initial_penalty = 1e2;             ///< mu of the first penalty iteration (paper), > 0
   double penalty_increase_ratio = 10.0;     ///< factor of mu between penalty iterations, > 1
   int max_penalty_iterations = 11;          ///< mu = 1e2 .. 1e12 (paper), 1..20
-  double constraint_tolerance = 5e-4;       ///< largest allowed violation, (0, 1e-3]: docs/readings.md#solver-tolerance
+  double constraint_tolerance = 5e-4;       ///< largest allowed violation, (0, 1e-3]
   int max_epochs = 500;                     ///< passes over all terms per penalty value, >= 1
   int max_epochs_without_improvement = 10;  ///< epochs without a decrease of F + mu V before mu is raised (paper), >= 1
   int max_epochs_when_satisfied = 1;        ///< limit for epochs without improvement while the constraints hold, >= 1

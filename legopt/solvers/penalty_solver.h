@@ -15,7 +15,7 @@ namespace legopt {
 /// The whole solve ends at the first mu whose epochs end with the constraints satisfied. The epochs of a mu end after
 /// `max_epochs_without_improvement` (paper), sooner if the constraints are satisfied, or after `max_epochs` in all.
 /// The latter counts as finished, but the solve is then reported as kIterationLimit. Each mu ends at the point of the
-/// lowest objective that its epochs visited. See docs/readings.md#when-a-solve-ends.
+/// lowest objective that its epochs visited. See docs/explanation/paper.md#when-a-solve-ends.
 class PenaltySolver : public Solver {
  public:
   SolverResult Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) final;

@@ -7,9 +7,10 @@
 
 namespace legopt {
 
-/// phi(alpha) = F(P_C(x - alpha d)), with P_C the projection on the variables' bounds (docs/readings.md#line-search). F
-/// is the sum over the terms of a mask and, if models are given, over the models of the other terms. The value is
-/// exact. The slope is the directional derivative over the variables that are not at a bound. A workspace; one thread.
+/// phi(alpha) = F(P_C(x - alpha d)), with P_C the projection on the variables' bounds
+/// (docs/explanation/paper.md#line-search). F is the sum over the terms of a mask and, if models are given, over the
+/// models of the other terms. The value is exact. The slope is the directional derivative over the variables that are
+/// not at a bound. A workspace; one thread.
 class ProjectedLine : public LineFunction {
  public:
   /// Sets a program and its smoothed objective, both of which must outlive all later calls.

@@ -13,7 +13,7 @@ struct ValueAndSlope {
   double slope = 0.0;  ///< f'
 };
 
-/// Returns a smooth |h| (paper, (16); docs/readings.md#smooth-penalties) with slope tanh(w h / 2) and value
+/// Returns a smooth |h| (paper, (16); docs/explanation/paper.md#smooth-penalties) with slope tanh(w h / 2) and value
 ///     (2/w) ln cosh(w h / 2) = |h| + (2/w) (ln(1 + e^(-w|h|)) - ln 2).
 /// The right-hand side never overflows. `sharpness` is w > 0, per unit of h. The value is at most 2 ln 2 / w below |h|.
 inline ValueAndSlope SmoothAbs(double h, double sharpness) {

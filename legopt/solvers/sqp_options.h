@@ -39,8 +39,8 @@ template <>
 inline constexpr auto kEnumNames<FeasibleStop> = MakeEnumNames<FeasibleStop>(
     {{FeasibleStop::kIncremental, "incremental"}, {FeasibleStop::kAlways, "always"}, {FeasibleStop::kNever, "never"}});
 
-/// Numerical options of the trust-region SQP (docs/readings.md#sqp). Defaults are TrajOpt's with the paper's penalties;
-/// every one is a key under `options:` of a method.
+/// Numerical options of the trust-region SQP (docs/explanation/paper.md#sqp). Defaults are TrajOpt's with the paper's
+/// penalties; every one is a key under `options:` of a method.
 struct SqpOptions {
   double trust_box_size = 0.1;            ///< initial half width s of the trust box; rad and m; > min_trust_box_size
   double min_trust_box_size = 1e-4;       ///< half width below which the loop ends, > 0
@@ -49,7 +49,7 @@ struct SqpOptions {
   double improve_ratio_threshold = 0.25;  ///< steps are accepted if actual >= threshold * predicted decrease, (0, 1)
   double min_approx_improve = 1e-4;       ///< converged if the predicted decrease is smaller, >= 0
   double min_approx_improve_frac = 1e-3;  ///< converged if the predicted decrease is a smaller share of the merit, >= 0
-  double constraint_tolerance = 1e-4;     ///< largest allowed violation, (0, 1e-3]: docs/readings.md#solver-tolerance
+  double constraint_tolerance = 1e-4;     ///< largest allowed violation, (0, 1e-3]
   double initial_penalty = 1e2;           ///< mu of the first penalty iteration (paper), > 0
   double penalty_increase_ratio = 10.0;   ///< factor of mu between penalty iterations, > 1
   int max_penalty_iterations = 11;        ///< mu = 1e2 .. 1e12 (paper), 1..20

@@ -15,19 +15,20 @@
 
 namespace legopt {
 
-/// Sequential quadratic programming with l1 penalties in a trust box, as in TrajOpt (docs/readings.md#sqp), with the
-/// paper's penalties mu = 1e2 .. 1e12. Three nested loops:
+/// Sequential quadratic programming with l1 penalties in a trust box, as in TrajOpt (docs/explanation/paper.md#sqp),
+/// with the paper's penalties mu = 1e2 .. 1e12. Three nested loops:
 ///
 ///   penalty loop       raises mu until the constraints hold
 ///     convexify loop   builds convex models of all terms at x
 ///       trust region   solves the subproblem in [x - s, x + s] until a step is accepted
 ///
-/// Unlike in TrajOpt (docs/readings.md#when-a-solve-ends), the tolerance is per component, and the whole solve ends at
-/// the first mu whose inner loop ends with the constraints satisfied. An inner loop that reaches its iteration limit
-/// counts as finished, but the solve is then reported as kIterationLimit. A step to a non-finite point is rejected.
+/// Unlike in TrajOpt (docs/explanation/paper.md#when-a-solve-ends), the tolerance is per component, and the whole solve
+/// ends at the first mu whose inner loop ends with the constraints satisfied. An inner loop that reaches its iteration
+/// limit counts as finished, but the solve is then reported as kIterationLimit. A step to a non-finite point is
+/// rejected.
 ///
 /// With a sample below 100 %, the convexify loop refreshes a random subset of the terms. **Incremental** (I-SQP;
-/// docs/readings.md#incremental-sqp): the first convexification at each mu uses all terms. Later ones keep the
+/// docs/explanation/paper.md#incremental-sqp): the first convexification at each mu uses all terms. Later ones keep the
 /// models of terms outside the sample, moved along with x. The loop ends as soon as the constraints hold after an
 /// accepted step (unless `stop_when_feasible` differs), and convergence is only declared on fresh models of all terms.
 /// **Not incremental** (SQP 80 %): the subproblem contains only the sampled terms. In both cases, the full merit

@@ -10,7 +10,8 @@
 namespace legopt {
 
 /// Random selection of the terms that an iteration evaluates. It selects sampling units (TermShape::unit), the paper's
-/// F_i (docs/readings.md#terms-and-samples). Selections are the same on every machine and standard library. One thread.
+/// F_i (docs/explanation/paper.md#terms-and-samples). Selections are the same on every machine and standard library.
+/// One thread.
 class TermSampler {
  public:
   /// Prepares for a program and a share of its units; the batch has max(1, round(percent/100 * units)) of them.

@@ -10,11 +10,13 @@ namespace legopt {
 enum class SceneRepresentation : std::uint8_t {
   /// Convex solids that fill the scene. A link inside a solid is pushed out through the nearest face.
   kSolid,
-  /// The paper's representation (docs/readings.md#two-sided-triangles): every triangle of the scene is a separate flat,
+  /// The paper's representation (docs/explanation/paper.md#two-sided-triangles): every triangle of the scene is a
+  /// separate flat,
   /// two-sided obstacle without an inside. A link that intersects a triangle is moved off it along the shortest path.
   /// For a foot buried deeper than half its height that path leads down.
   kSurface,
-  /// The same triangles, one-sided (docs/readings.md#one-sided-triangles): a link that intersects a triangle is always
+  /// The same triangles, one-sided (docs/explanation/paper.md#one-sided-triangles): a link that intersects a triangle
+  /// is always
   /// moved to its front, even if the shortest path leads out at the back.
   kOrientedSurface,
 };
@@ -40,8 +42,8 @@ inline constexpr auto kEnumNames<ContinuousCollision> =
                                         {ContinuousCollision::kPreferred, "preferred"},
                                         {ContinuousCollision::kRequired, "required"}});
 
-/// Pairs of links checked for self-collision (docs/readings.md#ignored-link-pairs). Neighbouring links are never
-/// checked.
+/// Pairs of links checked for self-collision (docs/explanation/judge.md#ignored-link-pairs). Neighbouring links are
+/// never checked.
 enum class PairSelection : std::uint8_t {
   kReference,  ///< pairs that do not touch in the dataset's reference pose, as in the original evaluator
   kAll         ///< all pairs that joint motion can separate, as in the physical rule

@@ -6,7 +6,7 @@
 
 namespace legopt {
 
-/// Known feasibility of a stance or problem, independent of any method (docs/datasets.md#certificates).
+/// Known feasibility of a stance or problem, independent of any method (docs/reference/datasets.md#certificates).
 enum class Feasibility : std::uint8_t {
   kCertified,   ///< a posture that the judge accepts is known for every stance
   kInfeasible,  ///< a stance is proven to have no posture

@@ -13,7 +13,7 @@
 namespace legopt {
 
 /// The task: one static posture at a stance, or a motion through a sequence of stances, constrained at the waypoints
-/// only or also between them (docs/readings.md#continuous-motions).
+/// only or also between them (docs/explanation/judge.md#continuous-motions).
 enum class Task : std::uint8_t {
   kPosture,     ///< one static posture at a stance
   kMotion,      ///< a motion through a sequence of stances
@@ -37,7 +37,7 @@ template <>
 inline constexpr auto kEnumNames<Initialization> =
     MakeEnumNames<Initialization>({{Initialization::kGood, "good"}, {Initialization::kInCollision, "in_collision"}});
 
-/// Cost of a solution (docs/readings.md#the-judge).
+/// Cost of a solution (docs/explanation/judge.md).
 enum class TaskCost : std::uint8_t {
   kTorques,     ///< sum over the waypoints of the squared gravity torques
   kJointSteps,  ///< mean squared joint step between consecutive waypoints
@@ -75,7 +75,7 @@ struct TaskDescription {
   bool windowed = false;
   bool long_jobs = false;  ///< jobs take seconds or more: no jobs are prefetched
   /// Default limit of term evaluations of a job: about ten times as many as the most expensive terminating job of the
-  /// embedded suites needs (docs/suites.md#limits).
+  /// embedded suites needs (docs/reference/suites.md#limits).
   std::int64_t default_effort_limit = 10'000'000;
   /// Default wall-time limit of a job. Only a safety net: ten times as long as the evaluations take on a slow machine.
   double default_wall_limit_s = 3'600;
@@ -102,7 +102,7 @@ inline constexpr std::array kTasks = {
                     .stances = "two or more",
                     .least_stances = 2,
                     .most_stances = std::numeric_limits<int>::max(),
-                    .waypoints_per_stance = 2,  // docs/readings.md#waypoints-of-a-stance
+                    .waypoints_per_stance = 2,  // docs/explanation/paper.md#waypoints-of-a-stance
                     .cost = TaskCost::kJointSteps,
                     .between = TransitionRule::kScored,
                     .windowed = true,

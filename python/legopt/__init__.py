@@ -1,5 +1,5 @@
 """Results of legopt in Python: open a database read-only, get tidy rows or frames, compare methods by the program,
-convert solutions for other robotics libraries. docs/python.md describes all of it.
+convert solutions for other robotics libraries. docs/reference/python.md describes all of it.
 
     import legopt
 

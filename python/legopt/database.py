@@ -21,7 +21,7 @@ RULES = ["literal", "strict", "solid"]
 _RULE = "SELECT rule FROM experiments WHERE :id IS NULL OR experiment_id = :id"
 
 # One row per job: the view job_list, and further columns of the tables. solve_ms and contended follow
-# docs/statistics.md, "What is counted".
+# docs/explanation/statistics.md, "What is counted".
 _CONTENDED = "(r.involuntary_context_switches > 0 OR r.wall_us > 1.2 * r.cpu_us)"
 _JOBS = f"""
 SELECT l.*, e.name AS experiment, d.name AS dataset, e.seed, c.method_id, c.effort_limit,
@@ -74,8 +74,8 @@ class Database:
         self._file.close()
 
     def query(self, sql: str, parameters: Sequence[Any] | dict[str, Any] = ()) -> Rows:
-        """Returns the rows of one SELECT, BLOBs as bytes; docs/database.md lists tables and views. RequestError for
-        wrong SQL."""
+        """Returns the rows of one SELECT, BLOBs as bytes; docs/reference/database.md lists tables and views.
+        RequestError for wrong SQL."""
         return self._file.query(sql, parameters)
 
     def experiments(self) -> Rows:
@@ -187,8 +187,8 @@ class Database:
     def compare(self, a: int | str, b: int | str, experiment: int | str | None = None, *, method: str | None = None,
                 task: str | None = None, initialization: str | None = None, rule: str | None = None, margin: float = 0.0,
                 charge_s: float | None = None, program: str | os.PathLike[str] | None = None) -> dict[str, Any]:
-        """Returns the numbers of `legopt compare A B --format json`, computed by the program; docs/statistics.md
-        defines each. A and B as for paired(); `margin`: percent by which times and costs must differ; `charge_s`:
+        """Returns the numbers of `legopt compare A B --format json`, computed by the program;
+        docs/explanation/statistics.md defines each. A and B as for paired(); `margin`: percent by which times and costs must differ; `charge_s`:
         seconds charged for a failed run. Errors as for run()."""
         number = None if experiment is None else self._experiment(experiment)
         flags = _flags(experiment=number, method=method, task=task, initialization=initialization, rule=rule,

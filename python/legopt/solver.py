@@ -1,4 +1,4 @@
-"""Custom solvers in Python: docs/solvers.md describes the protocol that this module implements.
+"""Custom solvers in Python: docs/reference/external-solvers.md describes the protocol that this module implements.
 
     import legopt.solver
 

@@ -1,4 +1,4 @@
-"""Convergence of a job's solve. docs/database.md, "Traces", describes the layout."""
+"""Convergence of a job's solve. docs/reference/database.md, "Traces", describes the layout."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-// Policy: `import` only creates new folders and leaves nothing behind when it refuses. The example of docs/datasets.md
-// works, command by command.
+// Policy: `import` only creates new folders and leaves nothing behind when it refuses. The example of
+// docs/tutorials/my-robot.md works, command by command.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -138,15 +138,14 @@ TEST(ImportCommand, AMeshWithHolesIsAFindingAndNoDatasetIsMade) {
   EXPECT_TRUE(Made(clone).empty());
 }
 
-/// Returns the commands of a section of docs/datasets.md: indented lines that begin with "legopt", joined at
-/// backslashes.
-std::vector<std::vector<std::string>> DocumentedCommands(const std::string& heading) {
-  std::ifstream document(fs::path(SourceFolder()) / "docs" / "datasets.md");
+/// Returns the commands of docs/tutorials/my-robot.md: lines indented by four columns that begin with "legopt", joined
+/// at backslashes.
+std::vector<std::vector<std::string>> DocumentedCommands() {
+  std::ifstream document(fs::path(SourceFolder()) / "docs" / "tutorials" / "my-robot.md");
   std::vector<std::vector<std::string>> commands;
-  bool inside = false, joined = false;
+  bool joined = false;
   for (std::string line; std::getline(document, line);) {
-    if (line.starts_with("## ")) inside = line == "## " + heading;
-    if (!inside || (!joined && !line.starts_with("    legopt "))) continue;
+    if (!joined && !line.starts_with("    legopt ")) continue;
     if (!joined) commands.emplace_back();
     std::istringstream words(line.substr(0, line.find('#')));
     joined = false;
@@ -168,16 +167,16 @@ TEST(BringYourOwn, TheDocumentedExampleWorksFromFilesToTable) {
   if (!bus::ProbeMulticastRoute(bus::LcmOptions{}.group).usable) GTEST_SKIP() << "no multicast route here";
   const test::TemporaryFolder folder;
   fs::create_directory_symlink(fs::path(SourceFolder()) / "data", folder.path() / "data");
-  const auto commands = DocumentedCommands("Your own robot, from files to table");
-  ASSERT_GE(commands.size(), 4U);
-  std::string out;
+  const auto commands = DocumentedCommands();
+  ASSERT_GE(commands.size(), 5U);
+  std::string table;
   for (std::vector<std::string> words : commands) {
     words.erase(words.begin());  // "legopt"
     const ProgramResult result = RunLegopt(words, folder.path());
     ASSERT_EQ(result.exit_code, 0) << testing::PrintToString(words) << result.err;
-    out = result.out;
+    if (words.front() == "table") table = result.out;
   }
-  EXPECT_THAT(out, AllOf(HasSubstr("my-biped"), HasSubstr("SQP")));
+  EXPECT_THAT(table, AllOf(HasSubstr("my-biped"), HasSubstr("SQP")));
   const auto solved = [&](const std::string& task) {
     return OpenResults({(folder.path() / "biped.sqlite").string(), {}})
         ->Query("SELECT count(DISTINCT problem_id) AS n FROM job_list WHERE verdict_strict = 'success' AND task = '" +

@@ -1,5 +1,6 @@
 // Policy: an external solver is a row of the table and judged like all others. Its errors cost one attempt of their
-// job, with a reason, leave nothing behind, and do not affect other jobs. docs/solvers.md documents the behaviour.
+// job, with a reason, leave nothing behind, and do not affect other jobs. docs/reference/external-solvers.md documents
+// the behaviour.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -246,7 +247,8 @@ TEST_F(SolverCommand, MemoryAndCpuTimeAreTheSolversOwn) {
   EXPECT_LT(row.at("peak_memory_bytes"), 300 << 20);
 }
 
-// Signs and names are those of docs/solvers.md. A failed assertion ends the solver, and the job dies.
+// Signs and names are those of docs/reference/external-solvers.md. A failed assertion ends the solver, and the job
+// dies.
 TEST_F(SolverCommand, ContactsComeWithTheEvaluation) {
   test::WriteText(folder_.path() / "touch.py", "import sys\nsys.path.insert(0, '" + SourceFolder() +
                                                    "/python')\n"
@@ -317,7 +319,7 @@ TEST_F(SolverCommand, SlsqpNloptAndShellAreThreeRowsBesideOurs) {
 }
 
 TEST_F(SolverCommand, ADocumentedSessionSaysWhatTheDocumentSays) {
-  const std::string document = test::ReadText(SourceFolder() + "/docs/solvers.md");
+  const std::string document = test::ReadText(SourceFolder() + "/docs/reference/external-solvers.md");
   std::smatch block;
   ASSERT_TRUE(std::regex_search(document, block, std::regex("```console\\n\\$ legopt ([^\\n]*)\\n([^`]*)```")));
   std::filesystem::create_symlink(SourceFolder() + "/examples", folder_.path() / "examples");

@@ -99,8 +99,8 @@ TEST(GarageEasier, NoFigureOfTheJudgeDependsOnCulling) {
   EXPECT_GT(touching, 50);
 }
 
-// Problems 0 to 24 change floors, 25 to 49 stay on one (docs/datasets.md); stances alternate double and single
-// support.
+// Problems 0 to 24 change floors, 25 to 49 stay on one (docs/reference/datasets.md); stances alternate double and
+// single support.
 TEST(GarageEasier, MotionsChangeFloorsOrStayOnOne) {
   for (const ProblemDefinition& problem : DefaultDataset()->problems(Task::kMotion)) {
     const auto height = [](const Stance& stance) { return stance.contacts.at(0).position.z(); };

@@ -1,5 +1,5 @@
-// docs/database.md is correct: its views have the columns that it lists, in that order, and each example query runs
-// and finds rows in a database written by the store.
+// docs/reference/database.md is correct: its views have the columns that it lists, in that order, and each example
+// query runs and finds rows in a database written by the store.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -18,7 +18,7 @@ namespace {
 // Returns the indented lines of a section, without their indentation.
 std::vector<std::string> IndentedLines(const std::string& heading) {
   constexpr std::string_view kIndent = "    ";
-  std::ifstream file(SourceFolder() + "/docs/database.md");
+  std::ifstream file(SourceFolder() + "/docs/reference/database.md");
   std::vector<std::string> lines;
   bool inside = false;
   for (std::string line; std::getline(file, line);) {
@@ -123,7 +123,7 @@ TEST_F(DocumentedDatabase, ViewsHaveTheColumnsThatAreListed) {
 }
 
 TEST_F(DocumentedDatabase, TheSchemaVersionIsTheOneThatIsNamed) {
-  std::ifstream file(SourceFolder() + "/docs/database.md");
+  std::ifstream file(SourceFolder() + "/docs/reference/database.md");
   const std::string text(std::istreambuf_iterator<char>(file), {});
   EXPECT_NE(text.find("schema's version, now " + std::to_string(SchemaVersion()) + "."), std::string::npos);
 }

@@ -43,8 +43,8 @@ struct FaultModel {
   /// buffer.
   std::size_t receive_buffer = SIZE_MAX;
 
-  /// Returns the standard faults (docs/reliability.md#the-figures): 20 % loss, 5 % duplication, 10 % reordering, 0 - 50
-  /// ms delay.
+  /// Returns the standard faults (docs/explanation/reliability.md#the-figures): 20 % loss, 5 % duplication, 10 %
+  /// reordering, 0 - 50 ms delay.
   static FaultModel StandardChaos();
 };
 

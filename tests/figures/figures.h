@@ -1,5 +1,5 @@
-// Acceptance figures (docs/reliability.md#the-figures) that need real processes, real time or a real file. Each
-// function starts its own deployment, prints its measurements and judges them.
+// Acceptance figures (docs/explanation/reliability.md#the-figures) that need real processes, real time or a real file.
+// Each function starts its own deployment, prints its measurements and judges them.
 #pragma once
 
 #include <cstdint>

@@ -12,7 +12,7 @@ using std::string_view_literals::operator""sv;
 
 constexpr auto kShortForm = "LC02\0\0\0\0"sv;
 constexpr auto kChannel = "LEGOPT\0"sv;
-// Fragment 0 of 2 of a message of 4 GiB, which crashes LCM 1.3.1 (docs/reliability.md#what-lcm-and-udp-do).
+// Fragment 0 of 2 of a message of 4 GiB, which crashes LCM 1.3.1 (docs/explanation/reliability.md#what-lcm-and-udp-do).
 constexpr auto kLongForm = "LC03\0\0\0\1\xff\xff\xff\xff\xff\xff\xff\xf0\0\0\0\2LEGOPT\0"sv;
 constexpr std::size_t kDestinationBegin = 32, kDestinationEnd = 40;  // unchanged, since another party's frames are no
                                                                      // fault

@@ -49,8 +49,8 @@ std::int64_t CountResults(const std::filesystem::path& file) {
   return std::get<std::int64_t>(answer.rows.at(0).at(0));
 }
 
-// Performs the drill of docs/database.md: moves the file and its log away, replaces them by a backup, and restarts the
-// server.
+// Performs the drill of docs/how-to/back-up.md: moves the file and its log away, replaces them by a backup, and
+// restarts the server.
 void MeasureRestore(Deployment& deployment, int rows, Findings& findings) {
   findings.Begin("20");
   const std::filesystem::path file = deployment.database();

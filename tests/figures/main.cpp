@@ -36,7 +36,9 @@ int Run(int argc, char** argv) {
   std::vector<std::string> names;
   for (const auto& [known, measure] : Measures()) names.push_back(known);
   CLI::App app("Measures acceptance figures with real processes; fails when a promise is broken.");
-  app.add_option("NAME", name, "Which one; see docs/reliability.md")->required()->check(CLI::IsMember(names));
+  app.add_option("NAME", name, "Which one; see docs/explanation/reliability.md")
+      ->required()
+      ->check(CLI::IsMember(names));
   app.add_option("--count", request.count, "Trials, rows, packets or problems (default: as the figure asks)")
       ->check(CLI::PositiveNumber);
   app.add_option("--minutes", request.minutes, "Length of readers, throughput and soak")->check(CLI::PositiveNumber);

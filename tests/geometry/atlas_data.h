@@ -47,7 +47,7 @@ inline Eigen::VectorXd ZeroPose(const RobotModel& robot) {
   return x;
 }
 
-/// Returns the evaluator's reference pose for self-collision (docs/readings.md#ignored-link-pairs).
+/// Returns the evaluator's reference pose for self-collision (docs/explanation/judge.md#ignored-link-pairs).
 inline Eigen::VectorXd AtlasReference(const RobotModel& robot) {
   Eigen::VectorXd x = ZeroPose(robot);
   x[0] = x[2] = 20.0 * 3.1415 / 180.0;
@@ -82,7 +82,7 @@ inline std::vector<std::vector<ContactPose>> ReadStances(const std::filesystem::
   return stances;
 }
 
-/// Returns the target of the foot's link frame (docs/readings.md#foot-targets).
+/// Returns the target of the foot's link frame (docs/explanation/paper.md#foot-targets).
 inline Eigen::Isometry3d FootFrame(const ContactPose& sole) {
   constexpr double kContactFrameOffset = 0.082351;
   const Eigen::Matrix3d rotation = sole.rotation.toRotationMatrix();

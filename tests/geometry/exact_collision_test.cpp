@@ -37,7 +37,7 @@ double BoxDepth(const TriangleMesh& other, double sunk, const Eigen::Vector3d& s
   return world.Depth(a, b);
 }
 
-// Depths measured with ODE 0.16.2 (docs/readings.md#contact-depth).
+// Depths measured with ODE 0.16.2 (docs/explanation/judge.md#contact-depth).
 TEST(TrimeshDepth, MeasuredCasesOfTheReference) {
   EXPECT_LT(BoxDepth(Plane(true), -0.001), 0.0);
   for (const double sunk : {0.0005, 0.001, 0.002, 0.010, 0.020, 0.030, 0.050}) {

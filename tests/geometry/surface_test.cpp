@@ -153,7 +153,7 @@ TEST(TriangleDistance, HasTwoSidesAndNoInside) {
 }
 
 TEST(TriangleDistance, AFootBuriedBy50MillimetresIsPushedDown) {
-  constexpr double kHeight = 0.0535;  // height of an Atlas foot: docs/readings.md#two-sided-triangles
+  constexpr double kHeight = 0.0535;  // height of an Atlas foot: docs/explanation/paper.md#two-sided-triangles
   const PlacedShape foot(Box(0.26, 0.13, kHeight), At(0, 0, 0.5 * kHeight - 0.05));
   const PairDistance d = DistanceOf(foot, Placed(Ground(true)));
   EXPECT_NEAR(d.distance_m, -0.0035, 1e-9);

@@ -18,8 +18,9 @@ class LayeringTest(unittest.TestCase):
         self.copy = scratch.name
         for folder in FOLDERS:
             shutil.copytree(os.path.join(ROOT, folder), os.path.join(self.copy, folder))
-        os.mkdir(os.path.join(self.copy, "docs"))
-        shutil.copy(os.path.join(ROOT, "docs", "architecture.md"), os.path.join(self.copy, "docs"))
+        folder = os.path.join("docs", "explanation")
+        os.makedirs(os.path.join(self.copy, folder))
+        shutil.copy(os.path.join(ROOT, folder, "architecture.md"), os.path.join(self.copy, folder))
 
     def check(self):
         """Output of the script for the copy."""
@@ -34,7 +35,7 @@ class LayeringTest(unittest.TestCase):
             file.write(text)
 
     def edit_table(self, old, new):
-        path = os.path.join(self.copy, "docs", "architecture.md")
+        path = os.path.join(self.copy, "docs", "explanation", "architecture.md")
         with open(path, encoding="utf-8") as file:
             text = file.read()
         self.assertIn(old, text)

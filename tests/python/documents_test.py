@@ -1,4 +1,4 @@
-"""The session of docs/python.md, replayed, and the example."""
+"""The session of docs/reference/python.md, replayed, and the example."""
 
 import contextlib
 import doctest
@@ -12,7 +12,7 @@ from pathlib import Path
 
 import results
 
-DOCUMENT = results.SOURCE / "docs" / "python.md"
+DOCUMENT = results.SOURCE / "docs" / "reference" / "python.md"
 EXAMPLE = results.SOURCE / "examples" / "python" / "two_figures.py"
 FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 # Digits of times, and the flag of contention, which depends on other load.
@@ -53,7 +53,7 @@ class Session(unittest.TestCase):
             print(f"A BLOCK WAS LEFT OUT, {reason}", file=sys.stderr)
 
     def python(self, text, names):
-        test = doctest.DocTestParser().get_doctest(text, names, "docs/python.md", str(DOCUMENT), 0)
+        test = doctest.DocTestParser().get_doctest(text, names, "docs/reference/python.md", str(DOCUMENT), 0)
         said = io.StringIO()
         runner = doctest.DocTestRunner(Checker(), verbose=False)
         with contextlib.redirect_stdout(io.StringIO()):

@@ -14,7 +14,7 @@ namespace legopt::simulation {
 /// - duplicated: present or acknowledged twice;
 /// - unexpected: present although no process sent it;
 /// - wrong state: inconsistent with itself or with a reply.
-/// Acceptance figures 1 - 4, 10, 26 (docs/reliability.md#the-figures).
+/// Acceptance figures 1 - 4, 10, 26 (docs/explanation/reliability.md#the-figures).
 std::vector<std::string> FaultsOf(const Record& record, const StoredState& state, const JobBehaviour& manners);
 
 }  // namespace legopt::simulation

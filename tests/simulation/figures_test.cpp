@@ -1,5 +1,5 @@
-// Acceptance figures (docs/reliability.md#the-figures) that can be measured in virtual time, with the default times of
-// leases and heartbeats. Each test prints its measurements.
+// Acceptance figures (docs/explanation/reliability.md#the-figures) that can be measured in virtual time, with the
+// default times of leases and heartbeats. Each test prints its measurements.
 
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>

@@ -1,4 +1,4 @@
-"""Replays the sessions of docs/clusters.md."""
+"""Replays the sessions of docs/how-to/clusters.md."""
 import doctest
 import re
 import subprocess
@@ -7,7 +7,7 @@ import cluster as engine
 from pools import service, states
 from runs import PROGRAMS, SOURCE, check_nothing_left, expect
 
-DOCUMENT = SOURCE / "docs" / "clusters.md"
+DOCUMENT = SOURCE / "docs" / "how-to" / "clusters.md"
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -24,7 +24,7 @@ def same(wanted, got):
 
 
 def documented_sessions(cluster, _):
-    """Policy: the output shown in docs/clusters.md is correct."""
+    """Policy: the output shown in docs/how-to/clusters.md is correct."""
     replayed = 0
     folder = cluster.shared / "session"  # logs are written to a folder that all nodes share
     folder.mkdir()

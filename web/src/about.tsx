@@ -35,7 +35,7 @@ export function AboutView({ page, experiment, state }: { page: Page; experiment:
   const facts: [string, string][] = [
     ['experiment', `${experiment.id} '${experiment.name}'${experiment.place && ` of ${experiment.place}`}`], ['state', `${experiment.state}${experiment.unfinished > 0 ? `, ${experiment.unfinished} jobs unfinished` : ''}`],
     ['submitted', `${experiment.submitted_utc} UTC`], ['dataset', `${experiment.dataset.name}, problems: ${experiment.dataset.split}`], ['hash', experiment.dataset.hash],
-    ['rule', `${experiment.rule}: whose verdict counts as solved (docs/readings.md)`], ['seed', String(experiment.seed)], ['repetitions', String(experiment.repetitions)],
+    ['rule', `${experiment.rule}: whose verdict counts as solved (docs/explanation/paper.md)`], ['seed', String(experiment.seed)], ['repetitions', String(experiment.repetitions)],
     ['results by', experiment.origin || 'unknown'], ['newest result', experiment.newest_result_utc ? `${experiment.newest_result_utc} UTC` : DASH], ['page by', `legopt ${page.legopt.version}, build ${page.legopt.build_id}; format ${page.format}`],
   ];
   return (
@@ -49,7 +49,7 @@ export function AboutView({ page, experiment, state }: { page: Page; experiment:
         <tbody>{experiment.methods.map((m) => <tr key={m.id}><td>{m.title}</td><td>{m.choice}</td><td>{m.collision}</td><td><code>{m.hash.slice(0, 16)}</code></td></tr>)}</tbody></table></div>
       <Options experiment={experiment} state={state} />
       <h3>How to read the figures</h3>
-      <p>The unit of every figure is the problem; repetitions of one are averaged first. Failed jobs count, missing ones do not. Each figure is defined in docs/statistics.md, and docs/page.md says what to conclude from it, and what not.</p>
+      <p>The unit of every figure is the problem; repetitions of one are averaged first. Failed jobs count, missing ones do not. Each figure is defined in docs/explanation/statistics.md, and docs/how-to/page.md says what to conclude from it, and what not.</p>
     </>
   );
 }

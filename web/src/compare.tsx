@@ -97,7 +97,7 @@ function PairView({ pair, e, eB, names, marks, caption, log, chosen }: { pair: P
       <h3>The two alone</h3>
       <CurveSet name="pair" figures={figures} names={both.map((name, k) => ({ title: name, mark: marks[k] }))} pool="these two" caption={said} log={log} depends={depends} />
       {pair.report.notes.length > 0 && <ul class="notes">{pair.report.notes.map((note) => <li key={note}>{note}</li>)}</ul>}
-      <p class="caption">p is adjusted by Holm over the comparisons of the list above. Rules: docs/statistics.md. With fewer than {pair.report.least_discordant} problems that only one solves, no difference in success can be shown.</p>
+      <p class="caption">p is adjusted by Holm over the comparisons of the list above. Rules: docs/explanation/statistics.md. With fewer than {pair.report.least_discordant} problems that only one solves, no difference in success can be shown.</p>
     </>
   );
 }

@@ -1,5 +1,5 @@
-// The data contract, docs/page-data.md: the content that C++ wrote into this file, or sends, and the decoding of its
-// blocks.
+// The data contract, docs/reference/page-data.md: the content that C++ wrote into this file, or sends, and the decoding
+// of its blocks.
 
 export const FORMAT = 1;
 

@@ -23,7 +23,7 @@ export const CHARGES: Charge[] = [
     time: (s) => quantile(s.time_median_ms, s, time), cost: (s) => quantile(s.cost_median, s, number) },
   { key: 'q95', label: '95 % quantile', says: '95 % quantiles over all problems, an unsolved one infinite; times of whole solves.',
     time: (s) => quantile(s.time_q95_ms, s, time), cost: (s) => quantile(s.cost_q95, s, number) },
-  { key: 'par10', label: 'PAR10', says: 'Mean time of a whole solve, a failed run at its charge (docs/statistics.md); a cost cannot be charged.',
+  { key: 'par10', label: 'PAR10', says: 'Mean time of a whole solve, a failed run at its charge (docs/explanation/statistics.md); a cost cannot be charged.',
     time: (s) => time(s.par10_ms), cost: () => DASH },
   { key: 'ert', label: 'ERT', says: 'Time of all runs over the number of successes; a cost cannot be charged.',
     time: (s) => quantile(s.ert_ms, s, time), cost: () => DASH },

@@ -105,7 +105,7 @@ void ReadLevel(OptionReader& reader, Declaration& declaration, OptionDiagnostics
   std::string word = "lines";
   reader.Text("level", word);
   if (word != "lines" && word != "files")
-    faults.Add("level", word, "must be 'lines' or 'files'", "see docs/solvers.md");
+    faults.Add("level", word, "must be 'lines' or 'files'", "see docs/reference/external-solvers.md");
   declaration.level = word == "files" ? ChannelType::kFiles : ChannelType::kLines;
 }
 

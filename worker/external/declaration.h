@@ -14,7 +14,7 @@ enum class ChannelType {
   kFiles   ///< a problem file and the name of a solution file as last arguments; one process per solve
 };
 
-/// External solver, declared by a JSON file (docs/solvers.md):
+/// External solver, declared by a JSON file (docs/reference/external-solvers.md):
 ///
 ///     {"name": "slsqp", "command": ["python3", "slsqp.py"], "files": ["../common.py"], "settings": {"ftol": 1e-6},
 ///      "timeout_s": 60}

@@ -10,7 +10,7 @@ inline constexpr double kLongestBudget_s = 604'800.0;
 /// Options of an external solver. Its declaration, identified by the hash, determines everything else.
 struct ExternalOptions {
   std::string declaration;             ///< hash of the declaration (Declaration::hash)
-  double constraint_tolerance = 1e-4;  ///< limit for each violation, (0, 1e-3]: docs/readings.md#solver-tolerance
+  double constraint_tolerance = 1e-4;  ///< limit for each violation, (0, 1e-3]
   double budget_s = 0.0;               ///< wall time of a job after which the best point so far is the result; 0: none
   int max_rounds = 5;                  ///< nonlinear programs solved in sequence, each with the rows found so far, >= 1
 

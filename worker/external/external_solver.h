@@ -31,7 +31,7 @@ struct ExternalProtocol {
 /// Starts the solver and returns a channel on which it says hello.
 using ChannelMaker = std::function<std::unique_ptr<LineChannel>()>;
 
-/// External solver that requests evaluations over a LineChannel (protocol: docs/solvers.md).
+/// External solver that requests evaluations over a LineChannel (protocol: docs/reference/external-solvers.md).
 ///
 /// The solver receives the program in the form of SlottedProgram: smooth, with fixed structure, in dx about the start.
 /// Like Ipopt it receives a sequence of them ("rounds"). If it ends at rows without their own slot, or infeasible while

@@ -10,8 +10,8 @@
 
 #include "legopt/solvers/slotted_program.h"
 
-/// Lines of the protocol between legopt and an external solver: docs/solvers.md. Each is one JSON object with a `type`.
-/// Pure functions.
+/// Lines of the protocol between legopt and an external solver: docs/reference/external-solvers.md. Each is one JSON
+/// object with a `type`. Pure functions.
 namespace legopt::external {
 
 /// Protocol version, in `hello` and `solve`.

@@ -13,11 +13,11 @@
 namespace legopt::external {
 
 /// Returns the pairs of bodies near or inside each other at the program's point, waypoint after waypoint
-/// (docs/solvers.md); an empty list if the program is not a robot's.
+/// (docs/reference/external-solvers.md); an empty list if the program is not a robot's.
 nlohmann::json ContactsJson(Program& program);
 
-/// Returns the robot, the initial configurations `x` of a solve, and the targets of its feet (docs/solvers.md); null if
-/// the program is not a robot's.
+/// Returns the robot, the initial configurations `x` of a solve, and the targets of its feet
+/// (docs/reference/external-solvers.md); null if the program is not a robot's.
 nlohmann::json RobotJson(const Program& program, const Eigen::VectorXd& x);
 
 /// Returns dx with Retract(x, dx) = `waypoints`. Throws SolverFault if their number or size differs from the program's,

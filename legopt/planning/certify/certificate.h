@@ -63,7 +63,7 @@ class CertificateMismatch : public std::runtime_error {
 void RequireCertificateOf(const std::string& certificate_hash, const std::string& dataset_hash,
                           const std::filesystem::path& file, const std::string& dataset);
 
-/// Returns the text of the file (docs/datasets.md#certificates).
+/// Returns the text of the file (docs/reference/datasets.md#certificates).
 std::string FormatCertificate(const Certificate& certificate, const StanceCatalogue& catalogue, const Dataset& dataset);
 
 /// Reads the evidence of a file. Throws CertificateMismatch if it is about another dataset, InputError if it cannot be

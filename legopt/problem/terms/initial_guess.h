@@ -17,7 +17,7 @@ inline constexpr double kGoodSoleHeight_m = 0.20;
 /// Depth of the lower contact patch below the lowest target in the in-collision initialisation, metres (paper).
 inline constexpr double kInCollisionSoleDepth_m = 0.05;
 
-/// Returns the initial guess of one waypoint that is constrained by `stance` (docs/readings.md#initial-guess).
+/// Returns the initial guess of one waypoint that is constrained by `stance` (docs/explanation/paper.md#initial-guess).
 ///
 /// Joints: the dataset's nominal posture. Base: xy at the centre of the stance's contact positions; roll = pitch = 0;
 /// yaw is the circular mean of the contacts' yaw. The base's z places the lower of the robot's contact patches (all
@@ -28,7 +28,7 @@ Eigen::VectorXd InitialGuess(const Dataset& dataset, const Stance& stance, Initi
 
 /// Adds independent uniform noise from [-half_width_rad, half_width_rad) to every actuated joint of `x` (n + 7; for
 /// prismatic joints the number is in metres) and clips to the limits; the base does not change
-/// (docs/readings.md#restarts).
+/// (docs/explanation/paper.md#restarts).
 ///
 /// Uses one 64-bit random number per joint in DOF order, mapped to a double by its upper 53 bits. The result is the
 /// same on every machine and standard library, which std::uniform_real_distribution does not guarantee.

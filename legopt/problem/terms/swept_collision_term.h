@@ -19,8 +19,8 @@ enum class Sweep : std::uint8_t {
 };
 
 /// Inequality or preference: no collision between one waypoint and the next, margin - d <= 0, m (the paper's continuous
-/// collision constraint; docs/readings.md#collision-between-waypoints). By default, as in the paper, only robot links
-/// against the scene.
+/// collision constraint; docs/explanation/paper.md#collision-between-waypoints). By default, as in the paper, only
+/// robot links against the scene.
 ///
 /// Samples. The path (interpolation.h) is checked at s = k / N, 0 < k < N; the ends belong to the collision terms of
 /// their waypoints. Each link has its own number of sub-steps: the smallest power of two with which none of its points

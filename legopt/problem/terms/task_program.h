@@ -19,14 +19,14 @@ struct StanceWindow {
 
 /// Returns the windows of a problem with `num_stances` >= 1 stances, in the order of solving. Posture: one stance per
 /// window. Motion: 1 + ceil((N - 6) / 5) windows of six stances, of which the first is shared with the previous window
-/// (docs/readings.md#motion-windows); the last window may be shorter.
+/// (docs/explanation/paper.md#motion-windows); the last window may be shorter.
 std::vector<StanceWindow> StanceWindows(Task task, int num_stances);
 
 /// Creates the program of one window: the constraints of every waypoint (waypoint_program.h), and the task's own terms:
 ///
 ///     posture: the torque cost; five terms in double support
-///     motion:  the velocity cost as one sampling unit (docs/readings.md#terms-and-samples), continuous collision
-///              between consecutive waypoints as set in `proximity`; 54 units in a full window
+///     motion:  the velocity cost as one sampling unit (docs/explanation/paper.md#terms-and-samples), continuous
+///              collision between consecutive waypoints as set in `proximity`; 54 units in a full window
 ///
 /// `stances` are those of the window. If `fixed_first`, the first waypoint does not move. Lifetimes as for
 /// WaypointProgram.

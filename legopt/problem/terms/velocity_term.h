@@ -12,7 +12,7 @@ void ConfigurationDifference(const Eigen::VectorXd& from, const Eigen::VectorXd&
                              Eigen::Ref<Eigen::VectorXd> difference);
 
 /// Cost of a transition: squared change from one waypoint to the next, joints and base with weight 1 (the judge counts
-/// joints only). All transitions of a program form one sampling unit (docs/readings.md#terms-and-samples).
+/// joints only). All transitions of a program form one sampling unit (docs/explanation/paper.md#terms-and-samples).
 class VelocityCostTerm : public Term {
  public:
   /// The states are those of `waypoint` and its successor and must outlive the term.

@@ -13,7 +13,7 @@ namespace legopt {
 /// The terms of one waypoint. Each refers to the state of its waypoint, which must outlive it.
 
 /// Cost: static torques in units of gravity, r = tau / g over all joints, base fixed in space. N m per m/s^2, which is
-/// kg m (docs/readings.md#torque-cost).
+/// kg m (docs/explanation/paper.md#torque-cost).
 class TorqueCostTerm : public Term {
  public:
   /// `state` is that of `waypoint` in its program.
@@ -29,7 +29,7 @@ class TorqueCostTerm : public Term {
 
 /// Equality: a foot's link frame at its target. With E = target^-1 * actual, the vector part of E's unit quaternion
 /// (scalar part >= 0) and E's translation in m: exactly the six numbers that the judge checks
-/// (docs/readings.md#foot-pose-error).
+/// (docs/explanation/judge.md#foot-pose-error).
 class ContactPoseTerm : public Term {
  public:
   /// Weight with a relaxed margin: a solver tolerance of 4e-4 then allows 9.5e-4 of the judge's 1e-3.
@@ -79,7 +79,7 @@ class ComTerm : public Term {
 };
 
 /// Inequality: margin - d <= 0 for every pair of shapes nearer than the contact range, m. Linearised with contact
-/// points fixed in their links and a constant normal (proximity_pair.h; docs/readings.md#contacts).
+/// points fixed in their links and a constant normal (proximity_pair.h; docs/explanation/paper.md#contacts).
 class CollisionTerm : public Term {
  public:
   /// `margin_m`: distance to keep, at most the state's contact range. `relaxed_margin_m`: distance with the margin

@@ -26,14 +26,14 @@ class OptionDiagnostics;
 struct Method {
   std::string name = "SQP";       ///< printed in tables; not part of the hash
   std::string solver = "sqp";     ///< name of a solver in the registry
-  int multi_starts = 0;           ///< restarts, 0..kMaxMultiStarts (docs/readings.md#restarts)
+  int multi_starts = 0;           ///< restarts, 0..kMaxMultiStarts (docs/explanation/paper.md#restarts)
   int sample_size_percent = 100;  ///< share of terms refreshed per iteration, 1..100
   bool incremental = false;       ///< keep the last model or gradient of terms that are not refreshed
 
   // Options of every method: formulation of the problem for the solver.
   double restart_noise_deg = 5.0;  ///< half width of the uniform noise on every joint at a restart, [0, 180]
-  SceneRepresentation collision = SceneRepresentation::kSolid;  ///< obstacles (docs/readings.md#two-sided-triangles)
-  PairSelection pairs = PairSelection::kAll;  ///< compared link pairs (docs/readings.md#ignored-link-pairs)
+  SceneRepresentation collision = SceneRepresentation::kSolid;  ///< model of the obstacles
+  PairSelection pairs = PairSelection::kAll;                    ///< compared link pairs
   double collision_margin_m = 5e-4;  ///< distance kept from obstacles, [0, 0.1] (guards against ODE's triangle depths)
   double contact_range_m = 0.03;     ///< pairs closer than this enter the problem, (collision_margin_m, 1]
   /// Treatment of collisions between consecutive waypoints of motions (paper, section V).

@@ -192,7 +192,7 @@ TEST(Terms, APostureInDoubleSupportHasFiveTerms) {
   CollisionQuery query(dataset->collision_model());
   const auto program =
       MakeTaskProgram(Task::kPosture, *dataset, query, dataset->problems(Task::kPosture)[0].stances, {});
-  EXPECT_EQ(program->terms().size(), 5u);  // docs/readings.md#terms-and-samples
+  EXPECT_EQ(program->terms().size(), 5u);  // docs/explanation/paper.md#terms-and-samples
 }
 
 TEST(Terms, AFullWindowHasTheUnitsOfTheReference) {
