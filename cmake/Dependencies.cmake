@@ -1,5 +1,6 @@
 # Finds all third-party libraries.
 include(${CMAKE_CURRENT_LIST_DIR}/LibraryDependencies.cmake)
+find_package(Boost 1.74 REQUIRED)  # headers that the library's sources include; its users need none of them
 if(LEGOPT_LIBRARY_ONLY)
   return()
 endif()

@@ -6,10 +6,10 @@
 #include <optional>
 #include <string_view>
 
+#include "legopt/geometry/isolated_result.h"
 #include "legopt/geometry/mesh_file_check.h"
 #include "legopt/geometry/mesh_reader.h"
 #include "legopt/types/input_error.h"
-#include "legopt/types/isolated_result.h"
 #include "legopt/types/number_text.h"
 
 namespace legopt {

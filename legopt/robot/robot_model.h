@@ -73,9 +73,9 @@ struct Joint {
 class RobotModel {
  public:
   /// Reads a URDF. Mesh paths are relative to the file's folder; `package://NAME/rest` is searched upwards from there.
-  /// `guard` runs urdfdom and, later, the mesh loaders of this robot. Throws InputError for a file that cannot be read,
-  /// malformed XML, missing links, loops, several roots, unsupported joints (floating, planar, mimic), bad axes, limits
-  /// or masses.
+  /// urdfdom runs in the calling process; `guard` will run the mesh loaders of this robot. Throws InputError for a file
+  /// that cannot be read, malformed XML, missing links, loops, several roots, unsupported joints (floating, planar,
+  /// mimic), bad axes, limits or masses.
   static RobotModel FromUrdfFile(const std::string& path, const ReadGuard& guard = {});
 
   /// Reads a URDF from text, like FromUrdfFile. `source` names it in errors; relative mesh paths refer to
@@ -89,7 +89,7 @@ class RobotModel {
   const std::string& name() const { return name_; }
   const std::vector<Link>& links() const { return links_; }     ///< depth first; the base is links()[0]
   const std::vector<Joint>& joints() const { return joints_; }  ///< joints()[k] leads to links()[k + 1]
-  /// Guard that was used to read the robot; its meshes are loaded with it.
+  /// Guard that loads the robot's meshes.
   const ReadGuard& read_guard() const { return read_guard_; }
 
   int num_dofs() const { return static_cast<int>(dof_joints_.size()); }  ///< n, the joints that are not fixed

@@ -17,7 +17,7 @@ RobotModel RobotModel::FromUrdfFile(const std::string& path, const ReadGuard& gu
 RobotModel RobotModel::FromUrdfText(const std::string& xml, const std::string& source, const std::string& mesh_folder,
                                     const ReadGuard& guard) {
   const CheckedUrdf urdf = CheckUrdf(xml, source);
-  RobotModel robot = BuildUrdfTree(urdf, ReadByUrdfdom(urdf, guard), mesh_folder);
+  RobotModel robot = BuildUrdfTree(urdf, ReadByUrdfdom(urdf), mesh_folder);
   robot.read_guard_ = guard;
   return robot;
 }

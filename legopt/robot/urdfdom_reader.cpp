@@ -3,15 +3,10 @@
 #include <console_bridge/console.h>
 #include <urdf_parser/urdf_parser.h>
 
-#include <array>
 #include <limits>
 #include <mutex>
-#include <optional>
-#include <string_view>
-#include <utility>
 
 #include "legopt/types/input_error.h"
-#include "legopt/types/isolated_result.h"
 #include "legopt/types/numeric_locale.h"
 
 namespace legopt {
@@ -35,8 +30,7 @@ class LogCapture : public console_bridge::OutputHandler {
   std::string text_;
 };
 
-/// Mutex held while urdfdom runs, including while a child process runs it: urdfdom's log handler and the lock of that
-/// handler are global to the process.
+/// Mutex held while urdfdom runs: its log handler is global to the process.
 std::mutex& UrdfdomMutex() {
   static std::mutex mutex;
   return mutex;
@@ -118,6 +112,7 @@ Joint MakeJoint(const urdf::Joint& source) {
 }
 
 urdf::ModelInterfaceSharedPtr Parse(const CheckedUrdf& urdf) {
+  const std::lock_guard<std::mutex> lock(UrdfdomMutex());
   LogCapture log;
   urdf::ModelInterfaceSharedPtr model;
   try {
@@ -131,7 +126,9 @@ urdf::ModelInterfaceSharedPtr Parse(const CheckedUrdf& urdf) {
   return model;
 }
 
-UrdfContent ReadUnguarded(const CheckedUrdf& urdf) {
+}  // namespace
+
+UrdfContent ReadByUrdfdom(const CheckedUrdf& urdf) {
   const urdf::ModelInterfaceSharedPtr model = Parse(urdf);
   UrdfContent content;
   for (const std::string& name : urdf.links) {
@@ -148,151 +145,6 @@ UrdfContent ReadUnguarded(const CheckedUrdf& urdf) {
     content.joints.push_back(MakeJoint(*joint));
   }
   return content;
-}
-
-// The answer of the isolated process: records without names, which the caller already has.
-
-constexpr char kContentFollows = 'U';
-constexpr char kFaultFollows = 'F';
-
-struct LinkRecord {
-  double mass = 0.0;
-  std::array<double, 3> com{};
-  std::uint64_t shapes = 0;
-};
-
-struct ShapeRecord {
-  int kind = 0;
-  std::array<double, 3> size{}, scale{};
-  std::array<double, 16> pose{};
-};
-
-struct JointRecord {
-  int type = 0;
-  std::array<double, 3> axis{};
-  double lower = 0.0, upper = 0.0;
-  std::array<double, 16> origin{};
-};
-
-std::array<double, 3> Flat(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-Eigen::Vector3d Vector(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
-
-std::array<double, 16> Flat(const Eigen::Isometry3d& pose) {
-  std::array<double, 16> flat{};
-  Eigen::Map<Eigen::Matrix4d>(flat.data()) = pose.matrix();
-  return flat;
-}
-
-Eigen::Isometry3d Pose(const std::array<double, 16>& flat) {
-  return Eigen::Isometry3d(Eigen::Map<const Eigen::Matrix4d>(flat.data()));
-}
-
-std::string Encode(const UrdfContent& content) {
-  std::vector<LinkRecord> links;
-  std::vector<ShapeRecord> shapes;
-  std::vector<JointRecord> joints;
-  for (const Link& link : content.links) {
-    links.push_back({.mass = link.mass, .com = Flat(link.com), .shapes = link.collision.size()});
-    for (const ShapeSpec& shape : link.collision) {
-      shapes.push_back({static_cast<int>(shape.kind), Flat(shape.size), Flat(shape.scale), Flat(shape.pose)});
-    }
-  }
-  for (const Joint& joint : content.joints) {
-    joints.push_back({static_cast<int>(joint.type), Flat(joint.axis), joint.lower, joint.upper, Flat(joint.origin)});
-  }
-  ResultWriter answer(kContentFollows);
-  answer.Add(links);
-  answer.Add(shapes);
-  answer.Add(joints);
-  for (const Link& link : content.links) {
-    for (const ShapeSpec& shape : link.collision) answer.Add(shape.mesh_file);
-  }
-  return answer.Take();
-}
-
-std::optional<ShapeSpec> DecodeShape(const ShapeRecord& record, ResultReader* answer) {
-  ShapeSpec shape;
-  shape.kind = static_cast<ShapeSpec::Kind>(record.kind);
-  shape.size = Vector(record.size);
-  shape.scale = Vector(record.scale);
-  shape.pose = Pose(record.pose);
-  const bool known = shape.kind == ShapeSpec::Kind::kBox || shape.kind == ShapeSpec::Kind::kSphere ||
-                     shape.kind == ShapeSpec::Kind::kCylinder || shape.kind == ShapeSpec::Kind::kMesh;
-  if (!known || !answer->Read(shape.mesh_file)) return std::nullopt;
-  return shape;
-}
-
-std::optional<Joint> DecodeJoint(const JointRecord& record, const std::string& name) {
-  if (record.type < 0 || record.type > static_cast<int>(JointType::kFixed)) return std::nullopt;
-  Joint joint;
-  joint.name = name;
-  joint.type = static_cast<JointType>(record.type);
-  joint.axis = Vector(record.axis);
-  joint.lower = record.lower;
-  joint.upper = record.upper;
-  joint.origin = Pose(record.origin);
-  return joint;
-}
-
-std::optional<UrdfContent> Decode(std::string_view bytes, const CheckedUrdf& urdf) {
-  ResultReader answer(bytes);
-  std::vector<LinkRecord> links;
-  std::vector<ShapeRecord> shapes;
-  std::vector<JointRecord> joints;
-  if (!answer.Read(links) || !answer.Read(shapes) || !answer.Read(joints)) return std::nullopt;
-  if (links.size() != urdf.links.size() || joints.size() != urdf.joints.size()) return std::nullopt;
-  UrdfContent content;
-  std::size_t next_shape = 0;
-  for (std::size_t i = 0; i < links.size(); ++i) {
-    Link& link = content.links.emplace_back();
-    link.name = urdf.links[i];
-    link.mass = links[i].mass;
-    link.com = Vector(links[i].com);
-    if (links[i].shapes != urdf.shapes[i] || links[i].shapes > shapes.size() - next_shape) return std::nullopt;
-    for (std::size_t k = 0; k < urdf.shapes[i]; ++k) {
-      std::optional<ShapeSpec> shape = DecodeShape(shapes[next_shape++], &answer);
-      if (!shape) return std::nullopt;
-      link.collision.push_back(std::move(*shape));
-    }
-  }
-  for (std::size_t j = 0; j < joints.size(); ++j) {
-    const std::optional<Joint> joint = DecodeJoint(joints[j], urdf.joints[j].name);
-    if (!joint) return std::nullopt;
-    content.joints.push_back(*joint);
-  }
-  return next_shape == shapes.size() && answer.at_end() ? std::optional(content) : std::nullopt;
-}
-
-}  // namespace
-
-UrdfContent ReadByUrdfdom(const CheckedUrdf& urdf, const ReadGuard& guard) {
-  if (!guard) {
-    const std::lock_guard<std::mutex> lock(UrdfdomMutex());
-    return ReadUnguarded(urdf);
-  }
-  const auto read = [&urdf] {
-    try {
-      return Encode(ReadUnguarded(urdf));
-    } catch (const InputError& error) {
-      return kFaultFollows + error.fault().field + '\n' + error.fault().message;
-    }
-  };
-  std::string answer;
-  try {
-    const std::lock_guard<std::mutex> lock(UrdfdomMutex());
-    answer = guard(read, {});
-  } catch (const GuardedReadError& failure) {
-    Refuse(urdf, "", std::string("cannot be read: urdfdom failed: ") + failure.what());
-  }
-  const std::string_view bytes = answer;
-  if (bytes.starts_with(kFaultFollows)) {
-    const std::size_t end = answer.find('\n');
-    Refuse(urdf, answer.substr(1, end - 1), end == std::string::npos ? "cannot be read" : answer.substr(end + 1));
-  }
-  if (bytes.starts_with(kContentFollows)) {
-    if (std::optional<UrdfContent> content = Decode(bytes.substr(1), urdf)) return std::move(*content);
-  }
-  Refuse(urdf, "", "cannot be read: urdfdom gave no answer that makes sense");
 }
 
 }  // namespace legopt

@@ -5,7 +5,6 @@
 
 #include "legopt/robot/robot_model.h"
 #include "legopt/robot/urdf_check.h"
-#include "legopt/types/read_guard.h"
 
 namespace legopt {
 
@@ -15,9 +14,9 @@ struct UrdfContent {
   std::vector<Joint> joints;  ///< ordered as CheckedUrdf::joints; fixed joints without axis and limits
 };
 
-/// Reads a checked URDF with urdfdom, under the guard if there is one. Throws InputError if urdfdom logs an error,
-/// throws, or omits a link, shape or joint, none of which should happen for the output of CheckUrdf, and if the guard
-/// returns no answer. Thread-safe.
-UrdfContent ReadByUrdfdom(const CheckedUrdf& urdf, const ReadGuard& guard);
+/// Reads a checked URDF with urdfdom in the calling thread. CheckUrdf admits no text that urdfdom rejects or misreads;
+/// as a second line of defence, throws InputError if urdfdom logs an error, throws, or omits a link, shape or joint.
+/// Thread-safe.
+UrdfContent ReadByUrdfdom(const CheckedUrdf& urdf);
 
 }  // namespace legopt

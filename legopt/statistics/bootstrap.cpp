@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/math/distributions/normal.hpp>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -11,7 +12,6 @@
 #include "legopt/math/random_numbers.h"
 #include "legopt/statistics/charged_times.h"
 #include "legopt/statistics/checks.h"
-#include "legopt/statistics/distributions.h"
 
 namespace legopt::statistics {
 namespace {
@@ -41,7 +41,7 @@ double BiasOf(double value, const std::vector<double>& resampled) {
   double below = 0.0;
   for (const double other : resampled) below += other < value ? 1.0 : other == value ? 0.5 : 0.0;
   const double count = static_cast<double>(resampled.size());
-  return NormalQuantile(std::clamp(below, 0.5, count - 0.5) / count);
+  return quantile(boost::math::normal(), std::clamp(below, 0.5, count - 0.5) / count);
 }
 
 double AccelerationOf(int problems, const ProblemStatistic& statistic) {
@@ -130,14 +130,15 @@ Interval BcaLevels(double bias, double acceleration, double level) {
   RequireNumbers("BcaLevels", "bias", {&bias, 1});
   RequireNumbers("BcaLevels", "acceleration", {&acceleration, 1});
   RequireLevel("BcaLevels", level);
+  const boost::math::normal standard;
   const double tail = 0.5 * (1.0 - level);
   const auto corrected = [&](double z) {
     const double shifted = bias + z;
     const double denominator = 1.0 - acceleration * shifted;
     if (denominator <= 0.0) return shifted > 0.0 ? 1.0 : 0.0;
-    return NormalCdf(bias + shifted / denominator);
+    return cdf(standard, bias + shifted / denominator);
   };
-  const double z = NormalQuantile(1.0 - tail);
+  const double z = quantile(complement(standard, tail));
   return {.lower = corrected(-z), .upper = corrected(z)};
 }
 

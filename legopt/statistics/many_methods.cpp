@@ -1,16 +1,23 @@
 #include "legopt/statistics/many_methods.h"
 
 #include <algorithm>
+#include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <string>
 
 #include "legopt/statistics/checks.h"
-#include "legopt/statistics/distributions.h"
 #include "legopt/statistics/ranks.h"
 
 namespace legopt::statistics {
+namespace {
+
+// Returns P(X > x) for X ~ chi-square.
+double ChiSquareUpperTail(double x, int degrees) { return cdf(complement(boost::math::chi_squared(degrees), x)); }
+
+}  // namespace
 
 std::vector<double> HolmAdjusted(std::span<const double> p) {
   for (const double value : p) {
@@ -74,7 +81,7 @@ ImanDavenportTest ImanDavenport(double chi_square, int problems, int methods) {
   const double rest = most - chi_square;
   const bool all_agree = rest <= kRounding * most;
   test.f = all_agree ? std::numeric_limits<double>::infinity() : (n - 1.0) * chi_square / rest;
-  test.p = FUpperTail(test.f, test.numerator, test.denominator);
+  test.p = all_agree ? 0.0 : cdf(complement(boost::math::fisher_f(test.numerator, test.denominator), test.f));
   return test;
 }
 

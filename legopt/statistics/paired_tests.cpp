@@ -1,13 +1,13 @@
 #include "legopt/statistics/paired_tests.h"
 
 #include <algorithm>
+#include <boost/math/distributions/normal.hpp>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <vector>
 
 #include "legopt/statistics/checks.h"
-#include "legopt/statistics/distributions.h"
 #include "legopt/statistics/ranks.h"
 
 namespace legopt::statistics {
@@ -50,8 +50,8 @@ void FillNormal(const std::vector<double>& ranks, SignedRankTest& test) {
   double squares = 0.0;
   for (const double rank : ranks) squares += rank * rank;
   const double z = 0.5 * (test.positive_sum - test.negative_sum) / (0.5 * std::sqrt(squares));
-  test.greater_p = NormalUpperTail(z);
-  test.less_p = NormalCdf(z);
+  test.greater_p = cdf(complement(boost::math::normal(), z));
+  test.less_p = cdf(boost::math::normal(), z);
 }
 
 // The largest C with P(V < C) <= tail for n ranks without ties, and the probability outside the interval, both sides.
@@ -79,10 +79,11 @@ WalshOrder NormalWalshOrder(int n, double tail) {
   const double count = n;
   const double mean = count * (count + 1.0) / 4.0;
   const double deviation = std::sqrt(count * (count + 1.0) * (2.0 * count + 1.0) / 24.0);
-  const double bound = std::floor(mean + 0.5 + deviation * NormalQuantile(tail));
+  const boost::math::normal standard;
+  const double bound = std::floor(mean + 0.5 + deviation * quantile(standard, tail));
   if (bound < 1.0) return {};
   return {.order = static_cast<long long>(bound),
-          .missed = 2.0 * NormalCdf((bound - 0.5 - mean) / deviation)};  // P(V < C), with continuity correction
+          .missed = 2.0 * cdf(standard, (bound - 0.5 - mean) / deviation)};  // P(V < C), with continuity correction
 }
 
 }  // namespace

@@ -1,10 +1,11 @@
 #include "legopt/statistics/proportions.h"
 
 #include <algorithm>
+#include <boost/math/distributions/binomial.hpp>
+#include <boost/math/distributions/normal.hpp>
 #include <cmath>
 
 #include "legopt/statistics/checks.h"
-#include "legopt/statistics/distributions.h"
 
 namespace legopt::statistics {
 namespace {
@@ -33,7 +34,7 @@ Interval WilsonInterval(double successes, int problems, double level) {
   if (problems == 0) return {.lower = 0.0, .upper = 1.0};
   const double n = problems;
   const double p = successes / n;
-  const double z = NormalQuantile(0.5 + 0.5 * level);
+  const double z = quantile(complement(boost::math::normal(), 0.5 * (1.0 - level)));
   const double shrink = 1.0 + z * z / n;
   const double middle = (p + z * z / (2.0 * n)) / shrink;
   const double half_width = z / shrink * std::sqrt(p * (1.0 - p) / n + z * z / (4.0 * n * n));
@@ -75,8 +76,9 @@ McNemarTest McNemar(int only_first, int only_second) {
   test.discordant = only_first + only_second;
   if (test.discordant == 0) return test;
   const int fewer = std::min(only_first, only_second);
-  const double point = FairCoinPmf(fewer, test.discordant);
-  test.exact_p = std::min(1.0, 2.0 * FairCoinCdf(fewer, test.discordant));
+  const boost::math::binomial fair_coin(test.discordant, 0.5);
+  const double point = pdf(fair_coin, fewer);
+  test.exact_p = std::min(1.0, 2.0 * cdf(fair_coin, fewer));
   test.mid_p = only_first == only_second ? 1.0 - 0.5 * point : test.exact_p - point;
   return test;
 }

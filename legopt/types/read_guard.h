@@ -20,8 +20,8 @@ class GuardedReadError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Runs a third-party parser (urdfdom, assimp) on a file that may be malformed and may crash the parser, corrupt memory
-/// or never return. The guard calls `read` within the limits and returns the bytes that `read` returned; it throws
+/// Runs a third-party parser (assimp) on a file that may be malformed and may crash the parser, corrupt memory or never
+/// return. The guard calls `read` within the limits and returns the bytes that `read` returned; it throws
 /// GuardedReadError if there are none. A guard that runs `read` in a separate process protects this process. `read`
 /// must have no side effects. A guard must be callable from several threads at a time.
 ///

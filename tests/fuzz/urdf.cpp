@@ -1,5 +1,5 @@
 // The reader of robots: it reads, or throws InputError. Texts that pass the check are read by urdfdom completely and
-// without messages. There is no guard: urdfdom itself must not crash on any checked text.
+// without messages. urdfdom runs in the calling process, so it must not crash on any checked text.
 #include <string>
 
 #include "legopt/robot/urdf_tree.h"
@@ -10,7 +10,7 @@ namespace {
 
 legopt::UrdfContent Read(const legopt::CheckedUrdf& urdf) {
   try {
-    return legopt::ReadByUrdfdom(urdf, {});
+    return legopt::ReadByUrdfdom(urdf);
   } catch (const legopt::InputError& error) {
     legopt::fuzz::Require(false, error.what());
   }

@@ -10,7 +10,6 @@
 
 #include "legopt/math/random_numbers.h"
 #include "legopt/statistics/checks.h"
-#include "legopt/statistics/distributions.h"
 #include "tests/statistics/refusal.h"
 
 namespace legopt::statistics {
@@ -123,7 +122,19 @@ TEST(Friedman, OfDemsarsTable) {
   EXPECT_EQ(his.numerator, 3);
   EXPECT_EQ(his.denominator, 39);
   EXPECT_NEAR(his.p, 0.0198, 5e-5);
-  EXPECT_NEAR(ChiSquareUpperTail(9.278571, 3), 0.0258, 5e-5);
+}
+
+TEST(ImanDavenport, HasTheClosedFormsOfF) {
+  const auto p_of = [](double f, int problems, int methods) {
+    return ImanDavenport(f * problems * (methods - 1) / (problems - 1 + f), problems, methods).p;
+  };
+  for (const double f : {0.01, 0.5, 1.0, 3.0, 50.0}) {
+    EXPECT_NEAR(p_of(f, 6, 3) / std::pow(1.0 + 2.0 * f / 10.0, -5.0), 1.0, 1e-12) << f;             // F(2, 10)
+    EXPECT_NEAR(p_of(f, 2, 2), 1.0 - 2.0 / std::acos(-1.0) * std::atan(std::sqrt(f)), 1e-13) << f;  // F(1, 1)
+  }
+  EXPECT_NEAR(p_of(2.845, 14, 4), 0.05, 1e-4);  // critical F(3, 39) = 2.85 of Demsar 2006
+  EXPECT_EQ(p_of(0.0, 14, 4), 1.0);
+  EXPECT_EQ(ImanDavenport(42.0, 14, 4).p, 0.0);  // all problems rank the methods alike
 }
 
 TEST(Friedman, ForgetsTheOrderAndEveryMonotoneScale) {

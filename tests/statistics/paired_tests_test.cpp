@@ -11,7 +11,6 @@
 
 #include "legopt/math/random_numbers.h"
 #include "legopt/statistics/checks.h"
-#include "legopt/statistics/distributions.h"
 #include "legopt/statistics/ranks.h"
 #include "tests/statistics/refusal.h"
 
