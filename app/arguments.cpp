@@ -210,16 +210,16 @@ std::string HelpOf(const CLI::App& app, const NamedCommand& command) {
   return command.app->help(command.app == &app ? "" : path);
 }
 
-// Returns the help of the network options of the command; without any, names a command that has them.
-std::string NetworkHelpOf(const CLI::App& app, const NamedCommand& command) {
+// Returns the help of the network options of the command.
+std::string NetworkHelpOf(const NamedCommand& command) {
   const auto options = command.app->get_options();
   if (std::none_of(options.begin(), options.end(), [](const auto* option) { return IsNetworkOption(*option); })) {
     return "'" + command.path + "' has no network options\n";
   }
   HideOptions(*command.app, [](const CLI::Option& option) { return !IsNetworkOption(option); });
   command.app->footer("");
-  const std::string path = command.path.substr(0, command.path.rfind(' '));
-  return command.app->help(command.app == &app ? "" : path);
+  const std::string help = command.app->help();
+  return "Options of '" + command.path + "'\n\n" + help.substr(help.find(std::string(kNetworkHeading) + ":"));
 }
 
 }  // namespace
@@ -234,7 +234,7 @@ std::optional<int> ParseCommandLine(const Program& program, int argc, const char
   if (!command.fault.empty()) return WrongUsage(app, command, command.fault);
   if (!command.unknown.empty()) return WrongUsage(app, command, UnknownCommand(app, command, synonyms));
   if (std::find(words.begin(), words.end(), kNetworkHelp) != words.end()) {
-    return Print(app, NetworkHelpOf(app, command), kDone);
+    return Print(app, NetworkHelpOf(command), kDone);
   }
   const bool asks = std::any_of(words.begin(), words.end(), [](const auto& word) {
     return word == "--help" || word == "-h" || word == "--version";
