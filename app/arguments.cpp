@@ -9,7 +9,9 @@
 #include <vector>
 
 #include "app/command_line.h"
+#include "app/command_reference.h"
 #include "app/exit_codes.h"
+#include "app/network_flags.h"
 #include "app/printable.h"
 #include "app/program_main.h"
 #include "legopt/types/nearest_name.h"
@@ -19,6 +21,7 @@ namespace {
 
 constexpr int kDone = StatusOf(ExitCode::kOk);
 constexpr int kWrongUsage = StatusOf(ExitCode::kUsage);
+constexpr char kNetworkHelp[] = "--help-network";
 
 using Words = std::vector<std::string>;
 
@@ -96,12 +99,16 @@ Words WithoutHelpCommand(Words words) {
   return words;
 }
 
-std::string UnknownCommand(const NamedCommand& command, std::span<const Synonym> synonyms) {
+std::string UnknownCommand(const CLI::App& app, const NamedCommand& command, std::span<const Synonym> synonyms) {
   const Words names = CommandNames(*command.app);
   std::string typed = command.unknown;
   for (const auto& synonym : synonyms) {
-    const bool here = std::find(names.begin(), names.end(), synonym.command) != names.end();
-    if (here && typed == synonym.typed) typed = synonym.command;
+    if (typed != synonym.typed) continue;
+    const std::string successor = synonym.command;
+    if (command.app == &app && successor.find(' ') != std::string::npos) {
+      return "unknown command '" + typed + "'; use '" + app.get_name() + " " + successor + "'";
+    }
+    if (std::find(names.begin(), names.end(), successor) != names.end()) typed = successor;
   }
   return "unknown command '" + command.unknown + "'; " + SuggestName(typed, names);
 }
@@ -183,9 +190,36 @@ int Print(const CLI::App& app, const std::string& text, int status) {
   return kWrongUsage;
 }
 
+bool IsNetworkOption(const CLI::Option& option) { return option.get_group() == kNetworkHeading; }
+
+// Hides the options that satisfy `condition` from the help. The program ends after its help, so nothing restores them.
+void HideOptions(CLI::App& app, bool (*condition)(const CLI::Option&)) {
+  for (CLI::Option* option : app.get_options()) {
+    if (condition(*option)) option->group("");
+  }
+}
+
 std::string HelpOf(const CLI::App& app, const NamedCommand& command) {
+  const auto options = command.app->get_options();
+  if (std::any_of(options.begin(), options.end(), [](const auto* option) { return IsNetworkOption(*option); })) {
+    command.app->add_flag_callback(
+        kNetworkHelp, [] {}, "Print the network options and exit");
+    HideOptions(*command.app, IsNetworkOption);
+  }
   const std::string path = command.path.substr(0, command.path.rfind(' '));
   return command.app->help(command.app == &app ? "" : path);
+}
+
+// Returns the help of the network options of the command.
+std::string NetworkHelpOf(const NamedCommand& command) {
+  const auto options = command.app->get_options();
+  if (std::none_of(options.begin(), options.end(), [](const auto* option) { return IsNetworkOption(*option); })) {
+    return "'" + command.path + "' has no network options\n";
+  }
+  HideOptions(*command.app, [](const CLI::Option& option) { return !IsNetworkOption(option); });
+  command.app->footer("");
+  const std::string help = command.app->help();
+  return "Options of '" + command.path + "'\n\n" + help.substr(help.find(std::string(kNetworkHeading) + ":"));
 }
 
 }  // namespace
@@ -193,10 +227,15 @@ std::string HelpOf(const CLI::App& app, const NamedCommand& command) {
 std::optional<int> ParseCommandLine(const Program& program, int argc, const char* const* argv,
                                     std::span<const Synonym> synonyms) {
   CLI::App& app = program.app();
-  const Words words = WithoutHelpCommand(Words(argv + std::min(argc, 1), argv + argc));
+  const Words typed(argv + std::min(argc, 1), argv + argc);
+  if (typed == Words{"help", "--markdown"}) return Print(app, CommandReference(program), kDone);
+  const Words words = WithoutHelpCommand(typed);
   const NamedCommand command = FindCommand(app, words);
   if (!command.fault.empty()) return WrongUsage(app, command, command.fault);
-  if (!command.unknown.empty()) return WrongUsage(app, command, UnknownCommand(command, synonyms));
+  if (!command.unknown.empty()) return WrongUsage(app, command, UnknownCommand(app, command, synonyms));
+  if (std::find(words.begin(), words.end(), kNetworkHelp) != words.end()) {
+    return Print(app, NetworkHelpOf(command), kDone);
+  }
   const bool asks = std::any_of(words.begin(), words.end(), [](const auto& word) {
     return word == "--help" || word == "-h" || word == "--version";
   });

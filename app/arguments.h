@@ -10,17 +10,20 @@ namespace legopt::app {
 
 class Program;
 
-/// Alternative name of a command. Only for suggestions; it does not run the command.
+/// Alternative name of a command, or name that it had in an earlier version. Only for the error message; it does not
+/// run the command.
 struct Synonym {
   const char* typed;
-  const char* command;
+  const char* command;  ///< name of a command; or a whole command line, e.g. "pause --now"
 };
 
 /// Reads a command line into the variables of the options. Returns nothing if the program should continue. Otherwise it
 /// has printed everything, and the returned value is the exit status:
-/// * 0: help or version was requested by --help, --version, "help [COMMAND]" or "version", and is on standard output;
+/// * 0: help or version was requested and is on standard output: by --help, --version, "help [COMMAND]" or "version".
+///   --help omits the options under kNetworkHeading, --help-network prints only these. "help --markdown" prints
+///   CommandReference;
 /// * 2: wrong usage. One line "PROGRAM: error: CAUSE; see 'PROGRAM COMMAND --help'" is on standard error. The cause
-///   names the nearest command or option if one is unknown (synonyms of commands are also compared). If a command is
+///   names the nearest command or option if one is unknown, or the synonym of the command. If a command is
 ///   missing altogether ("legopt", "legopt dataset"), the help is on standard output instead.
 ///
 /// Commands are recognised by their names; options before a command take no value. Output that cannot be written is

@@ -185,6 +185,13 @@ Command Command::AddCommand(const std::string& name, const std::string& help) co
   return Command(app_->add_subcommand(name, help));
 }
 
+void Command::GroupCommands(const std::string& heading) const {
+  const std::string not_grouped = CLI::App().get_group();
+  for (CLI::App* command : app_->get_subcommands({})) {
+    if (command->get_group() == not_grouped) command->group(heading);
+  }
+}
+
 void Command::WhenChosen(std::function<void()> action) const { app_->callback(std::move(action)); }
 
 void Command::RequireCommand() const { app_->require_subcommand(1); }

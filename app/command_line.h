@@ -81,6 +81,8 @@ class Command {
                  ValueCheck check = OneOf(EnumNamesOf<Enum>())) const;
 
   Command AddCommand(const std::string& name, const std::string& help) const;
+  /// Sets the heading in the help of all commands added since the last call; empty: hidden.
+  void GroupCommands(const std::string& heading) const;
   /// `action` is called at the end of parsing if this command was chosen.
   void WhenChosen(std::function<void()> action) const;
   /// Requires one of its commands.

@@ -10,7 +10,7 @@ std::filesystem::path ProgramFolder();
 
 /// Folder with the embedded datasets and suites: the environment variable LEGOPT_DATA, else ../share/legopt/data next
 /// to the program (installed), else the link legopt-data next to it or its folder (built). Throws InputError if none
-/// exists. `legopt --help` and `legopt doctor` print it.
+/// exists. `legopt --help` and `legopt service doctor` print it.
 std::filesystem::path DataFolder();
 
 /// Folder of legopt's Python package for PYTHONPATH, next to DataFolder(); empty if it was not installed.

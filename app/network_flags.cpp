@@ -23,7 +23,7 @@ void AddListeningFlags(const Command& command, NetworkFlags* flags) {
       .Group(kNetworkHeading);
   command
       .AddOption("--key-file", flags->key_file,
-                 "Shared key of the deployment, made by 'legopt keygen' (default LEGOPT_KEY_FILE)")
+                 "Shared key of the deployment, made by 'legopt service keygen' (default LEGOPT_KEY_FILE)")
       .Group(kNetworkHeading);
 }
 

@@ -93,12 +93,13 @@ template <>
 struct Description<legopt_msg::control_request> {
   using M = legopt_msg::control_request;
 
-  /// Maximum length of a reason, name or tag; 0 if the action takes none.
+  /// Maximum length of a reason, name or tag; 0 if the action takes none. A reason may be empty.
   static constexpr std::int64_t MostReason(const M& m) {
     constexpr std::int64_t kNameOfExperimentBytes = 200;
     constexpr std::int64_t kTagBytes = 100;
     switch (static_cast<ControlAction>(m.action)) {
-      case ControlAction::kHold:
+      case ControlAction::kPause:
+      case ControlAction::kPauseNow:
         return kReasonBytes;
       case ControlAction::kRename:
         return kNameOfExperimentBytes;
@@ -109,7 +110,11 @@ struct Description<legopt_msg::control_request> {
         return 0;
     }
   }
-  static constexpr std::int64_t LeastReason(const M& m) { return MostReason(m) > 0 ? 1 : 0; }
+  static constexpr std::int64_t LeastReason(const M& m) {
+    const auto action = static_cast<ControlAction>(m.action);
+    const bool pauses = action == ControlAction::kPause || action == ControlAction::kPauseNow;
+    return MostReason(m) > 0 && !pauses ? 1 : 0;
+  }
 
   static constexpr std::tuple kRows{
       Field{"experiment_id", &M::experiment_id, AtLeast{1}}, Field{"action", &M::action, ValueOf<ControlAction>{}},

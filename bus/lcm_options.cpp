@@ -63,10 +63,10 @@ void LcmOptions::Validate() const {
   }
   if (ttl < 0 || ttl > kMaxTtl) Refuse("ttl: " + std::to_string(ttl) + ": must be in 0 .. 255");
   if (ttl > 0 && key_file.empty() && !trust_network) {
-    Refuse(
-        "ttl: " + std::to_string(ttl) +
-        ": messages would leave this host without a key; give one with --key-file ('legopt keygen FILE' makes it), or "
-        "--trust-network if everybody on that network may command this deployment");
+    Refuse("ttl: " + std::to_string(ttl) +
+           ": messages would leave this host without a key; give one with --key-file ('legopt service keygen FILE' "
+           "makes it), or "
+           "--trust-network if everybody on that network may command this deployment");
   }
   constexpr std::size_t kLargestBuffer = std::size_t{1} << 30;
   if (receive_buffer_bytes > kLargestBuffer) {

@@ -98,9 +98,10 @@ void LcmTransport::Impl::AttachFilters(EndpointId self) {
 // Requires a socket filter or a key for TTL 0. Otherwise every host that reaches the ports could send commands.
 void LcmTransport::Impl::RequireOnlyThisHost() const {
   if (filtered || options.ttl > 0 || options.hear_all_hosts || key != nullptr) return;
-  throw BusError(BusErrorCode::kNetworkUnusable,
-                 "the kernel attaches no socket filter here, so programs of other hosts could command this deployment; "
-                 "give it a key: legopt keygen FILE, then --key-file FILE or LEGOPT_KEY_FILE for every program");
+  throw BusError(
+      BusErrorCode::kNetworkUnusable,
+      "the kernel attaches no socket filter here, so programs of other hosts could command this deployment; "
+      "give it a key: legopt service keygen FILE, then --key-file FILE or LEGOPT_KEY_FILE for every program");
 }
 
 bool LcmTransport::Impl::WatchIsDue() const {
@@ -218,7 +219,7 @@ std::string LcmTransport::missing_key_warning() const {
   if (impl_->key != nullptr) return {};
   const bool local = impl_->options.ttl == 0;
   return std::string("no key: every program ") + (local ? "on this machine" : "that reaches the multicast group") +
-         " can command this deployment; 'legopt keygen FILE' makes a key for --key-file";
+         " can command this deployment; 'legopt service keygen FILE' makes a key for --key-file";
 }
 
 bool LcmTransport::socket_filter_attached() const { return impl_->filtered; }

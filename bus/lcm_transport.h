@@ -95,8 +95,8 @@ struct MulticastRoute {
 };
 
 /// Checks, in well under a second and without LCM, whether this host (network namespace) can send to and receive from
-/// the group. `ttl` 0 checks loopback, other values the interface of the route. For `legopt doctor` and the start of
-/// programs.
+/// the group. `ttl` 0 checks loopback, other values the interface of the route. For `legopt service doctor` and the
+/// start of programs.
 MulticastRoute ProbeMulticastRoute(const std::string& group, int ttl = 0);
 
 /// Returns a port p in 20000 - 32767 such that p and p + 1 are unused, chosen at random with `seed`. Throws BusError

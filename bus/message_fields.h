@@ -8,4 +8,4 @@
 
 /// @file
 /// All fields of all messages: kFields<Message> is a std::tuple of rows with name, member and rule (field.h), in the
-/// order of the .lcm file. For code that displays messages (`legopt tap`) or validates them (codec.cpp).
+/// order of the .lcm file. For code that displays messages (`legopt service tap`) or validates them (codec.cpp).

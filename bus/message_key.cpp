@@ -180,7 +180,7 @@ std::shared_ptr<const MessageKey> MessageKey::Load(const std::string& file) {
                      "LoadCredential=key:FILE and --key-file ${CREDENTIALS_DIRECTORY}/key");
   }
   if (fd.get() < 0 && files::IsShortage(errno)) throw std::system_error(errno, std::generic_category(), file);
-  if (fd.get() < 0) Refuse(file, "cannot be opened: " + Reason() + "; make one: legopt keygen FILE");
+  if (fd.get() < 0) Refuse(file, "cannot be opened: " + Reason() + "; make one: legopt service keygen FILE");
   CheckWhoMayRead(file, fd.get());
   SecretText text;
   const std::size_t size = WithoutLineEnd({text.bytes.data(), ReadAll(file, fd.get(), text.bytes)});
@@ -193,7 +193,7 @@ std::shared_ptr<const MessageKey> MessageKey::Load(const std::string& file) {
   if (!legal || decoded != kBytes) {
     Refuse(file,
            "must hold exactly 64 hexadecimal digits and a line end, after \"worker \" or \"client \" for the key of "
-           "a role; make one: legopt keygen FILE");
+           "a role; make one: legopt service keygen FILE");
   }
   auto key = std::make_shared<const MessageKey>(std::span<const std::uint8_t, kBytes>(bytes), parts.role);
   sodium_memzero(bytes.data(), bytes.size());

@@ -12,7 +12,7 @@
 /// @file
 /// Encoding and decoding of frames, chunks and acknowledgements in place, without allocation. The bytes are the same as
 /// those of the generated types frame, chunk and chunk_ack (the tests compare them). Used by bus and by programs that
-/// only listen (`legopt tap`). Source: PROTOCOL.md, sections 3, 6.
+/// only listen (`legopt service tap`). Source: PROTOCOL.md, sections 3, 6.
 
 namespace legopt::bus {
 

@@ -62,7 +62,7 @@ Meaning MeaningOf(sqlite3* handle, int code) {
     case SQLITE_PROTOCOL:
       return {StoreErrorCode::kIo, files::WriteAdvice("check the disk: its space and quota, its kernel messages")};
     case SQLITE_CORRUPT:
-      return {StoreErrorCode::kCorrupt, "restore a backup: 'legopt restore BACKUP --db FILE'"};
+      return {StoreErrorCode::kCorrupt, "restore a backup: 'legopt service restore BACKUP --db FILE'"};
     case SQLITE_NOTADB:
       return {StoreErrorCode::kNotLegopt, "this is not a SQLite file; choose another file"};
     case SQLITE_BUSY:
@@ -247,7 +247,7 @@ void Statement::ThrowUnknownEnumName(const std::string& text) const {
   const char* file = sqlite3_db_filename(handle_, "main");
   throw StoreError(StoreErrorCode::kCorrupt, std::string(file == nullptr ? "" : file) + ": holds the unknown word '" +
                                                  shown + (text.size() > kMostBytes ? "..." : "") +
-                                                 "'; restore a backup: 'legopt restore BACKUP --db FILE'");
+                                                 "'; restore a backup: 'legopt service restore BACKUP --db FILE'");
 }
 
 bool Statement::read_only() const { return sqlite3_stmt_readonly(statement_) != 0; }

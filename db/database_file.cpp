@@ -32,7 +32,7 @@ void RequireSupportedFileSystem(const std::filesystem::path& path) {
   if (!unfit) return;
   Unwritable(path, "is on " + std::string(*unfit) +
                        ", where SQLite's log and locks do not work and databases have been lost; keep it on a local "
-                       "disk (/var/tmp, a scratch disk) and copy it with 'legopt backup'");
+                       "disk (/var/tmp, a scratch disk) and copy it with 'legopt service backup'");
 }
 
 // Returns the process that holds the flock, from the lines "1: FLOCK  ADVISORY  WRITE PID MAJOR:MINOR:INODE ..." of

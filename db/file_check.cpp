@@ -222,13 +222,14 @@ void RequireSoundFiles(const std::filesystem::path& file) {
   const bool can_recover = HasContent(log) || HasContent(name + "-journal");
   if (const std::string fault = FaultOfFile(file, can_recover); !fault.empty()) {
     throw StoreError(StoreErrorCode::kCorrupt, name + ": the file is damaged (" + fault +
-                                                   "); restore a backup: 'legopt restore BACKUP --db FILE'");
+                                                   "); restore a backup: 'legopt service restore BACKUP --db FILE'");
   }
   if (const std::string fault = FaultOfLog(log); !fault.empty()) {
-    throw StoreError(StoreErrorCode::kCorrupt, name + ": the log " + log + " is damaged (" + fault +
-                                                   "): results in it are lost; restore a backup: 'legopt restore "
-                                                   "BACKUP --db FILE'; to use the file as it was before the "
-                                                   "log, move its -wal, -shm and .lock away");
+    throw StoreError(StoreErrorCode::kCorrupt,
+                     name + ": the log " + log + " is damaged (" + fault +
+                         "): results in it are lost; restore a backup: 'legopt service restore "
+                         "BACKUP --db FILE'; to use the file as it was before the "
+                         "log, move its -wal, -shm and .lock away");
   }
 }
 

@@ -23,11 +23,12 @@ bool HasLog(const std::filesystem::path& file) {
 
 [[noreturn]] void ThrowForeignLog(const std::filesystem::path& file) {
   const std::string name = file.string();
-  throw StoreError(StoreErrorCode::kCorrupt,
-                   name + ": the log " + name +
-                       "-wal beside it was written for another file (was a backup copied over a database?); to restore "
-                       "a backup: 'legopt restore BACKUP --db FILE'; to read this file as it is, move its -wal, -shm "
-                       "and .lock away");
+  throw StoreError(
+      StoreErrorCode::kCorrupt,
+      name + ": the log " + name +
+          "-wal beside it was written for another file (was a backup copied over a database?); to restore "
+          "a backup: 'legopt service restore BACKUP --db FILE'; to read this file as it is, move its -wal, -shm "
+          "and .lock away");
 }
 
 // Returns the session stored in the file itself, ignoring its log; "" if it has none. Returns nullopt if the file is

@@ -27,7 +27,7 @@ inline constexpr int kMaxPriority = 1000;  ///< largest priority; the smallest i
 /// Settings of an experiment that change after submission: by the user, and the build by the first worker.
 struct ExperimentControl {
   ExperimentHold hold = ExperimentHold::kNone;
-  std::string reason;                      ///< not empty if and only if the experiment is held
+  std::string reason;                      ///< reason of the pause; empty if none was given or it is not paused
   int priority = 0;                        ///< experiments with larger numbers are leased first
   BuildPolicy builds = BuildPolicy::kOne;  ///< value as submitted, until a user allows any build
   std::string build_id = {};               ///< build of the worker that took the first job; empty until then

@@ -133,8 +133,10 @@ inline constexpr char kCancelJobs[] =
     "UPDATE jobs SET state = 'cancelled' WHERE state IN ('queued', 'leased') "
     "AND cell_id IN (SELECT cell_id FROM cells WHERE experiment_id = ?1)";
 
+// The column `hold` has the word 'held' for a pause with a reason.
 inline constexpr char kControlExperiment[] =
-    "UPDATE experiments SET hold = ?2, hold_reason = ?3, priority = ?4, builds = ?5, build_id = nullif(?6, '') "
+    "UPDATE experiments SET hold = iif(?2 = 'paused' AND ?3 <> '', 'held', ?2), hold_reason = ?3, priority = ?4, "
+    "builds = ?5, build_id = nullif(?6, '') "
     "WHERE experiment_id = ?1 AND state = 'active'";
 
 inline constexpr char kRetryJobs[] =

@@ -19,7 +19,7 @@ void RequireSound(Connection& connection) {
   const std::string verdict = connection.QueryText("PRAGMA quick_check(1)");
   if (verdict == "ok") return;
   throw StoreError(StoreErrorCode::kCorrupt, connection.path().string() + ": the file is damaged (" + verdict +
-                                                 "); restore a backup: 'legopt restore BACKUP --db FILE'");
+                                                 "); restore a backup: 'legopt service restore BACKUP --db FILE'");
 }
 
 // Checks the log before the connection is opened, because SQLite replays the log with the first read.

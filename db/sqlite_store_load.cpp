@@ -94,7 +94,8 @@ void SqliteStore::LoadSummaries(OpenState& state) {
   Statement experiments(
       connection_,
       "SELECT experiment_id, submission_id, name, spec_hash, state, first_job_id, num_jobs, "
-      "submitted_at_us, coalesce(finished_at_us, 0), hold, hold_reason, priority, submitter, builds, "
+      "submitted_at_us, coalesce(finished_at_us, 0), iif(hold = 'held', 'paused', hold), hold_reason, priority, "
+      "submitter, builds, "
       "coalesce(build_id, ''), "
       "(SELECT name FROM datasets AS d WHERE d.dataset_id = e.dataset_id), rule FROM experiments AS e");
   while (experiments.Step()) {

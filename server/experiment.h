@@ -54,7 +54,7 @@ class Experiment {
 
   /// Steady time at which the last job ended or the experiment was cancelled; nullopt while it is active.
   std::optional<std::chrono::microseconds> closed_at;
-  /// Number of queued jobs that some worker can take, as last computed by the scheduler; 0 while paused or held.
+  /// Number of queued jobs that some worker can take, as last computed by the scheduler; 0 while paused.
   std::int64_t leasable = 0;
 
   Task TaskOf(std::int64_t index) const { return spec_.tasks[CoordinatesOf(spec_, index).task].task; }

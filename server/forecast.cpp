@@ -90,10 +90,10 @@ std::string ForecastSnapshot::StallReason(std::int64_t experiment_id) const {
 std::string ForecastSnapshot::WaitingFor(const db::ExperimentSummary& summary, const Experiment& experiment) const {
   if (!store_error_.empty()) return "the database cannot be written: " + store_error_;
   const std::string id = std::to_string(summary.experiment_id);
-  if (summary.control.hold == db::ExperimentHold::kHeld) {
-    return "held: " + summary.control.reason + "; 'legopt release " + id + "' lets it go on";
+  if (summary.control.hold == db::ExperimentHold::kPaused) {
+    const std::string& reason = summary.control.reason;
+    return "paused" + (reason.empty() ? "" : ": " + reason) + "; 'legopt resume " + id + "' continues it";
   }
-  if (summary.control.hold == db::ExperimentHold::kPaused) return "paused; 'legopt resume " + id + "' lets it go on";
   if (scheduler_.draining()) return "the server is stopping";
   if (worked_on_.contains(summary.experiment_id)) return {};
   return WaitingForWorkers(experiment);

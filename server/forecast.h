@@ -27,7 +27,7 @@ struct ExperimentForecast {
 ///
 /// An experiment progresses while a slot runs one of its jobs on a worker with recent messages. Of the jobs leased to a
 /// worker, its slots run those leased first. If nothing progresses, the reason is the first of these that applies: the
-/// database cannot be written; the experiment is held or paused; the server is stopping; no worker is connected;
+/// database cannot be written; the experiment is paused; the server is stopping; no worker is connected;
 /// workers are still loading; no worker satisfies the requirements; no recent message from suitable workers or from
 /// workers with its jobs; the workers work on other experiments.
 ///

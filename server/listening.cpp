@@ -32,10 +32,11 @@ std::optional<bridge::LinkSocket> OpenListener(const ListenFlags& flags, const b
   }
   const bridge::LinkAddress address = bridge::ParseLinkAddress(*flags.listen);
   if (network.key_file.empty() && !network.trust_network && !bridge::IsLoopback(address)) {
-    throw BusError(BusErrorCode::kInvalidOption,
-                   "--listen " + *flags.listen +
-                       " without a key would let everybody who reaches this address command the deployment; make a key "
-                       "with 'legopt keygen FILE' for --key-file, or listen on 127.0.0.1, or say --trust-network");
+    throw BusError(
+        BusErrorCode::kInvalidOption,
+        "--listen " + *flags.listen +
+            " without a key would let everybody who reaches this address command the deployment; make a key "
+            "with 'legopt service keygen FILE' for --key-file, or listen on 127.0.0.1, or say --trust-network");
   }
   return bridge::LinkSocket(address);
 }

@@ -7,7 +7,7 @@ namespace {
 
 bool IsForOperators(ControlAction action) {
   switch (action) {
-    case ControlAction::kHold:
+    case ControlAction::kPauseNow:
     case ControlAction::kRelease:
     case ControlAction::kPriority:
     case ControlAction::kDelete:

@@ -8,8 +8,8 @@
 namespace legopt::server {
 
 /// Returns why a key role may not request a control action; empty if it may. Clients may pause, resume, retry, rename
-/// and tag experiments; only operators may hold, release, rank and delete experiments and drain workers, because this
-/// affects the work of other users. Pure function. Source: PROTOCOL.md, section 11.
+/// and tag experiments. Only operators may stop running jobs (pause now), set priorities, delete experiments and drain
+/// workers, because this affects the work of other users. Pure function. Source: PROTOCOL.md, section 11.
 std::string RefusalOf(bus::KeyRole role, const legopt_msg::control_request& request);
 
 /// Overload for messages whose permission depends only on their type, which is checked before the server sees them

@@ -203,7 +203,7 @@ legopt_msg::cancel_reply Scheduler::Cancel(const Instant& now, const legopt_msg:
   return reply;
 }
 
-// Clears pauses and holds, so that a retried experiment is not held.
+// Ends a pause, so that a retried experiment is not paused.
 void Scheduler::Close(const Instant& now, Experiment& experiment, db::ExperimentState state) {
   db::ExperimentSummary& summary = summaries_.at(experiment.experiment_id());
   summary.state = state;
@@ -257,8 +257,8 @@ void Scheduler::SetJobState(Experiment& experiment, std::int64_t index, db::JobS
   UpdateWaiting(experiment);
 }
 
-// Must be called whenever the number of queued jobs changes, or whether they can be leased: paused, held, or without
-// able workers.
+// Must be called whenever the number of queued jobs changes, or whether they can be leased: paused, or without able
+// workers.
 void Scheduler::UpdateWaiting(Experiment& experiment) {
   const bool free = summaries_.at(experiment.experiment_id()).control.hold == db::ExperimentHold::kNone;
   const std::int64_t leasable = free ? experiment.num_takable() : 0;

@@ -287,6 +287,7 @@ class Scheduler {
   void Open(const Instant& now, const db::OpenExperiment& open);
   // scheduler_control.cpp
   legopt_msg::control_reply SetHold(const Instant& now, const legopt_msg::control_request& request, Ops& ops);
+  static bool RunsJobs(const Experiment& experiment);
   legopt_msg::control_reply SetPriority(const Instant& now, const legopt_msg::control_request& request, Ops& ops);
   legopt_msg::control_reply Retry(const Instant& now, std::int64_t experiment_id, bool time_limited, Ops& ops);
   std::int64_t QueueAgain(Experiment& experiment, bool time_limited);

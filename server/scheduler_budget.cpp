@@ -38,11 +38,11 @@ std::size_t SummaryBytes(const db::ExperimentSummary& summary) {
 std::string Scheduler::OverBudget(const ExperimentSpec& spec) const {
   if (std::ssize(summaries_) >= options_.max_experiments) {
     return "the server stores " + std::to_string(summaries_.size()) + " experiments and takes at most " +
-           std::to_string(options_.max_experiments) + "; delete some ('legopt delete')";
+           std::to_string(options_.max_experiments) + "; delete some ('legopt service delete')";
   }
   if (summary_bytes_ >= options_.max_summary_bytes) {
     return "the names, methods and tags of " + std::to_string(summaries_.size()) + " stored experiments take " +
-           MebibytesOf(options_.max_summary_bytes) + ", which is the most; delete some ('legopt delete')";
+           MebibytesOf(options_.max_summary_bytes) + ", which is the most; delete some ('legopt service delete')";
   }
   const std::int64_t open_jobs = num_queued() + num_leases();
   if (open_jobs + spec.num_jobs() > options_.max_open_jobs) {

@@ -29,47 +29,18 @@ std::string NameOf(const legopt_msg::control_request& request) {
   return "experiment " + std::to_string(request.experiment_id);
 }
 
-// Returns the new control settings; nullopt if nothing changes. `*refusal` is set if the action is not allowed.
-std::optional<db::ExperimentControl> NextHold(const db::ExperimentControl& now, ControlAction action,
-                                              const std::string& reason, std::string* refusal) {
+// Returns the control settings after an action that pauses or resumes. A pause without a reason keeps an earlier one.
+db::ExperimentControl NextControl(const db::ExperimentControl& now, ControlAction action, const std::string& reason) {
   db::ExperimentControl next = now;
+  if (action == ControlAction::kPause || action == ControlAction::kPauseNow) {
+    next.hold = db::ExperimentHold::kPaused;
+    if (!reason.empty()) next.reason = reason;
+    return next;
+  }
+  next.hold = db::ExperimentHold::kNone;
   next.reason.clear();
-  switch (action) {
-    case ControlAction::kPause:
-      if (now.hold == db::ExperimentHold::kHeld) return std::nullopt;  // a hold is stronger than a pause
-      next.hold = db::ExperimentHold::kPaused;
-      break;
-    case ControlAction::kHold:
-      next.hold = db::ExperimentHold::kHeld;
-      next.reason = reason;
-      break;
-    case ControlAction::kResumeAnyBuild:
-      next.builds = BuildPolicy::kAny;
-      [[fallthrough]];
-    case ControlAction::kResume:
-      if (now.hold == db::ExperimentHold::kHeld) *refusal = "it is held: " + now.reason + "; release it";
-      next.hold = db::ExperimentHold::kNone;
-      break;
-    default:
-      if (now.hold == db::ExperimentHold::kPaused) *refusal = "it is paused, not held; resume it";
-      next.hold = db::ExperimentHold::kNone;
-  }
-  if (next == now) return std::nullopt;
+  if (action == ControlAction::kResumeAnyBuild) next.builds = BuildPolicy::kAny;
   return next;
-}
-
-const char* EventOf(ControlAction action) {
-  switch (action) {
-    case ControlAction::kPause:
-      return "experiment_paused";
-    case ControlAction::kResume:
-    case ControlAction::kResumeAnyBuild:
-      return "experiment_resumed";
-    case ControlAction::kHold:
-      return "experiment_held";
-    default:
-      return "experiment_released";
-  }
 }
 
 }  // namespace
@@ -104,35 +75,46 @@ legopt_msg::control_reply Scheduler::Control(const Instant& now, const legopt_ms
     return Answer(ControlStatus::kRefused,
                   NameOf(request) + " is " + std::string(ToString(found->second.state)) + " already");
   }
+  if (action == ControlAction::kRelease) {
+    return Answer(ControlStatus::kRefused,
+                  NameOf(request) + ": the action 'release' is not served any more; resume it");
+  }
   if (action == ControlAction::kPriority) return SetPriority(now, request, ops);
   return SetHold(now, request, ops);
 }
 
 legopt_msg::control_reply Scheduler::SetHold(const Instant& now, const legopt_msg::control_request& request, Ops& ops) {
   db::ExperimentSummary& summary = summaries_.at(request.experiment_id);
+  Experiment& experiment = *open_.at(summary.experiment_id);
   const auto action = ControlAction{request.action};
-  std::string refusal;
-  const auto next = NextHold(summary.control, action, request.reason, &refusal);
-  if (!refusal.empty()) {
-    return Answer(ControlStatus::kRefused, "experiment " + std::to_string(request.experiment_id) + ": " + refusal);
-  }
-  legopt_msg::control_reply reply = Answer(ControlStatus::kOk, "");
-  if (!next) {
-    reply.message = "experiment " + std::to_string(request.experiment_id) + " is so already";
-    return reply;
+  const db::ExperimentControl next = NextControl(summary.control, action, request.reason);
+  const bool stops_jobs = action == ControlAction::kPauseNow && RunsJobs(experiment);
+  if (next == summary.control && !stops_jobs) {
+    const bool paused = next.hold == db::ExperimentHold::kPaused;
+    return Answer(ControlStatus::kOk, NameOf(request) + (paused ? " was paused already" : " was not paused"));
   }
   if (const std::string why = OverControlRate(now); !why.empty()) return Answer(ControlStatus::kRefused, why);
   summary_bytes_ -= SummaryBytes(summary);
-  summary.control = *next;
+  summary.control = next;
   summary_bytes_ += SummaryBytes(summary);
-  if (action == ControlAction::kResumeAnyBuild) RecountWorkers(*open_.at(summary.experiment_id));
-  UpdateWaiting(*open_.at(summary.experiment_id));
-  ops.emplace_back(db::ControlExperiment{summary.experiment_id, *next});
-  ops.emplace_back(db::RecordEvent{EventOf(action), now.wall_us, summary.experiment_id, {}, {}, request.reason});
-  if (action == ControlAction::kHold) {
-    reply.num_jobs = RequeueRunning(now, *open_.at(summary.experiment_id), "held: " + request.reason, ops);
+  if (action == ControlAction::kResumeAnyBuild) RecountWorkers(experiment);
+  UpdateWaiting(experiment);
+  const bool paused = next.hold == db::ExperimentHold::kPaused;
+  ops.emplace_back(db::ControlExperiment{summary.experiment_id, next});
+  ops.emplace_back(db::RecordEvent{
+      paused ? "experiment_paused" : "experiment_resumed", now.wall_us, summary.experiment_id, {}, {}, next.reason});
+  legopt_msg::control_reply reply = Answer(ControlStatus::kOk, "");
+  if (stops_jobs) {
+    reply.num_jobs = RequeueRunning(now, experiment, next.reason.empty() ? "paused" : "paused: " + next.reason, ops);
   }
   return reply;
+}
+
+bool Scheduler::RunsJobs(const Experiment& experiment) {
+  for (std::int64_t index = 0; index < experiment.num_jobs(); ++index) {
+    if (experiment.job(index).state == db::JobState::kLeased) return true;
+  }
+  return false;
 }
 
 // The workers learn of the lost leases with the next heartbeat.
@@ -251,7 +233,7 @@ legopt_msg::control_reply Scheduler::SetTag(const legopt_msg::control_request& r
   if (set && summary_bytes_ >= options_.max_summary_bytes) {
     return Answer(ControlStatus::kRefused, "the names, methods and tags of all experiments take " +
                                                std::to_string(options_.max_summary_bytes >> 20U) +
-                                               " MiB, which is the most; delete experiments ('legopt delete')");
+                                               " MiB, which is the most; delete experiments ('legopt service delete')");
   }
   summary_bytes_ -= SummaryBytes(summary);
   if (set) {

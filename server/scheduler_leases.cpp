@@ -87,7 +87,7 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
   }
   if (worker->profile.draining) {
     reply.status = EnumNumber(LeaseStatus::kNoneNow);
-    reply.message = "this worker was asked to leave: 'legopt drain'";
+    reply.message = "this worker was asked to leave: 'legopt service drain'";
     return reply;
   }
   const int wanted = BatchSize(request.max_jobs);

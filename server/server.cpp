@@ -60,7 +60,10 @@ Instant Server::Now() const { return {endpoint_.now(), wall_clock_()}; }
 
 template <class Message, class Handler>
 void Server::Serve(bus::MessageType type, bool always, Handler handler) {
-  endpoint_.Serve(type, [this, always, handler](bus::Request&& request, bus::Responder responder) {
+  endpoint_.Serve(type, [this, type, always, handler](bus::Request&& request, bus::Responder responder) {
+    RequestCount& served = requests_.at(static_cast<std::size_t>(type));
+    ++served.requests;
+    served.bytes += request.body.size();
     std::string why;
     std::optional<Message> message = bus::Decode<Message>(request.body, &why);
     if (!message) {
@@ -182,6 +185,7 @@ void Server::ServeStatus() {
         nlohmann::json transport = nlohmann::json::object();
         for (const auto& [name, value] : endpoint_.counters().Listing()) transport[std::string(name)] = value;
         status["server"]["transport"] = std::move(transport);
+        status["server"]["requests"] = RequestsJson();
         status["server"].update(Figures());
         legopt_msg::status_reply reply{};
         reply.json = Dump(status);
@@ -345,6 +349,16 @@ nlohmann::json Server::Figures() const {
     figures["disk_bytes"] = watch_.disk()->total_bytes;
   }
   return figures;
+}
+
+nlohmann::json Server::RequestsJson() const {
+  nlohmann::json by_type = nlohmann::json::object();
+  for (std::int16_t type = 1; type <= bus::kLastMessageType; ++type) {
+    const RequestCount& served = requests_.at(static_cast<std::size_t>(type));
+    by_type[std::string(bus::ToString(static_cast<bus::MessageType>(type)))] = {{"requests", served.requests},
+                                                                                {"bytes", served.bytes}};
+  }
+  return by_type;
 }
 
 TransportHealth::Listing Server::Counters() const {

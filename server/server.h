@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <deque>
@@ -140,6 +141,7 @@ class Server {
   void PublishEvents() const;
   void OfferStoredDatasets();
   nlohmann::json Figures() const;
+  nlohmann::json RequestsJson() const;
   TransportHealth::Listing Counters() const;
   void ResumeDeferred();
   microseconds Stopwatch() const;
@@ -162,6 +164,11 @@ class Server {
   std::vector<Pending> replies_;
   std::string store_error_;  ///< empty: no error
   microseconds store_retry_at_{0}, store_retry_after_{0};
+  struct RequestCount {
+    std::uint64_t requests = 0;
+    std::uint64_t bytes = 0;  ///< size of the bodies
+  };
+  std::array<RequestCount, bus::kLastMessageType + 1> requests_{};  ///< received requests; index: message type
   std::deque<Deferred> deferred_;
   std::size_t deferred_bytes_ = 0;
   microseconds last_commit_{0};

@@ -49,7 +49,7 @@ std::string Server::ReasonNotToStore(const db::ArchiveFacts& facts, std::size_t 
   }
   if (facts.stored_bytes + static_cast<std::int64_t>(bytes) > options_.most_dataset_bytes) {
     return "the stored datasets have " + std::to_string(facts.stored_bytes) + " bytes, and the server stores at most " +
-           std::to_string(options_.most_dataset_bytes) + "; delete experiments ('legopt delete')";
+           std::to_string(options_.most_dataset_bytes) + "; delete experiments ('legopt service delete')";
   }
   return {};
 }

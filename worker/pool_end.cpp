@@ -38,11 +38,11 @@ void Pool::Stop(microseconds now) {
   Advance(now);
 }
 
-// Called after 'legopt drain' at the server. There is no time limit: running jobs end normally.
+// Called after 'legopt service drain' at the server. There is no time limit: running jobs end normally.
 void Pool::DrainForServer(microseconds now) {
   if (draining_) return;
   Log(LogLevel::kWarning,
-      "asked to leave by 'legopt drain': " + std::to_string(num_running()) + " running job(s) may finish");
+      "asked to leave by 'legopt service drain': " + std::to_string(num_running()) + " running job(s) may finish");
   Drain(now, ExitCode::kOk);
 }
 

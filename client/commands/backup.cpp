@@ -41,8 +41,9 @@ std::string Described(const db::BackupReport& report, Seconds took) {
 ExitCode Backup(const BackupOptions& options) {
   const std::size_t expected = options.db ? 1 : 2;
   if (options.files.size() != expected) {
-    throw ClientError(ExitCode::kUsage, options.db ? "with --db, give one FILE: legopt backup --db DATABASE COPY"
-                                                   : "give the database and the copy: legopt backup DATABASE COPY");
+    throw ClientError(ExitCode::kUsage, options.db
+                                            ? "with --db, give one FILE: legopt service backup --db DATABASE COPY"
+                                            : "give the database and the copy: legopt service backup DATABASE COPY");
   }
   const std::string& source = options.db ? *options.db : options.files.front();
   const auto begin = std::chrono::steady_clock::now();
@@ -81,7 +82,7 @@ void AddRestoreCommand(const app::Command& program, Invocation* invocation) {
   const auto command =
       program.AddCommand("restore", "Replace a database by a backup and move the former file and its log away");
   const auto options = std::make_shared<RestoreOptions>();
-  command.AddOption("BACKUP", options->backup, "Copy made by 'legopt backup'; it is checked first").Required();
+  command.AddOption("BACKUP", options->backup, "Copy made by 'legopt service backup'; it is checked first").Required();
   command.AddOption("--db", options->db, "Database file to replace; no server may be working on it").Required();
   command.WhenChosen([=] { invocation->body = [options] { return Restore(*options); }; });
 }

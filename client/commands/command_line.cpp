@@ -21,20 +21,71 @@ namespace {
 
 constexpr char kProgram[] = "legopt";
 
-// Names that users of git, kubectl, Slurm and shells are used to.
-constexpr std::array<app::Synonym, 43> kSynonyms = {{
-    {"rm", "delete"},      {"remove", "delete"},    {"del", "delete"},        {"ls", "list"},
-    {"jobs", "list"},      {"queue", "list"},       {"ps", "status"},         {"info", "status"},
-    {"squeue", "status"},  {"top", "watch"},        {"follow", "watch"},      {"progress", "watch"},
-    {"wait", "watch"},     {"stop", "cancel"},      {"kill", "cancel"},       {"abort", "cancel"},
-    {"scancel", "cancel"}, {"suspend", "pause"},    {"continue", "resume"},   {"unpause", "resume"},
-    {"unhold", "release"}, {"rerun", "retry"},      {"requeue", "retry"},     {"mv", "rename"},
-    {"label", "tag"},      {"start", "run"},        {"exec", "run"},          {"sbatch", "submit"},
-    {"results", "table"},  {"summary", "table"},    {"eval", "evaluate"},     {"judge", "evaluate"},
-    {"sql", "query"},      {"select", "query"},     {"cat", "show"},          {"describe", "show"},
-    {"save", "export"},    {"datasets", "dataset"}, {"check", "doctor"},      {"cp", "backup"},
-    {"listen", "tap"},     {"history", "trace"},    {"convergence", "trace"},
-}};
+// Names that users of git, kubectl, Slurm and shells are used to, and names of earlier versions.
+constexpr std::array kSynonyms = std::to_array<app::Synonym>({
+    {"ls", "list"},
+    {"jobs", "list"},
+    {"queue", "list"},
+    {"ps", "status"},
+    {"info", "status"},
+    {"squeue", "status"},
+    {"top", "watch"},
+    {"follow", "watch"},
+    {"progress", "watch"},
+    {"wait", "watch"},
+    {"stop", "cancel"},
+    {"kill", "cancel"},
+    {"abort", "cancel"},
+    {"scancel", "cancel"},
+    {"suspend", "pause"},
+    {"hold", "pause --now"},
+    {"continue", "resume"},
+    {"unpause", "resume"},
+    {"release", "resume"},
+    {"unhold", "resume"},
+    {"rerun", "retry"},
+    {"requeue", "retry"},
+    {"rename", "edit --name"},
+    {"mv", "edit --name"},
+    {"tag", "edit --tag"},
+    {"label", "edit --tag"},
+    {"untag", "edit --untag"},
+    {"priority", "edit --priority"},
+    {"nice", "edit --priority"},
+    {"start", "run"},
+    {"exec", "run"},
+    {"sbatch", "submit"},
+    {"results", "table"},
+    {"summary", "table"},
+    {"eval", "evaluate"},
+    {"judge", "evaluate"},
+    {"sql", "query"},
+    {"select", "query"},
+    {"cat", "show"},
+    {"describe", "show"},
+    {"logs", "show --logs"},
+    {"log", "show --logs"},
+    {"trace", "show --trace"},
+    {"history", "show --trace"},
+    {"convergence", "show --trace"},
+    {"save", "export"},
+    {"datasets", "dataset"},
+    {"solver", "service check-solver"},
+    {"doctor", "service doctor"},
+    {"check", "service doctor"},
+    {"events", "service events"},
+    {"drain", "service drain"},
+    {"tap", "service tap"},
+    {"listen", "service tap"},
+    {"keygen", "service keygen"},
+    {"backup", "service backup"},
+    {"cp", "service backup"},
+    {"restore", "service restore"},
+    {"delete", "service delete"},
+    {"rm", "service delete"},
+    {"remove", "service delete"},
+    {"del", "service delete"},
+});
 
 int Report(ExitCode code, const std::string& message) { return app::ReportFailure(kProgram, code, message); }
 
@@ -79,6 +130,23 @@ int Execute(const Invocation& invocation) {
   }
 }
 
+void AddServiceCommands(const app::Command& program, Invocation* invocation) {
+  const auto service =
+      program.AddCommand("service", "Check and operate a deployment: doctor, events, keys, workers, backups");
+  service.RequireCommand();
+  service.LetOptionsFollowCommands();
+  AddDoctorCommand(service, invocation);
+  AddEventsCommand(service, invocation);
+  AddDrainCommand(service, invocation);
+  AddDeleteCommand(service, invocation);
+  AddTapCommand(service, invocation);
+  AddKeygenCommand(service, invocation);
+  AddBackupCommand(service, invocation);
+  AddRestoreCommand(service, invocation);
+  AddSolverCommand(service, invocation);
+}
+
+// A test limits the number of commands to 26.
 void AddCommands(const app::Command& program, Invocation* invocation) {
   AddRunCommand(program, invocation);
   AddSubmitCommand(program, invocation);
@@ -86,12 +154,10 @@ void AddCommands(const app::Command& program, Invocation* invocation) {
   AddStatusCommand(program, invocation);
   AddListCommand(program, invocation);
   AddShowCommand(program, invocation);
-  AddTraceCommand(program, invocation);
-  AddLogsCommand(program, invocation);
-  AddEventsCommand(program, invocation);
   AddCancelCommand(program, invocation);
   AddControlCommands(program, invocation);
-  AddDeleteCommand(program, invocation);
+  program.GroupCommands("Experiments");
+
   AddTableCommand(program, invocation);
   AddCompareCommand(program, invocation);
   AddReportCommand(program, invocation);
@@ -101,25 +167,23 @@ void AddCommands(const app::Command& program, Invocation* invocation) {
   AddQueryCommand(program, invocation);
   AddEvaluateCommand(program, invocation);
   AddExportCommand(program, invocation);
-  AddDatasetCommand(program, invocation);
+  program.GroupCommands("Results");
+
+  AddImportCommand(program, invocation);
   AddGenerateCommand(program, invocation);
   AddCertifyCommand(program, invocation);
-  AddImportCommand(program, invocation);
-  AddSolverCommand(program, invocation);
-  AddDoctorCommand(program, invocation);
-  AddDrainCommand(program, invocation);
-  AddPoolCommand(program, invocation);
-  AddTapCommand(program, invocation);
-  AddKeygenCommand(program, invocation);
-  AddBackupCommand(program, invocation);
-  AddRestoreCommand(program, invocation);
-}
+  AddDatasetCommand(program, invocation);
+  program.GroupCommands("Datasets");
 
-// Entries in the list of commands; app::ParseCommandLine handles them.
-void AddHelpCommands(const app::Command& program) {
-  const auto help = program.AddCommand("help", "Show the help of a command: legopt help run");
-  help.AddOption("COMMAND", "The command; without one, all of them");
+  AddPoolCommand(program, invocation);
+  AddServiceCommands(program, invocation);
+  program.GroupCommands("Service");
+
+  // app::ParseCommandLine handles these two; as commands they are known to suggestions.
+  program.AddCommand("help", "Show the help of a command: legopt help run");
   program.AddCommand("version", "Show the version, as --version does");
+  AddReferenceCommand(program, invocation);
+  program.GroupCommands("");
 }
 
 std::string DataFolderText() {
@@ -131,7 +195,9 @@ std::string DataFolderText() {
 }
 
 std::string Footer() {
-  return "A first look: legopt run quick\n\nEmbedded suites and datasets (LEGOPT_DATA names another folder):\n  " +
+  return "A first look: legopt run quick\nHelp of a command: legopt help COMMAND; its network options: legopt COMMAND "
+         "--help-network\n"
+         "\nEmbedded suites and datasets (LEGOPT_DATA names another folder):\n  " +
          DataFolderText() + "\n\n" + app::ExitCodeHelp();
 }
 
@@ -145,7 +211,6 @@ int RunCommandLine(int argc, const char* const* argv, const app::BuildFacts& bui
   program.RequireCommand();
   program.SetFooter("Exit codes: see 'legopt --help'");  // inherited by the commands
   AddCommands(program, &invocation);
-  AddHelpCommands(program);
   program.AddFlagThroughout("-v,--verbose", invocation.verbose, "Log to standard error");
   program.SetFooter(Footer());
   if (const auto status = app::ParseCommandLine(program, argc, argv, kSynonyms)) return *status;

@@ -22,10 +22,9 @@ void AddWatchCommand(const app::Command& program, Invocation* invocation);
 void AddStatusCommand(const app::Command& program, Invocation* invocation);
 void AddListCommand(const app::Command& program, Invocation* invocation);
 void AddShowCommand(const app::Command& program, Invocation* invocation);
-void AddTraceCommand(const app::Command& program, Invocation* invocation);
 void AddCancelCommand(const app::Command& program, Invocation* invocation);
 void AddDeleteCommand(const app::Command& program, Invocation* invocation);
-/// Adds pause, resume, hold, release, priority, retry, rename, tag.
+/// Adds pause, resume, retry, edit.
 void AddControlCommands(const app::Command& program, Invocation* invocation);
 void AddTableCommand(const app::Command& program, Invocation* invocation);
 void AddCompareCommand(const app::Command& program, Invocation* invocation);
@@ -35,13 +34,13 @@ void AddViewCommand(const app::Command& program, Invocation* invocation);
 void AddEventsCommand(const app::Command& program, Invocation* invocation);
 void AddDrainCommand(const app::Command& program, Invocation* invocation);
 void AddServeCommand(const app::Command& program, Invocation* invocation);
-void AddLogsCommand(const app::Command& program, Invocation* invocation);
 void AddQueryCommand(const app::Command& program, Invocation* invocation);
 void AddEvaluateCommand(const app::Command& program, Invocation* invocation);
 void AddExportCommand(const app::Command& program, Invocation* invocation);
 void AddDatasetCommand(const app::Command& program, Invocation* invocation);
 void AddCertifyCommand(const app::Command& program, Invocation* invocation);
 void AddGenerateCommand(const app::Command& program, Invocation* invocation);
+/// Adds check-solver.
 void AddSolverCommand(const app::Command& program, Invocation* invocation);
 void AddImportCommand(const app::Command& program, Invocation* invocation);
 void AddDoctorCommand(const app::Command& program, Invocation* invocation);
@@ -51,6 +50,9 @@ void AddTapCommand(const app::Command& program, Invocation* invocation);
 /// Adds pool slurm, script, status, stop.
 void AddPoolCommand(const app::Command& program, Invocation* invocation);
 void AddKeygenCommand(const app::Command& program, Invocation* invocation);
+
+/// Adds the hidden command that scripts/make-reference calls.
+void AddReferenceCommand(const app::Command& program, Invocation* invocation);
 
 /// Parses and runs a command line, reports errors on standard error as "legopt: error: ..." and returns the exit
 /// status. `main` as a function, for tests.

@@ -1,8 +1,10 @@
-// Scheduling and naming of experiments: pause, resume, hold, release, priority, retry, rename, tag.
+// Control of experiments after their submission: pause, resume, retry, edit.
 
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "app/checks.h"
 #include "app/command_line.h"
@@ -18,81 +20,111 @@
 namespace legopt::client {
 namespace {
 
-constexpr int kMostPriority = 1000;
-
 struct ControlOptions {
   std::int64_t experiment = 0;
   ControlAction action{};
   std::string reason;
-  int priority = 0;
   NetworkOptions network;
 };
 
-// Checks the size limit of requests.
+struct EditOptions {
+  std::int64_t experiment = 0;
+  std::optional<int> priority;
+  std::optional<std::string> name;
+  std::vector<std::string> tags;
+  std::vector<std::string> removed_tags;
+  NetworkOptions network;
+};
+
+// Checks the limits of requests.
 std::string CheckReason(const std::string& reason) {
   constexpr std::size_t kMostBytes = 1000;
-  if (reason.find_first_not_of(" \t\r\n") == std::string::npos) return "is empty; say why the experiment is held";
+  if (reason.find_first_not_of(" \t\r\n") == std::string::npos) {
+    return "is empty; give the reason of the pause, or omit --reason";
+  }
+  if (!bus::IsText(reason)) return "must be UTF-8";
   if (reason.size() <= kMostBytes) return {};
   return "is " + std::to_string(reason.size()) + " bytes long; at most " + std::to_string(kMostBytes) + " are possible";
 }
 
-std::string Done(const ControlOptions& options, std::int64_t num_jobs) {
-  const std::string jobs = std::to_string(num_jobs) + (num_jobs == 1 ? " job" : " jobs");
-  switch (options.action) {
+// Refuses names that the server would change or refuse. `fault` is the error of the stored form.
+std::string CheckUserText(const std::string& text, std::string fault) {
+  if (fault.empty() && !bus::IsText(text)) fault = "must be UTF-8";
+  if (!fault.empty()) return fault;
+  const auto unfit = DiagnoseName(text);
+  return unfit ? unfit->message + "; " + unfit->fix : "";
+}
+
+std::string CheckNewName(const std::string& name) { return CheckUserText(name, db::ValidateName(name)); }
+std::string CheckTag(const std::string& tag) { return CheckUserText(tag, db::ValidateTag(tag)); }
+
+// A stored tag may violate the present rules of names; it can still be removed.
+std::string CheckRemovedTag(const std::string& tag) {
+  const std::string fault = db::ValidateTag(tag);
+  return fault.empty() && !bus::IsText(tag) ? "must be UTF-8" : fault;
+}
+
+std::string CountedJobs(std::int64_t num_jobs) { return std::to_string(num_jobs) + (num_jobs == 1 ? " job" : " jobs"); }
+
+std::string Done(ControlAction action, std::int64_t num_jobs) {
+  switch (action) {
     case ControlAction::kPause:
       return "paused; running jobs finish, no other begins until 'legopt resume'";
+    case ControlAction::kPauseNow:
+      return "paused, " + CountedJobs(num_jobs) + " re-queued; 'legopt resume' continues it";
     case ControlAction::kResume:
       return "continues";
     case ControlAction::kResumeAnyBuild:
       return "continues, by workers of any build";
-    case ControlAction::kHold:
-      return "held, " + jobs + " re-queued; 'legopt release' continues it";
-    case ControlAction::kRelease:
-      return "released";
-    case ControlAction::kPriority:
-      return "priority " + std::to_string(options.priority);
-    case ControlAction::kRename:
-      return "renamed";
-    case ControlAction::kTag:
-      return "tagged";
-    case ControlAction::kUntag:
-      return "tagged so no longer";
-    case ControlAction::kRetry:
-    case ControlAction::kRetryTimeLimits:
-    case ControlAction::kDrainWorker:  // used by other commands
-    case ControlAction::kDelete:
-      break;
+    default:
+      return CountedJobs(num_jobs) + " queued again";
   }
-  return jobs + " queued again";
 }
 
-// Refuses invalid UTF-8 before sending, so that names are not changed silently.
-void CheckText(const ControlOptions& options) {
-  if (options.action == ControlAction::kHold && !bus::IsText(options.reason)) {
-    throw ClientError(ExitCode::kUsage, "TEXT: must be UTF-8; write it in UTF-8");
-  }
-  const bool name = options.action == ControlAction::kRename;
-  if (!name && options.action != ControlAction::kTag && options.action != ControlAction::kUntag) return;
-  std::string fault = name ? db::ValidateName(options.reason) : db::ValidateTag(options.reason);
-  if (fault.empty() && !bus::IsText(options.reason)) fault = "must be UTF-8";
-  const auto unfit = options.action == ControlAction::kUntag ? std::nullopt : DiagnoseName(options.reason);
-  if (fault.empty() && unfit) fault = unfit->message + "; " + unfit->fix;
-  if (!fault.empty()) throw ClientError(ExitCode::kUsage, (name ? "NAME: " : "TAG: ") + fault);
-}
-
-ExitCode Control(const ControlOptions& options) {
-  CheckText(options);
+legopt_msg::control_request RequestOf(std::int64_t experiment, ControlAction action, const std::string& text = "") {
   legopt_msg::control_request request{};
-  request.experiment_id = options.experiment;
-  request.action = static_cast<std::int8_t>(options.action);
-  request.priority = options.priority;
-  request.reason = options.reason;
-  ServerConnection server(options.network);
+  request.experiment_id = experiment;
+  request.action = EnumNumber(action);
+  request.reason = text;
+  return request;
+}
+
+// Sends the request and prints `done`, or by default the result of the action.
+void Apply(ServerConnection& server, const legopt_msg::control_request& request, const std::string& done = "") {
   const auto reply = server.Control(request);
   if (ControlStatus{reply.status} != ControlStatus::kOk)
     throw ClientError(ExitCode::kUsage, reply.message + "; see 'legopt status'");
-  std::cout << "experiment " << options.experiment << ": " << app::Printable(Done(options, reply.num_jobs)) << "\n";
+  const std::string text = done.empty() ? Done(ControlAction{request.action}, reply.num_jobs) : done;
+  std::cout << "experiment " << request.experiment_id << ": " << app::Printable(text) << std::endl;
   if (!reply.message.empty()) std::cerr << "legopt: " << app::Printable(reply.message) << "\n";
+}
+
+ExitCode Control(const ControlOptions& options) {
+  ServerConnection server(options.network);
+  Apply(server, RequestOf(options.experiment, options.action, options.reason));
+  return ExitCode::kOk;
+}
+
+// The priority is first because it needs the most rights.
+ExitCode Edit(const EditOptions& options) {
+  const std::int64_t id = options.experiment;
+  if (!options.priority && !options.name && options.tags.empty() && options.removed_tags.empty()) {
+    throw ClientError(ExitCode::kUsage, "nothing to change; give --name, --tag, --untag or --priority");
+  }
+  ServerConnection server(options.network);
+  if (options.priority) {
+    auto request = RequestOf(id, ControlAction::kPriority);
+    request.priority = *options.priority;
+    Apply(server, request, "priority " + std::to_string(*options.priority));
+  }
+  if (options.name)
+    Apply(server, RequestOf(id, ControlAction::kRename, *options.name), "named '" + *options.name + "'");
+  for (const std::string& tag : options.removed_tags) {
+    Apply(server, RequestOf(id, ControlAction::kUntag, tag), "tag '" + tag + "' removed");
+  }
+  for (const std::string& tag : options.tags) {
+    Apply(server, RequestOf(id, ControlAction::kTag, tag), "tag '" + tag + "' added");
+  }
   return ExitCode::kOk;
 }
 
@@ -111,51 +143,55 @@ std::shared_ptr<ControlOptions> For(ControlAction action) {
   return options;
 }
 
-void AddTagCommand(const app::Command& program, Invocation* invocation) {
-  const auto tag = For(ControlAction::kTag);
-  const auto command =
-      AddAction(program, invocation, "tag", "Tag an experiment for lists and filters, or remove a tag", tag);
-  const auto given = command.AddOption("TAG", tag->reason, "1 to 100 bytes without a comma");
-  const auto remove = [tag](const std::string& text) {
-    tag->reason = text;
-    tag->action = ControlAction::kUntag;
-  };
-  command.AddAction("--remove", remove, "Remove this tag").Excludes(given);
+void AddPauseCommand(const app::Command& program, Invocation* invocation) {
+  const auto pause = For(ControlAction::kPause);
+  const auto command = AddAction(program, invocation, "pause",
+                                 "Start no more jobs of an experiment; running jobs finish, or stop with --now", pause);
+  command.AddFlagAction(
+      "--now", [pause] { pause->action = ControlAction::kPauseNow; },
+      "Stop the running jobs as well and re-queue them without using an attempt");
+  command.AddOption("--reason", pause->reason, "Reason, shown by 'legopt status'").Check({CheckReason, ""});
+}
+
+void AddEditCommand(const app::Command& program, Invocation* invocation) {
+  const auto options = std::make_shared<EditOptions>();
+  const auto command = program.AddCommand("edit", "Change name, tags or priority of an experiment");
+  command.AddOption("ID", options->experiment, "Experiment").Required().Check(app::WholeNumber(1));
+  command.AddOption("--name", options->name, "New name, 1 to 200 bytes").Check({CheckNewName, ""});
+  command.AddOption("--tag", options->tags, "Add this tag, 1 to 100 bytes without a comma; may be repeated")
+      .OneArgumentEach()
+      .ValueName("TAG")
+      .Check({CheckTag, ""});
+  command.AddOption("--untag", options->removed_tags, "Remove this tag; may be repeated")
+      .OneArgumentEach()
+      .ValueName("TAG")
+      .Check({CheckRemovedTag, ""});
+  command
+      .AddOption("--priority", options->priority,
+                 "Start its jobs before those of experiments with smaller numbers (default 0)")
+      .Check(app::WholeNumber(-db::kMaxPriority, db::kMaxPriority));
+  AddNetworkOptions(command, &options->network);
+  command.SetFooter(
+      "At least one option is required. All are checked first, then applied one by one: priority, name, removed tags,\n"
+      "new tags. If the server refuses one, the earlier ones stay; repeat the command after fixing the cause.");
+  command.WhenChosen([=] { invocation->body = [options] { return Edit(*options); }; });
 }
 
 }  // namespace
 
 void AddControlCommands(const app::Command& program, Invocation* invocation) {
-  AddAction(program, invocation, "pause", "Start no more jobs of an experiment; running jobs finish",
-            For(ControlAction::kPause));
+  AddPauseCommand(program, invocation);
   const auto resume = For(ControlAction::kResume);
   AddAction(program, invocation, "resume", "Continue a paused experiment", resume)
       .AddFlagAction(
           "--any-build", [resume] { resume->action = ControlAction::kResumeAnyBuild; },
-          "Also let workers of any build finish it, which tables then say; else the build that began it does");
-  const auto hold = For(ControlAction::kHold);
-  AddAction(program, invocation, "hold",
-            "Stop an experiment for a reason; running jobs are re-queued without using an attempt", hold)
-      .AddOption("REASON", hold->reason, "Reason, shown by 'legopt status'")
-      .Required()
-      .Check({CheckReason, ""});
-  AddAction(program, invocation, "release", "Continue a held experiment", For(ControlAction::kRelease));
-  const auto priority = For(ControlAction::kPriority);
-  AddAction(program, invocation, "priority", "Start an experiment's jobs before or after other experiments' jobs",
-            priority)
-      .AddOption("PRIORITY", priority->priority, "Larger numbers start earlier (default 0)")
-      .Required()
-      .Check(app::WholeNumber(-kMostPriority, kMostPriority));
+          "Allow workers of any build to finish it (tables show it); default: the build that began it");
   const auto retry = For(ControlAction::kRetry);
   AddAction(program, invocation, "retry", "Queue the failed and dead jobs of an experiment again", retry)
       .AddFlagAction(
           "--time-limit", [retry] { retry->action = ControlAction::kRetryTimeLimits; },
           "Also jobs stopped by the wall-time limit, e.g. on a busy machine; their results no longer count");
-  const auto rename = For(ControlAction::kRename);
-  AddAction(program, invocation, "rename", "Rename an experiment", rename)
-      .AddOption("NAME", rename->reason, "1 to 200 bytes")
-      .Required();
-  AddTagCommand(program, invocation);
+  AddEditCommand(program, invocation);
 }
 
 }  // namespace legopt::client

@@ -11,7 +11,7 @@
 
 namespace legopt::client {
 
-/// A check of `legopt doctor` with its result.
+/// A check of `legopt service doctor` with its result.
 struct DoctorDiagnostic {
   enum class State { kOk, kWarn, kFail };
   std::string check;  ///< e.g. "multicast route"

@@ -38,7 +38,7 @@ ExitCode Keygen(const KeygenOptions& options) {
       bus::MessageKey::Random()->WriteFile(options.file);
       std::cout << "new key in " << file
                 << "; give every server, worker and client a copy (--key-file or LEGOPT_KEY_FILE)\n"
-                << "  legopt keygen FILE --role worker --from " << file
+                << "  legopt service keygen FILE --role worker --from " << file
                 << ": makes a key for hosts that only solve jobs; --role client: for users who only submit\n";
       return ExitCode::kOk;
     case KeyRole::kWorker:

@@ -1,12 +1,8 @@
 #include <cstring>
-#include <memory>
 
-#include "app/checks.h"
-#include "app/command_line.h"
 #include "app/printable.h"
 #include "client/client_error.h"
-#include "client/commands/commands.h"
-#include "client/commands/options.h"
+#include "client/commands/show.h"
 #include "client/report/attempt_list.h"
 #include "client/report/json_text.h"
 #include "legopt/input/json.h"
@@ -14,13 +10,6 @@
 
 namespace legopt::client {
 namespace {
-
-struct LogsOptions {
-  std::int64_t job = 0;
-  bool json = false;
-  SourceOptions source;
-  OutputOptions output;
-};
 
 // Returns e.g. "crashed by signal 11 (Segmentation fault) after 3.2 s".
 std::string CauseOf(const Listing& attempts, std::size_t row) {
@@ -62,7 +51,9 @@ Listing ReadEvents(ResultSource& source, std::int64_t job_id) {
       std::to_string(job_id) + " ORDER BY event_id");
 }
 
-ExitCode Logs(const LogsOptions& options) {
+}  // namespace
+
+ExitCode ShowLogs(const ShowOptions& options) {
   const auto source = OpenResults(options.source);
   const std::string id = std::to_string(options.job);
   const Listing job = source->Query(
@@ -74,32 +65,20 @@ ExitCode Logs(const LogsOptions& options) {
   }
   const Listing attempts = ReadAttempts(*source, options.job);
   const Listing events = ReadEvents(*source, options.job);
-  if (options.json) {
+  if (options.listing.format == ListingFormat::kJson) {
     auto json = ListingToJson(job).at(0);
     json["attempt_list"] = ListingToJson(attempts);
     json["events"] = ListingToJson(events);
-    Print(JsonText(json) + "\n", options.output);
+    Print(JsonText(json) + "\n", options.listing.output);
     return ExitCode::kOk;
   }
-  const TextLayout layout = LayoutOf(options.output);
+  const TextLayout layout = LayoutOf(options.listing.output);
   std::string text = RenderFields(job, 0, layout);
   for (std::size_t i = 0; i < attempts.rows.size(); ++i) text += AttemptText(attempts, i);
   if (attempts.rows.empty()) text += "\nNo attempt has been begun.\n";
   if (!events.rows.empty()) text += "\nEvents\n" + RenderListing(events, ListingFormat::kText, layout);
-  Print(text, options.output);
+  Print(text, options.listing.output);
   return ExitCode::kOk;
-}
-
-}  // namespace
-
-void AddLogsCommand(const app::Command& program, Invocation* invocation) {
-  const auto command = program.AddCommand("logs", "Show the attempts of a job: causes, signals, logs");
-  const auto options = std::make_shared<LogsOptions>();
-  command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Required().Check(app::WholeNumber(1));
-  AddTextOrJsonOption(command, &options->json);
-  AddOutputOptions(command, &options->output);
-  AddSourceOptions(command, &options->source);
-  command.WhenChosen([=] { invocation->body = [options] { return Logs(*options); }; });
 }
 
 }  // namespace legopt::client

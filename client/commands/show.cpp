@@ -1,3 +1,5 @@
+#include "client/commands/show.h"
+
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -16,13 +18,6 @@
 
 namespace legopt::client {
 namespace {
-
-struct ShowOptions {
-  std::int64_t job = 0;
-  SourceOptions source;
-  bool json = false;
-  OutputOptions output;
-};
 
 constexpr char kJobSql[] =
     "SELECT j.job_id, c.experiment_id, e.name AS experiment, e.submitter, d.name AS dataset, d.hash AS dataset_hash, "
@@ -61,7 +56,7 @@ std::string RenderText(const Listing& job, const Listing& result, const Listing&
   return text;
 }
 
-ExitCode Show(const ShowOptions& options) {
+ExitCode ShowJob(const ShowOptions& options) {
   const auto source = OpenResults(options.source);
   const std::string id = std::to_string(options.job);
   const Listing job = source->Query(kJobSql + id);
@@ -70,27 +65,47 @@ ExitCode Show(const ShowOptions& options) {
   }
   const Listing result = source->Query("SELECT " + db::ShownResultColumns() + " FROM results WHERE job_id = " + id);
   const Listing attempts = ReadAttempts(*source, options.job);
-  if (!options.json) {
-    Print(RenderText(job, result, attempts, LayoutOf(options.output)), options.output);
+  if (options.listing.format != ListingFormat::kJson) {
+    Print(RenderText(job, result, attempts, LayoutOf(options.listing.output)), options.listing.output);
     return ExitCode::kOk;
   }
   auto json = ListingToJson(job).at(0);
   for (const char* column : {"method_options", "joint_names"}) json[column] = ParseText(job.At(0, column));
   json["result"] = result.rows.empty() ? nlohmann::ordered_json() : ListingToJson(result).at(0);
   json["attempt_list"] = ListingToJson(attempts);
-  Print(JsonText(json) + "\n", options.output);
+  Print(JsonText(json) + "\n", options.listing.output);
   return ExitCode::kOk;
+}
+
+// Refuses options that only --trace uses.
+void RequireTrace(const ShowOptions& options) {
+  const auto refuse = [](const std::string& option) {
+    throw ClientError(ExitCode::kUsage, option + " is possible only with --trace");
+  };
+  if (options.out) refuse("--out");
+  if (!options.listing.columns.empty()) refuse("--columns");
+  if (options.listing.format == ListingFormat::kMarkdown) refuse("--format markdown");
+  if (options.listing.format == ListingFormat::kCsv) refuse("--format csv");
+}
+
+ExitCode Show(const ShowOptions& options) {
+  if (options.trace) return ShowTrace(options);
+  RequireTrace(options);
+  return options.logs ? ShowLogs(options) : ShowJob(options);
 }
 
 }  // namespace
 
 void AddShowCommand(const app::Command& program, Invocation* invocation) {
-  const auto command = program.AddCommand("show", "Show one job: result, verdicts, attempts, logs");
+  const auto command = program.AddCommand("show", "Show one job: result, verdicts, attempts, logs, convergence");
   const auto options = std::make_shared<ShowOptions>();
   command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Required().Check(app::WholeNumber(1));
-  AddTextOrJsonOption(command, &options->json);
-  AddOutputOptions(command, &options->output);
+  const auto logs = command.AddFlag("--logs", options->logs, "Show only the attempts: causes, signals, logs, events");
+  command.AddFlag("--trace", options->trace, "Show only how the solve converged, step by step").Excludes(logs);
+  command.AddOption("--out", options->out, "Write the trace to this file, replacing an existing one");
+  AddListingOptions(command, &options->listing);
   AddSourceOptions(command, &options->source);
+  command.SetFooter("--out, --columns and the formats markdown and csv are for --trace.");
   command.WhenChosen([=] { invocation->body = [options] { return Show(*options); }; });
 }
 

@@ -52,11 +52,7 @@ ExitCode CheckDeclared(const SolverFlags& flags) {
 }  // namespace
 
 void AddSolverCommand(const app::Command& program, Invocation* invocation) {
-  const auto solver = program.AddCommand("solver", "Check external solvers");
-  solver.RequireCommand();
-  solver.LetOptionsFollowCommands();
-
-  const auto check = solver.AddCommand("check", "Test whether an external solver follows the protocol");
+  const auto check = program.AddCommand("check-solver", "Test whether an external solver follows the protocol");
   const auto flags = std::make_shared<SolverFlags>();
   check
       .AddOption("FILE", flags->declaration,

@@ -16,6 +16,7 @@ namespace legopt::client {
 namespace {
 
 struct StatusOptions {
+  bool counters = false;
   std::optional<std::int64_t> experiment;
   SourceOptions source;
   ListingFormat format = ListingFormat::kText;
@@ -45,7 +46,8 @@ ExitCode StatusOfFile(const StatusOptions& options) {
   const auto source = OpenResults(options.source);
   std::string sql =
       "SELECT experiment_id AS experiment, name, iif(state <> 'active' OR hold = 'none', state, "
-      "iif(hold = 'held', 'held: ' || hold_reason, hold)) AS state, priority, jobs, queued, leased, done, failed, "
+      "'paused' || iif(hold_reason = '', '', ': ' || hold_reason)) AS state, priority, jobs, queued, leased, done, "
+      "failed, "
       "dead, cancelled, solved, submitter, dataset, (SELECT group_concat(name, ', ') FROM (SELECT m.name FROM cells AS "
       "c "
       "JOIN methods AS m USING (method_id) WHERE c.experiment_id = l.experiment_id GROUP BY m.name ORDER BY "
@@ -68,6 +70,27 @@ std::string MissingText(const std::vector<ExperimentStatus>& experiments) {
   return text.empty() ? text : "\n" + text;
 }
 
+// Returns the counters of the server since its start: requests by type, and datagrams by cause.
+std::string CountersText(const nlohmann::json& status, const TextLayout& layout) {
+  const nlohmann::json server = status.value("server", nlohmann::json::object());
+  Listing requests;
+  requests.columns = {"request", "received", "bytes"};
+  const nlohmann::json received = server.value("requests", nlohmann::json::object());
+  for (const auto& [type, count] : received.items()) {
+    requests.rows.push_back({type, count.at("requests"), count.at("bytes")});
+  }
+  Listing counters;
+  counters.columns = {"counter", "value"};
+  for (const char* group : {"scheduler", "transport"}) {
+    const nlohmann::json values = server.value(group, nlohmann::json::object());
+    for (const auto& [name, value] : values.items()) {
+      if (value != 0) counters.rows.push_back({name, value});
+    }
+  }
+  return "\nRequests since the server's start:\n" + RenderListing(requests, ListingFormat::kText, layout) +
+         "\nOther counters (zeros are omitted):\n" + RenderListing(counters, ListingFormat::kText, layout);
+}
+
 std::string TextForPeople(const std::vector<ExperimentStatus>& experiments, const nlohmann::json& status,
                           const StatusOptions& options) {
   const TextLayout layout = LayoutOf(options.output);
@@ -77,10 +100,12 @@ std::string TextForPeople(const std::vector<ExperimentStatus>& experiments, cons
     text += "\n" + RenderListing(running, options.format, layout);
   }
   text += MissingText(experiments);
-  if (options.experiment) return text;
-  const auto workers = status.value("workers", nlohmann::json::array());
-  return text + "\n" +
-         (workers.empty() ? "No workers; start some with 'legopt-worker'\n" : RenderWorkers(workers, layout.width));
+  if (!options.experiment) {
+    const auto workers = status.value("workers", nlohmann::json::array());
+    text += "\n";
+    text += workers.empty() ? "No workers; start some with 'legopt-worker'\n" : RenderWorkers(workers, layout.width);
+  }
+  return options.counters ? text + CountersText(status, layout) : text;
 }
 
 void PrintListings(const std::vector<ExperimentStatus>& experiments, const nlohmann::json& status,
@@ -140,7 +165,10 @@ void AddStatusCommand(const app::Command& program, Invocation* invocation) {
   AddFormatOption(command, &options->format);
   AddOutputOptions(command, &options->output);
   AddSourceOptions(command, &options->source);
+  command.SetFooter(
+      "With --verbose, the text includes the server's counters of requests and datagrams; JSON always does.");
   command.WhenChosen([=] {
+    options->counters = invocation->verbose;
     invocation->body = [options] { return options->source.db ? StatusOfFile(*options) : StatusOfServer(*options); };
   });
 }

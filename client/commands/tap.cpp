@@ -3,7 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <iostream>
-#include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -19,7 +19,6 @@
 #include "client/report/json_text.h"
 #include "client/service/interrupt.h"
 #include "client/tap/captured_datagram.h"
-#include "client/tap/traffic_rates.h"
 #include "legopt/types/nearest_name.h"
 
 namespace legopt::client {
@@ -39,8 +38,6 @@ struct TapOptions {
   std::string from;
   std::optional<std::int64_t> count;
   std::optional<double> seconds;
-  std::optional<double> rates;  // interval between tables in seconds
-  bool json = false;
 };
 
 // Stores received datagrams until the tap processes them outside of LCM's callbacks.
@@ -117,19 +114,16 @@ class TapRun {
         transport_(network),
         listener_(transport_),
         filter_(options),
-        begin_(transport_.now()),
-        interval_begin_(begin_) {}
+        begin_(transport_.now()) {}
 
   ExitCode Run() {
     std::cerr << "legopt: listening at " << address_ << (transport_.key() == nullptr ? "" : ", signatures are checked")
               << "; Ctrl-C ends it" << std::endl;
     while (!Over()) {
       Hear();
-      if (options_.rates && transport_.now() - interval_begin_ >= Span(*options_.rates)) EndInterval();
       SayIfSilent();
     }
     HearWhatHasArrived();
-    if (options_.rates && !Enough() && interval_.datagrams() > 0) EndInterval();
     return Conclude();
   }
 
@@ -166,57 +160,42 @@ class TapRun {
   void Take(const Listener::Datagram& datagram) {
     const CapturedDatagram heard =
         ReadDatagram(datagram.port, datagram.bytes, transport_.deployment(), transport_.key());
-    all_.Add(heard);
+    ++datagrams_;
+    bytes_ += heard.bytes;
+    if (!heard.rejected.empty()) ++rejected_[std::string(heard.rejected)];
     if (!filter_.Takes(heard)) return;
-    ++chosen_;
-    if (options_.rates) {
-      interval_.Add(heard);
-      return;
-    }
     std::cout << ToLine(DatagramToJson(heard, WallClock()));
     ++printed_;
   }
 
-  void EndInterval() {
-    const double seconds = InSeconds(transport_.now() - interval_begin_);
-    if (options_.json) {
-      std::cout << ToLine(interval_.ToJson(seconds));
-    } else {
-      const std::string rejected = interval_.RejectedText();
-      std::cout << RenderListing(interval_.ToListing(seconds), ListingFormat::kText)
-                << (rejected.empty() ? "" : "rejected: " + rejected + "\n") << "\n";
-    }
-    std::cout.flush();
-    ++printed_;
-    interval_ = {};
-    interval_begin_ = transport_.now();
-  }
-
   void SayIfSilent() {
-    if (reported_silence_ || all_.datagrams() > 0 || transport_.now() - begin_ < kPatience) return;
+    if (reported_silence_ || datagrams_ > 0 || transport_.now() - begin_ < kPatience) return;
     reported_silence_ = true;
     std::cerr << "legopt: nothing heard yet at " << address_ << "; does a server run there? ('legopt status')"
               << std::endl;
   }
 
   ExitCode Conclude() {
-    if (all_.datagrams() == 0) {
+    if (datagrams_ == 0) {
       throw ClientError(ExitCode::kUnreachable,
                         "nothing was heard at " + address_ +
                             "; is something running there? 'legopt status' asks the server, --port and LEGOPT_PORT "
                             "choose another deployment");
     }
-    const std::string rejected = all_.RejectedText();
+    std::string rejected;
+    for (const auto& [cause, count] : rejected_) {
+      rejected += (rejected.empty() ? "; rejected: " : ", ") + std::to_string(count) + " " + cause;
+    }
     const auto lost = transport_.counters().kernel_drops;
-    std::cerr << "legopt: heard " << all_.datagrams() << " datagrams (" << all_.bytes() << " bytes) in "
-              << InSeconds(transport_.now() - begin_) << " s" << (rejected.empty() ? "" : "; rejected: " + rejected)
+    std::cerr << "legopt: heard " << datagrams_ << " datagrams (" << bytes_ << " bytes) in "
+              << InSeconds(transport_.now() - begin_) << " s" << rejected
               << (lost == 0 ? "" : "; " + std::to_string(lost) + " lost on this machine for lack of buffer")
               << std::endl;
-    if (chosen_ == 0) std::cerr << "legopt: none of them passed --type and --from\n";
-    if (all_.rejected().contains("tag") && transport_.key() == nullptr) {
+    if (printed_ == 0) std::cerr << "legopt: none of them passed --type and --from\n";
+    if (rejected_.contains("tag") && transport_.key() == nullptr) {
       std::cerr << "legopt: tags that are wrong without a key may be right under one; --key-file checks\n";
     }
-    if (all_.rejected().contains("tag") && transport_.key() != nullptr &&
+    if (rejected_.contains("tag") && transport_.key() != nullptr &&
         transport_.key()->role() != bus::KeyRole::kOperator) {
       std::cerr << "legopt: a " << ToString(transport_.key()->role())
                 << "'s key checks the tags of that role only; the full key checks all\n";
@@ -230,11 +209,10 @@ class TapRun {
   Listener listener_;
   Filter filter_;
   microseconds begin_;
-  microseconds interval_begin_;
-  TrafficRates all_;
-  TrafficRates interval_;
-  std::int64_t chosen_ = 0;
-  std::int64_t printed_ = 0;  // number of lines or tables
+  std::uint64_t datagrams_ = 0;
+  std::uint64_t bytes_ = 0;
+  std::map<std::string, std::uint64_t> rejected_;  // by cause
+  std::int64_t printed_ = 0;
   bool reported_silence_ = false;
 };
 
@@ -273,17 +251,13 @@ void AddTapCommand(const app::Command& program, Invocation* invocation) {
   command.AddList("--type", options->types, "Only these message types, e.g. lease,result", {}, {CheckType, ""});
   command.AddOption("--from", options->from, "Only messages from this sender: server, or an address")
       .Check({CheckSender, ""});
-  const auto rates = command.AddOption(
-      "--rates", options->rates, "Print datagrams and bytes per second by type and kind instead, every SECONDS (1)");
-  rates.ValueMayBeLeftOut("1").ValueName("SECONDS").Check(app::Number(kShortest_s, kLongest_s));
-  command.AddOption("--count", options->count, "End after so many lines (--rates: tables)").Check(app::WholeNumber(1));
+  command.AddOption("--count", options->count, "End after so many lines").Check(app::WholeNumber(1));
   command.AddOption("--seconds", options->seconds, "End after so many seconds")
       .Check(app::Number(kShortest_s, kLongest_s));
-  AddTextOrJsonOption(command, &options->json);
   app::AddListeningFlags(command, &options->network);
   command.SetFooter(
-      "It only listens: it sends nothing and prints no key. --format json concerns --rates. Bodies above one\n"
-      "datagram pass as chunks and are not reassembled.");
+      "It only listens: it sends nothing and prints no key. Bodies above one datagram are shown as chunks.\n"
+      "'legopt status -v' shows the server's counters of requests and datagrams.");
   command.WhenChosen([=] { invocation->body = [options] { return Tap(*options); }; });
 }
 

@@ -33,7 +33,7 @@ ViewedJob ReadViewedJob(ResultSource& source, std::int64_t id) {
     throw ClientError(ExitCode::kUsage,
                       name + " has no solution to draw (" + row.Text(0, "state") + "); 'legopt view --problem " +
                           std::to_string(row.At(0, "problem").get<int>()) + " --task " + row.Text(0, "task") +
-                          "' draws its problem, 'legopt logs " + std::to_string(id) + "' says why");
+                          "' draws its problem, 'legopt show " + std::to_string(id) + " --logs' says why");
   }
   ViewedJob viewed;
   viewed.job = {.experiment = 0,

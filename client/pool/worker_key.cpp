@@ -18,7 +18,7 @@ const bus::MessageKey& WorkerKeyOf(const bus::MessageKey& key, const std::string
   if (worker_key != nullptr) return *worker_key;
   throw ClientError(ExitCode::kUsage, "key file \"" + key_file + "\": holds a " + std::string(ToString(key.role())) +
                                           "'s key; workers need the full key of the deployment, or a worker's key: "
-                                          "legopt keygen FILE --role worker --from FULL_KEY");
+                                          "legopt service keygen FILE --role worker --from FULL_KEY");
 }
 
 // False if another process has written the file meanwhile.

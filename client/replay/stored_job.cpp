@@ -70,8 +70,8 @@ void RequireRepeatable(const Listing& row, std::int64_t job_id) {
   const std::string job = "job " + std::to_string(job_id);
   if (row.At(0, "solver_status").is_null()) {
     throw ClientError(ExitCode::kUsage, job + " has no result (" + row.Text(0, "state") + "), so that there is " +
-                                            "nothing to compare with; 'legopt logs " + std::to_string(job_id) +
-                                            "' tells why");
+                                            "nothing to compare with; 'legopt show " + std::to_string(job_id) +
+                                            " --logs' shows why");
   }
   const auto status = row.EnumAt<SolveStatus>(0, "solver_status");
   if (IsRepeatable(status)) return;

@@ -101,10 +101,11 @@ std::string Listing::Text(std::size_t row, std::string_view column) const {
 }
 
 void Listing::RefuseWord(std::string_view column, const std::string& word) {
-  throw ClientError(ExitCode::kDatabaseUnusable,
-                    "the results have " + std::string(column) + " '" + app::Printable(word) +
-                        "', which this legopt does not know: the database is damaged ('legopt doctor --db FILE' checks "
-                        "it; restore a backup), or another release wrote it");
+  throw ClientError(
+      ExitCode::kDatabaseUnusable,
+      "the results have " + std::string(column) + " '" + app::Printable(word) +
+          "', which this legopt does not know: the database is damaged ('legopt service doctor --db FILE' checks "
+          "it; restore a backup), or another release wrote it");
 }
 
 std::string RenderListing(const Listing& listing, ListingFormat format, const TextLayout& layout) {

@@ -119,7 +119,7 @@ Listing ResultSource::Query(const std::string& sql) {
     const std::string what = error.what();
     throw db::StoreError(db::StoreErrorCode::kCorrupt,
                          what.substr(0, what.rfind("; ")) +
-                             "; the file is damaged: restore a backup, 'legopt restore BACKUP --db FILE'");
+                             "; the file is damaged: restore a backup, 'legopt service restore BACKUP --db FILE'");
   }
 }
 

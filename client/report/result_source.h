@@ -59,7 +59,7 @@ class ResultSource {
 std::unique_ptr<ResultSource> OpenResults(const SourceOptions& options);
 
 /// Advice in errors about unreadable stored values: it is not yet known whether the file is damaged.
-inline constexpr std::string_view kCheckDatabase = "'legopt doctor --db FILE' checks the database";
+inline constexpr std::string_view kCheckDatabase = "'legopt service doctor --db FILE' checks the database";
 
 /// Returns the bytes of a BLOB in a query's result; nullopt if the cell is NULL or not a BLOB.
 std::optional<std::string> BlobAt(const Listing& listing, std::size_t row, std::string_view column);

@@ -16,7 +16,7 @@ namespace legopt::client {
 ///     "event": "progress", "silent" (the server does not answer), "back" (it answers again) or "end" (the last line),
 ///     "at_us": microseconds since 1970 by this machine's clock, "experiment": its id
 ///
-/// A "progress" event also has "name", "state" ("active", "done", "cancelled"), "hold" ("none", "paused", "held"),
+/// A "progress" event also has "name", "state" ("active", "done", "cancelled"), "hold" ("none", "paused"),
 /// "hold_reason", "waiting_for" (why it stalls; empty while it progresses), the numbers of jobs "total", "queued",
 /// "leased", "done", "failed", "dead", "cancelled", "solved", the times "elapsed_s", "worked_s" (or null) and "eta_s"
 /// (or null), the "share" of busy slots, and "running": {"job", "task", "worker", "done", "total"} of jobs with

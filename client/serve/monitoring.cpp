@@ -114,6 +114,11 @@ void WriteServer(const json& server, MetricsWriter& metrics) {
   const json scheduler = Member(server, "scheduler");
   const json transport = Member(server, "transport");
   for (const auto& [name, value] : scheduler.items()) metrics.Sample(value, {{"what", name}});
+  metrics.Begin("requests_total", "counter", "Requests received, by type.");
+  const json requests = Member(server, "requests");
+  for (const auto& [type, count] : requests.items()) {
+    metrics.Sample(Member(count, "requests"), {{"type", type}});
+  }
   metrics.Begin("rejected_datagrams_total", "counter", "Datagrams rejected, by cause.");
   for (const auto& [name, value] : transport.items()) {
     constexpr std::string_view kRejected = "rejected_";

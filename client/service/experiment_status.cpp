@@ -99,8 +99,7 @@ bool SameProgress(const ExperimentStatus& a, const ExperimentStatus& b) {
 
 std::string StateText(const ExperimentStatus& status) {
   if (status.over() || status.hold == ExperimentHold::kNone) return std::string(ToString(status.state));
-  const std::string hold(ToString(status.hold));
-  return status.hold == ExperimentHold::kHeld ? hold + ": " + status.hold_reason : hold;
+  return std::string(ToString(status.hold)) + (status.hold_reason.empty() ? "" : ": " + status.hold_reason);
 }
 
 std::string StoreError(const nlohmann::json& status) {

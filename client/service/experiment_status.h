@@ -39,7 +39,7 @@ struct ExperimentStatus {
   std::int64_t taken_over = 0;  ///< number of results in `done` that were reused from other experiments
 
   ExperimentHold hold = ExperimentHold::kNone;
-  std::string hold_reason;  ///< set if held
+  std::string hold_reason;  ///< reason of the pause; may be empty
   int priority = 0;         ///< larger numbers are leased first
 
   std::vector<RunningJob> running;  ///< leased jobs with reported progress

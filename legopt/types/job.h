@@ -90,13 +90,11 @@ inline constexpr auto kEnumNames<ExperimentState> =
 enum class ExperimentHold : std::uint8_t {
   kNone,    ///< jobs are leased
   kPaused,  ///< no job is leased
-  kHeld,    ///< no job is leased, and running jobs were released; has a reason
 };
 
 template <>
 inline constexpr auto kEnumNames<ExperimentHold> = MakeEnumNames<ExperimentHold>({{ExperimentHold::kNone, "none"},
-                                                                                  {ExperimentHold::kPaused, "paused"},
-                                                                                  {ExperimentHold::kHeld, "held"}});
+                                                                                  {ExperimentHold::kPaused, "paused"}});
 
 /// Workers that may run the jobs of an experiment.
 enum class BuildPolicy : std::uint8_t {

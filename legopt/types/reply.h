@@ -6,7 +6,7 @@
 
 /// @file
 /// Status numbers of replies and actions of control requests, as specified in PROTOCOL.md: `status` of a message is the
-/// number of the enumerator. The enum names are for display (`legopt tap`).
+/// number of the enumerator. The enum names are for display (`legopt service tap`).
 
 namespace legopt {
 
@@ -90,7 +90,7 @@ inline constexpr auto kEnumNames<HeartbeatStatus> = MakeEnumNames<HeartbeatStatu
 enum class LeaseVerdict : std::int8_t {
   kContinue,      ///< continue the job
   kCancel,        ///< stop the job: it was cancelled
-  kUnknownLease,  ///< stop the job: its lease has expired or the experiment is held; a result would be stale
+  kUnknownLease,  ///< stop the job: its lease has expired or was released; a result would be stale
 };
 
 template <>
@@ -163,10 +163,10 @@ inline constexpr auto kEnumNames<ShutdownStatus> =
 
 /// control_request.action.
 enum class ControlAction : std::int8_t {
-  kPause,            ///< lease no more jobs
+  kPause,            ///< lease no more jobs; running jobs finish
   kResume,           ///< lease jobs again
-  kHold,             ///< stop and release running jobs, with a reason
-  kRelease,          ///< end a hold
+  kPauseNow,         ///< lease no more jobs; re-queue the running jobs without using an attempt
+  kRelease,          ///< number of older clients, always refused: kResume ends every pause
   kPriority,         ///< set the priority relative to other experiments
   kRetry,            ///< re-queue failed and dead jobs
   kRetryTimeLimits,  ///< also re-queue jobs stopped at their wall-time limit
@@ -182,7 +182,7 @@ template <>
 inline constexpr auto kEnumNames<ControlAction> =
     MakeEnumNames<ControlAction>({{ControlAction::kPause, "pause"},
                                   {ControlAction::kResume, "resume"},
-                                  {ControlAction::kHold, "hold"},
+                                  {ControlAction::kPauseNow, "pause_now"},
                                   {ControlAction::kRelease, "release"},
                                   {ControlAction::kPriority, "priority"},
                                   {ControlAction::kRetry, "retry"},

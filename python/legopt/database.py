@@ -148,7 +148,7 @@ class Database:
         names = self._joint_names(facts, job)
         if len({len(row) for row in x}) > 1 or x and names is not None and len(names) != len(x[0]) - 7:
             raise DatabaseError(f"{self.path}: job {job}: waypoints of different lengths, or not of its robot; "
-                                "'legopt doctor --db FILE' checks the database")
+                                "'legopt service doctor --db FILE' checks the database")
         return Waypoints(job, x, names, times)
 
     def unsolved_window(self, job: int) -> Waypoints | None:
@@ -166,8 +166,8 @@ class Database:
         return Waypoints(job, x, names, first_waypoint=stored[0]["waypoint"])
 
     def trace(self, job: int) -> Rows:
-        """Returns the convergence of a job's solve, one row per stored step, like `legopt trace`: step, window,
-        restart, start, penalty, trust_box, accepted, evaluations, elapsed_us, cost, violation. For results before
+        """Returns the convergence of a job's solve, one row per stored step, like `legopt show --trace`: step,
+        window, restart, start, penalty, trust_box, accepted, evaluations, elapsed_us, cost, violation. For results before
         schema version 7: a row per penalty value with that version's columns. RequestError if there is no such job, or
         no trace."""
         facts = self._job(job, "r.trace, r.history_json FROM jobs AS j LEFT JOIN results AS r ON r.job_id = j.job_id")
@@ -230,7 +230,7 @@ class Database:
             raise ValueError("no list of names")
         except ValueError as error:
             raise DatabaseError(f"{self.path}: job {job}: the names of the joints cannot be read ({error}); "
-                                "'legopt doctor --db FILE' checks the database") from error
+                                "'legopt service doctor --db FILE' checks the database") from error
 
     def _result_columns(self) -> str:
         known = {row["name"] for row in self._file.select("SELECT name FROM pragma_table_xinfo('job_list')")}

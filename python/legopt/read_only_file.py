@@ -220,7 +220,7 @@ class ReadOnlyFile:
                 in_file != session_of("mode=ro"))
             if foreign:
                 raise DatabaseError(f"{self.path}: the log {log} beside it was written for another file (was a backup "
-                                    "copied over a database?); to restore a backup: 'legopt restore BACKUP --db FILE'")
+                                    "copied over a database?); to restore a backup: 'legopt service restore BACKUP --db FILE'")
             return
 
     def _require_schema(self) -> None:
@@ -274,12 +274,12 @@ class ReadOnlyFile:
 
     def _fault(self, error: Exception) -> DatabaseError:
         code = getattr(error, "sqlite_errorcode", None)
-        advice = "'legopt doctor --db FILE' checks the database"
+        advice = "'legopt service doctor --db FILE' checks the database"
         primary = None if code is None else code & 0xFF
         if primary == sqlite3.SQLITE_CORRUPT:
             advice = "the file is damaged; restore a backup"
         if isinstance(error, OSError) or primary in _FORBIDDEN:
-            advice = "check the permissions of file and folder; 'legopt backup' makes a copy that needs no side files"
+            advice = "check the permissions of file and folder; 'legopt service backup' makes a copy that needs no side files"
         elif isinstance(error, sqlite3.ProgrammingError):
             advice = "use a database in the thread that opened it"
         elif primary == sqlite3.SQLITE_NOTADB:

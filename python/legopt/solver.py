@@ -130,7 +130,7 @@ class Problem:
         return evaluation
 
     def progress(self, evaluation: Evaluation) -> None:
-        """Adds a line to the solve's history (legopt trace)."""
+        """Adds a line to the solve's history (legopt show --trace)."""
         self._write({"type": "progress", "cost": evaluation.cost, "violation": evaluation.violation})
 
     def solution(self, x: list[float], status: str = "converged") -> Solution:

@@ -58,4 +58,4 @@ def decode_history(text: str, source: str) -> Rows:
         return Rows(columns, (dict(zip(columns, row, strict=True)) for row in rows))
     except (ValueError, KeyError, TypeError) as error:
         raise DatabaseError(f"{source}: the history cannot be read ({error}); "
-                            "'legopt doctor --db FILE' checks the database") from error
+                            "'legopt service doctor --db FILE' checks the database") from error

@@ -77,5 +77,5 @@ def decode_waypoint(blob: bytes, source: str) -> list[float]:
     """Decodes little-endian float64 values. DatabaseError, with `source` in its message, if they are damaged."""
     if len(blob) % 8 != 0 or len(blob) < 8 * len(BASE_NAMES):
         raise DatabaseError(f"{source}: a waypoint of {len(blob)} bytes cannot be read; "
-                            "'legopt doctor --db FILE' checks the database")
+                            "'legopt service doctor --db FILE' checks the database")
     return list(struct.unpack(f"<{len(blob) // 8}d", blob))

@@ -12,6 +12,7 @@
 
 #include "app/checks.h"
 #include "app/command_line.h"
+#include "app/network_flags.h"
 #include "legopt/types/task.h"
 
 namespace legopt::app {
@@ -22,7 +23,8 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
-constexpr std::array<Synonym, 3> kSynonyms = {{{"kill", "cancel"}, {"ls", "list"}, {"rm", "missing"}}};
+constexpr std::array<Synonym, 4> kSynonyms = {
+    {{"kill", "cancel"}, {"ls", "list"}, {"rm", "missing"}, {"verify", "data check"}}};
 
 // A program "prog" with the commands run, cancel, list and data {hash, check}.
 class Arguments : public testing::Test {
@@ -49,12 +51,17 @@ class Arguments : public testing::Test {
     const Option fast = run.AddFlag("--fast", fast_, "Fast");
     run.AddFlag("--slow", slow_, "Slow").Excludes(fast);
     run.WhenChosen([this] { ++runs_; });
+    run.AddOption("--host", host_, "Host | address").Group(kNetworkHeading);
     program.AddCommand("cancel", "Cancels").AddOption("ID", id_, "Id").Required();
     program.AddCommand("list", "Lists");
+    program.GroupCommands("Jobs");
     const Command data = program.AddCommand("data", "Data");
     data.RequireCommand();
     data.AddCommand("hash", "Hashes");
     data.AddCommand("check", "Checks");
+    program.GroupCommands("Files");
+    program.AddCommand("secret", "Hidden");
+    program.GroupCommands("");
     program.AddFlagThroughout("--verbose", verbose_, "Verbose");
     words.insert(words.begin(), "/some/where/prog");
     testing::internal::CaptureStdout();
@@ -74,7 +81,7 @@ class Arguments : public testing::Test {
     EXPECT_EQ(said.err, "prog: error: " + cause + "; see '" + help + " --help'\n");
   }
 
-  std::string suite_, methods_;
+  std::string suite_, methods_, host_;
   int workers_ = 0, id_ = 0;
   double ratio_ = 0;
   std::uint64_t count_ = 0;
@@ -158,6 +165,41 @@ TEST_F(Arguments, HelpOfEverythingAndOfOneCommand) {
     EXPECT_THAT(said.out, AllOf(HasSubstr("prog run"), HasSubstr("--methods"), Not(HasSubstr("cancel"))));
   }
   EXPECT_THAT(Parse({"help", "data", "check"}).out, HasSubstr("prog data check"));
+}
+
+TEST_F(Arguments, HelpListsVisibleCommandsByGroup) {
+  const std::string help = Parse({"--help"}).out;
+  EXPECT_LT(help.find("Jobs:"), help.find("cancel"));
+  EXPECT_LT(help.find("list"), help.find("Files:"));
+  EXPECT_LT(help.find("Files:"), help.find("data"));
+  EXPECT_THAT(help, Not(HasSubstr("secret")));
+  EXPECT_FALSE(Parse({"secret"}).status);
+}
+
+TEST_F(Arguments, NetworkOptionsHaveAHelpOfTheirOwn) {
+  EXPECT_THAT(Parse({"run", "--help"}).out, AllOf(HasSubstr("--help-network"), Not(HasSubstr("--host"))));
+  EXPECT_THAT(Parse({"list", "--help"}).out, Not(HasSubstr("--help-network")));
+  const Said network = Parse({"run", "--help-network"});
+  EXPECT_EQ(network.status, 0);
+  EXPECT_THAT(network.out, AllOf(HasSubstr("--host"), Not(HasSubstr("--methods"))));
+  EXPECT_EQ(Parse({"list", "--help-network"}).out, "'prog list' has no network options\n");
+  EXPECT_FALSE(Parse({"run", "quick", "--host", "here"}).status);
+  EXPECT_EQ(host_, "here");
+}
+
+TEST_F(Arguments, FormerCommandsNameTheWholeCommandThatReplacesThem) {
+  Expect({"verify", "x"}, "unknown command 'verify'; use 'prog data check'", "prog");
+}
+
+TEST_F(Arguments, TheReferenceDescribesVisibleCommandsAndOptions) {
+  const Said said = Parse({"help", "--markdown"});
+  EXPECT_EQ(said.status, 0);
+  EXPECT_THAT(said.out,
+              AllOf(HasSubstr("## Jobs\n"), HasSubstr("### prog run\n\nRuns.\n"),
+                    HasSubstr("    prog run SUITE [OPTIONS]\n"), HasSubstr("| `SUITE` TEXT | Suite; required |\n"),
+                    HasSubstr("### prog data check\n"), HasSubstr("[Network options](#network-options): `--host`.\n"),
+                    HasSubstr("## Network options\n"), HasSubstr("| `--host` TEXT | Host \\| address |\n")));
+  EXPECT_THAT(said.out, AllOf(Not(HasSubstr("secret")), HasSubstr("| `--fast` | Fast |\n")));
 }
 
 TEST_F(Arguments, HelpBehindAnOptionIsItsValue) {

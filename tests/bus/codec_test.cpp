@@ -211,14 +211,16 @@ TEST(Ranges, ControlRequestsHoldWhatTheirActionNeeds) {
   const auto fault = [&](ControlAction action, const std::string& reason, int priority = 0) {
     return fault_of_number(static_cast<int>(action), reason, priority);
   };
-  const std::map<ControlAction, std::size_t> with_text = {{ControlAction::kHold, 1000},
+  const std::map<ControlAction, std::size_t> with_text = {{ControlAction::kPause, 1000},
+                                                          {ControlAction::kPauseNow, 1000},
                                                           {ControlAction::kRename, 200},
                                                           {ControlAction::kTag, 100},
                                                           {ControlAction::kUntag, 100}};
   for (const auto& [action, word] : kEnumNames<ControlAction>) {
     if (with_text.contains(action)) {
       const std::size_t most = with_text.at(action);
-      EXPECT_NE(fault(action, ""), "") << word;
+      const bool optional = action == ControlAction::kPause || action == ControlAction::kPauseNow;
+      EXPECT_EQ(fault(action, "").empty(), optional) << word;
       EXPECT_EQ(fault(action, "x"), "") << word;
       EXPECT_EQ(fault(action, std::string(most, 'x')), "") << word;
       EXPECT_NE(fault(action, std::string(most + 1, 'x')), "") << word;

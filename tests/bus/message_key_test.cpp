@@ -142,7 +142,7 @@ TEST_F(KeyFile, MustBeARegularFile) {
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   ExpectFault(pipe, "not a regular file");
   ExpectFault("/dev/zero", "not a regular file");
-  ExpectFault(folder() / "missing", "legopt keygen");
+  ExpectFault(folder() / "missing", "legopt service keygen");
 }
 
 TEST_F(KeyFile, MustBelongToUs) {

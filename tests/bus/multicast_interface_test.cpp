@@ -354,7 +354,7 @@ TEST(Reach, WithoutSocketFilterAKeyIsNeeded) {
     }
   });
   if (!refused) GTEST_SKIP() << "NOT TESTED: seccomp is refused here";
-  EXPECT_NE(message.find("legopt keygen"), std::string::npos) << message;
+  EXPECT_NE(message.find("legopt service keygen"), std::string::npos) << message;
   EXPECT_TRUE(keyed);
 }
 

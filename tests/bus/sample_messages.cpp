@@ -31,7 +31,7 @@ void Agree(legopt_msg::result_request& message) {
 }
 
 void Agree(legopt_msg::control_request& message) {
-  message.action = static_cast<std::int8_t>(ControlAction::kHold);
+  message.action = static_cast<std::int8_t>(ControlAction::kPauseNow);
   message.reason = "the disk is being moved";
 }
 

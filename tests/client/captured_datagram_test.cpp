@@ -9,7 +9,6 @@
 
 #include "bus/codec.h"
 #include "bus/endpoint.h"
-#include "client/tap/traffic_rates.h"
 
 namespace legopt::client {
 namespace {
@@ -180,27 +179,6 @@ TEST_F(IsResponsive, NothingThatIsHeardIsTooOdd) {
     const auto heard = Read(datagram, random() % 2 == 0 ? &key_ : nullptr);
     EXPECT_NE(Json(heard).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::strict), "");
   }
-}
-
-TEST_F(IsResponsive, RatesCountByTypeAndKindAndRejectionsByCause) {
-  TrafficRates rates;
-  for (int i = 0; i < 4; ++i) rates.Add(Read(Probe()));
-  rates.Add(Read(Probe(&key_)));
-  rates.Add(Read(Bytes(10)));
-  const auto json = rates.ToJson(2);
-  EXPECT_EQ(json.at("datagrams"), 6);
-  EXPECT_EQ(json.at("rejected"), (nlohmann::ordered_json{{"malformed", 1}, {"tag", 1}}));
-  ASSERT_EQ(json.at("rates").size(), 2U);
-  EXPECT_EQ(json.at("rates")[1], (nlohmann::ordered_json{{"type", "probe"},
-                                                         {"kind", "request"},
-                                                         {"datagrams", 5},
-                                                         {"bytes", 540},
-                                                         {"datagrams_per_s", 2.5},
-                                                         {"bytes_per_s", 270.0}}));
-  EXPECT_EQ(rates.RejectedText(), "1 malformed, 1 tag");
-  const auto listing = rates.ToListing(2);
-  EXPECT_EQ(listing.At(2, "type"), "all");
-  EXPECT_EQ(listing.At(2, "datagrams"), 6);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <sstream>
 
 #include "command_line_fixture.h"
 #include "test_database.h"
@@ -13,19 +14,65 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 using testing::StartsWith;
 
 TEST_F(CommandLine, HelpNamesCommandsAndExitCodes) {
   const auto result = Run({"--help"});
   EXPECT_EQ(result.exit_code, 0);
-  for (const char* word : {"run",     "submit",   "watch",       "status",     "list",
-                           "show",    "cancel",   "pause",       "resume",     "hold",
-                           "release", "priority", "retry",       "rename",     "tag",
-                           "delete",  "table",    "query",       "evaluate",   "export",
-                           "doctor",  "dataset",  "tap",         "Exit codes", "database unusable",
-                           "help",    "version",  "LEGOPT_DATA", "trace"}) {
+  for (const char* word : {"run",     "submit",      "watch",      "status",       "list",
+                           "show",    "cancel",      "pause",      "resume",       "edit",
+                           "retry",   "table",       "query",      "evaluate",     "export",
+                           "dataset", "service",     "Exit codes", "Experiments:", "database unusable",
+                           "help",    "LEGOPT_DATA", "Results:",   "Datasets:",    "--help-network"}) {
     EXPECT_THAT(result.out, HasSubstr(word));
   }
+}
+
+// Each group and the number of all commands stay short enough to read.
+TEST_F(CommandLine, HelpListsAtMost26Commands) {
+  const std::string help = Run({"--help"}).out;
+  int commands = 0;
+  bool listed = false;
+  std::istringstream lines(help.substr(help.find("Experiments:")));
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("  ") && line.size() > 2 && line[2] >= 'a' && line[2] <= 'z') ++commands;
+    listed = listed || line.starts_with("  service ");
+  }
+  EXPECT_TRUE(listed);
+  EXPECT_LE(commands, 26) << help;
+}
+
+TEST_F(CommandLine, NetworkOptionsHaveAHelpOfTheirOwn) {
+  EXPECT_THAT(Run({"status", "--help"}).out, AllOf(HasSubstr("--help-network"), Not(HasSubstr("--port"))));
+  const auto network = Run({"status", "--help-network"});
+  EXPECT_EQ(network.exit_code, 0);
+  EXPECT_THAT(network.out, AllOf(HasSubstr("--port"), HasSubstr("--access"), Not(HasSubstr("--format"))));
+  EXPECT_THAT(Run({"evaluate", "--help"}).out, Not(HasSubstr("--help-network")));
+  EXPECT_THAT(Run({"evaluate", "--help-network"}).out, HasSubstr("'legopt evaluate' has no network options"));
+}
+
+TEST_F(CommandLine, FormerCommandsNameTheirSuccessors) {
+  const std::vector<std::pair<std::string, std::string>> words = {
+      {"hold", "pause --now"},         {"release", "resume"},
+      {"rename", "edit --name"},       {"tag", "edit --tag"},
+      {"priority", "edit --priority"}, {"logs", "show --logs"},
+      {"trace", "show --trace"},       {"doctor", "service doctor"},
+      {"events", "service events"},    {"drain", "service drain"},
+      {"tap", "service tap"},          {"keygen", "service keygen"},
+      {"backup", "service backup"},    {"restore", "service restore"},
+      {"delete", "service delete"},    {"solver", "service check-solver"}};
+  for (const auto& [former, now] : words) {
+    const std::string error = Run({former, "1"}).err;
+    EXPECT_THAT(error, HasSubstr("unknown command '" + former + "'; ")) << former;
+    EXPECT_THAT(error, HasSubstr(now)) << former;
+  }
+}
+
+TEST_F(CommandLine, ShowRefusesOptionsOfTheTrace) {
+  ExpectError(Run({"show", "1", "--columns", "cost"}), 2, "--columns is possible only with --trace");
+  ExpectError(Run({"show", "1", "--logs", "--format", "csv"}), 2, "--format csv is possible only with --trace");
+  ExpectError(Run({"show", "1", "--logs", "--trace"}), 2, "exclude each other");
 }
 
 TEST_F(CommandLine, VersionIsPrinted) { EXPECT_THAT(Run({"--version"}).out, StartsWith("legopt ")); }
@@ -36,8 +83,8 @@ TEST_F(CommandLine, WrongUsage) {
   ExpectError(Run({"table", "--nonsense"}), 2, "--nonsense");
   ExpectError(Run({"table", "--rule", "loose"}), 2, "loose");
   ExpectError(Run({"cancel"}), 2, "ID");
-  ExpectError(Run({"hold", "1"}), 2, "REASON");
-  ExpectError(Run({"priority", "1", "1001"}), 2, "1001");
+  ExpectError(Run({"edit", "1"}), 2, "give --name, --tag, --untag or --priority");
+  ExpectError(Run({"edit", "1", "--priority", "1001"}), 2, "1001");
   ExpectError(Run({"run"}), 2, "SUITE");
 }
 
@@ -56,8 +103,7 @@ TEST_F(CommandLine, HelpIsACommandAndTheAnswerToNothing) {
 
 TEST_F(CommandLine, OtherWordsForCommands) {
   const std::vector<std::pair<std::string, std::string>> words = {
-      {"rm", "delete"},     {"ls", "list"},   {"kill", "cancel"}, {"stop", "cancel"},
-      {"eval", "evaluate"}, {"ps", "status"}, {"sql", "query"}};
+      {"ls", "list"}, {"kill", "cancel"}, {"stop", "cancel"}, {"eval", "evaluate"}, {"ps", "status"}, {"sql", "query"}};
   for (const auto& [typed, command] : words) {
     ExpectError(Run({typed, "1"}), 2, "unknown command '" + typed + "'; did you mean '" + command + "'?");
   }
@@ -85,8 +131,8 @@ TEST_F(CommandLine, NumbersAreAskedForInPlainWords) {
 TEST_F(CommandLine, EmptyAndOverlongTextsAreTheUsersNotTheNetworks) {
   ExpectError(Run({"query", ""}), 2, "SQL is empty");
   ExpectError(Run({"query", " ; "}), 2, "SQL is empty");
-  ExpectError(Run({"hold", "1", ""}), 2, "REASON: is empty");
-  ExpectError(Run({"hold", "1", std::string(1001, 'x')}), 2, "REASON: is 1001 bytes long; at most 1000");
+  ExpectError(Run({"pause", "1", "--reason", ""}), 2, "--reason: is empty");
+  ExpectError(Run({"pause", "1", "--reason", std::string(1001, 'x')}), 2, "--reason: is 1001 bytes long; at most 1000");
 }
 
 // Commands with much and with little output write to a device that is always full.
@@ -102,7 +148,7 @@ TEST_F(CommandLine, FullStandardOutputHasOneCode) {
                                              "version",
                                              "",
                                              "dataset info",
-                                             "doctor"};
+                                             "service doctor"};
   for (const auto& command : commands) {
     const auto result =
         RunningProgram("/bin/sh", {"-c", BuiltProgram("legopt").string() + " " + command + " > /dev/full"},
@@ -114,9 +160,9 @@ TEST_F(CommandLine, FullStandardOutputHasOneCode) {
 }
 
 TEST_F(CommandLine, DoctorTellsTheEmbeddedDataFolder) {
-  const auto result = Run({"doctor"});
+  const auto result = Run({"service", "doctor"});
   EXPECT_THAT(result.out, HasSubstr("embedded suites and datasets in "));
-  EXPECT_THAT(Run({"doctor"}, {{"LEGOPT_DATA", "/nowhere"}}).out, HasSubstr("/nowhere"));
+  EXPECT_THAT(Run({"service", "doctor"}, {{"LEGOPT_DATA", "/nowhere"}}).out, HasSubstr("/nowhere"));
   EXPECT_THAT(Run({"--help"}, {{"LEGOPT_DATA", "/nowhere"}}).out, HasSubstr("/nowhere"));
 }
 

@@ -157,14 +157,14 @@ TEST_F(HostileText, CommandLinesFilesAndTheirErrors) {
                                                           {"dataset", "info", kHostile},
                                                           {"import", kHostile, "--out", "x"},
                                                           {"table", "--db", kHostile},
-                                                          {"backup", "--db", kHostile, "x"},
-                                                          {"doctor", "--dataset", kHostile},
-                                                          {"keygen", "/nowhere/" + kHostile},
-                                                          {"tap", "--type", kHostile},
-                                                          {"tap", "--from", kHostile},
+                                                          {"service", "backup", "--db", kHostile, "x"},
+                                                          {"service", "doctor", "--dataset", kHostile},
+                                                          {"service", "keygen", "/nowhere/" + kHostile},
+                                                          {"service", "tap", "--type", kHostile},
+                                                          {"service", "tap", "--from", kHostile},
                                                           {"status", "--group", kHostile},
                                                           {"status", "--key-file", kHostile},
-                                                          {"keygen", kHostile}};
+                                                          {"service", "keygen", kHostile}};
   for (const auto& command : commands) {
     const auto result = Run(command);
     ExpectHarmless(result, Joined(command));
@@ -214,7 +214,7 @@ TEST_F(HostilePool, EveryCommandOnAServerAndTheLogs) {
   ASSERT_EQ(run_worker(kMarkup), 0);
   EXPECT_EQ(Ask({"watch", "1", "--give-up", "60"}).exit_code, 0);
   Ask({"submit", Suite("seed: 2\n")});
-  Ask({"hold", "2", kHostile});
+  Ask({"pause", "2", "--now", "--reason", kHostile});
   for (const auto& command : std::vector<std::vector<std::string>>{{"status"},
                                                                    {"status", "2"},
                                                                    {"status", "--format", "markdown"},
@@ -226,10 +226,10 @@ TEST_F(HostilePool, EveryCommandOnAServerAndTheLogs) {
                                                                    {"watch", "1"},
                                                                    {"pause", "99"},
                                                                    {"status", "--format", "json"},
-                                                                   {"doctor"}}) {
+                                                                   {"service", "doctor"}}) {
     Ask(command);
   }
-  EXPECT_THAT(Ask({"status"}).out, HasSubstr("held: Try \\x1b[31m"));
+  EXPECT_THAT(Ask({"status"}).out, HasSubstr("paused: Try \\x1b[31m"));
   Ask({"cancel", "2"});
   ::kill(server.pid(), SIGTERM);
   ExpectHarmless(server.Wait(), "log of the server");

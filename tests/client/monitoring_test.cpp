@@ -31,6 +31,7 @@ nlohmann::json ServerStatus() {
         {"commits", 9},
         {"disk_free_bytes", 1000},
         {"scheduler", {{"leases", 2}}},
+        {"requests", {{"lease", {{"requests", 6}, {"bytes", 600}}}}},
         {"transport", {{"rejected_tag", 4}, {"sent", 5}}}}}};
 }
 
@@ -41,6 +42,7 @@ TEST(Metrics, FiguresOfAServer) {
                           HasSubstr("legopt_worker_online{worker=\"7\",name=\"a \\\"b\\\"\\\\\"} 0\n")));
   EXPECT_THAT(text, AllOf(HasSubstr("legopt_commits_total 9\n"), HasSubstr("legopt_disk_free_bytes 1000\n"),
                           HasSubstr("legopt_scheduler_total{what=\"leases\"} 2\n"),
+                          HasSubstr("legopt_requests_total{type=\"lease\"} 6\n"),
                           HasSubstr("legopt_rejected_datagrams_total{cause=\"tag\"} 4\n")));
   EXPECT_THAT(text, AllOf(Not(HasSubstr("oldest_lease")), Not(HasSubstr("cause=\"sent\"")))) << "nothing is leased";
 }

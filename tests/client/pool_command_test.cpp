@@ -24,7 +24,7 @@ constexpr int kUnreachable = 3, kRefused = 14, kMachine = 71;
 class PoolCommand : public CommandLine {
  protected:
   void SetUp() override {
-    ASSERT_EQ(Run({"keygen", "lab.key"}).exit_code, 0);
+    ASSERT_EQ(Run({"service", "keygen", "lab.key"}).exit_code, 0);
     // A port without a listener.
     Write("lab.access", "legopt-access 1\ndeployment 4711\naddress 127.0.0.1:9\n");
     fs::permissions(folder_ / "lab.access", fs::perms::owner_read | fs::perms::owner_write);
@@ -191,8 +191,8 @@ TEST_F(PoolCommand, OtherEnginesGetAScriptWithPathsAndWithoutTheKey) {
 // Nodes receive only the worker's key, by each mechanism.
 TEST_F(PoolCommand, NodesGetTheWorkersKeyOnly) {
   Write("pool.yaml", "slurm: {nodes: 1}\npbs: {nodes: 1}\n");
-  ASSERT_EQ(Run({"keygen", "w.key", "--role", "worker", "--from", "lab.key"}).exit_code, 0);
-  ASSERT_EQ(Run({"keygen", "c.key", "--role", "client", "--from", "lab.key"}).exit_code, 0);
+  ASSERT_EQ(Run({"service", "keygen", "w.key", "--role", "worker", "--from", "lab.key"}).exit_code, 0);
+  ASSERT_EQ(Run({"service", "keygen", "c.key", "--role", "client", "--from", "lab.key"}).exit_code, 0);
   const std::string worker_key = ContentOf("w.key");
   EXPECT_THAT(worker_key, testing::MatchesRegex("worker [0-9a-f]+\n"));
   // A key file that the script names.
@@ -211,7 +211,7 @@ TEST_F(PoolCommand, NodesGetTheWorkersKeyOnly) {
   EXPECT_THAT(result.out, HasSubstr((folder_ / "w.key").string()));
   ExpectError(print("c.key"), kUsage,
               "holds a client's key; workers need the full key of the deployment, or a worker's");
-  ASSERT_EQ(Run({"keygen", "other.key"}).exit_code, 0);
+  ASSERT_EQ(Run({"service", "keygen", "other.key"}).exit_code, 0);
   ExpectError(print("other.key"), kUsage, "is not the worker's key of \"other.key\"");
   // A key embedded in a script.
   const std::vector<std::string> slurm = {"pool", "slurm", "pool.yaml", "--access", "lab.access", "--key-file"};
@@ -230,14 +230,15 @@ TEST_F(PoolCommand, NodesGetTheWorkersKeyOnly) {
 }
 
 TEST_F(PoolCommand, KeysOfRolesAreDerivedFromTheFullKeyOnly) {
-  ASSERT_EQ(Run({"keygen", "w.key", "--role", "worker", "--from", "lab.key"}).exit_code, 0);
-  ExpectError(Run({"keygen", "w.key", "--role", "worker", "--from", "lab.key"}), kUsage, "w.key");
-  ExpectError(Run({"keygen", "x.key", "--role", "client", "--from", "w.key"}), kUsage,
+  ASSERT_EQ(Run({"service", "keygen", "w.key", "--role", "worker", "--from", "lab.key"}).exit_code, 0);
+  ExpectError(Run({"service", "keygen", "w.key", "--role", "worker", "--from", "lab.key"}), kUsage, "w.key");
+  ExpectError(Run({"service", "keygen", "x.key", "--role", "client", "--from", "w.key"}), kUsage,
               "\"w.key\" holds a worker's key; keys of roles are derived from the full key only");
-  ExpectError(Run({"keygen", "x.key", "--role", "worker", "--from", "w.key"}), kUsage, "holds a worker's key");
-  EXPECT_EQ(Run({"keygen", "x.key", "--role", "worker"}).exit_code, 2);
-  EXPECT_EQ(Run({"keygen", "x.key", "--from", "lab.key"}).exit_code, 2);
-  EXPECT_EQ(Run({"keygen", "x.key", "--role", "operator", "--from", "lab.key"}).exit_code, 2);
+  ExpectError(Run({"service", "keygen", "x.key", "--role", "worker", "--from", "w.key"}), kUsage,
+              "holds a worker's key");
+  EXPECT_EQ(Run({"service", "keygen", "x.key", "--role", "worker"}).exit_code, 2);
+  EXPECT_EQ(Run({"service", "keygen", "x.key", "--from", "lab.key"}).exit_code, 2);
+  EXPECT_EQ(Run({"service", "keygen", "x.key", "--role", "operator", "--from", "lab.key"}).exit_code, 2);
   EXPECT_FALSE(fs::exists(folder_ / "x.key"));
 }
 

@@ -220,10 +220,10 @@ TEST(ExperimentStatus, TellsTheWindowsOfRunningMotions) {
 }
 
 TEST(ExperimentStatus, StateTextTellsWhatKeepsItBack) {
-  const auto status = nlohmann::json::parse(R"({"experiments":[{"id":4,"name":"a","state":"active","hold":"held",
+  const auto status = nlohmann::json::parse(R"({"experiments":[{"id":4,"name":"a","state":"active","hold":"paused",
     "hold_reason":"the disk","priority":3,"jobs":{"total":1,"queued":1,"leased":0,"done":0,"failed":0,"dead":0,
     "cancelled":0},"solved":0,"rule":"solid"}]})");
-  EXPECT_EQ(StateText(ParseExperiments(status).at(0)), "held: the disk");
+  EXPECT_EQ(StateText(ParseExperiments(status).at(0)), "paused: the disk");
   EXPECT_EQ(ParseExperiments(status).at(0).priority, 3);
 }
 

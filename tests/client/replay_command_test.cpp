@@ -158,15 +158,15 @@ TEST_F(LogsCommand, TellsCauseSignalAndLog) {
   experiment.results = {{.problem = 0}, {.problem = 1, .dead = true}};
   const auto file = (folder_.path() / "test.sqlite").string();
   WriteTestDatabase(file, experiment);
-  const auto dead = Run({"logs", "2", "--db", file});
+  const auto dead = Run({"show", "2", "--logs", "--db", file});
   EXPECT_EQ(dead.exit_code, 0) << dead.err;
   EXPECT_THAT(dead.out, AllOf(HasSubstr("Attempt 1: crashed by signal 11 (Segmentation fault) after 2 s"),
                               HasSubstr("it crashed"), HasSubstr("  | the last line\n"), HasSubstr("worker-1")));
-  EXPECT_THAT(Run({"logs", "1", "--db", file}).out,
+  EXPECT_THAT(Run({"show", "1", "--logs", "--db", file}).out,
               AllOf(HasSubstr("Attempt 1: finished"), HasSubstr("wrote nothing to its log"), Not(HasSubstr("signal"))));
-  const auto json = nlohmann::json::parse(Run({"logs", "2", "--db", file, "--format", "json"}).out);
+  const auto json = nlohmann::json::parse(Run({"show", "2", "--logs", "--db", file, "--format", "json"}).out);
   EXPECT_EQ(json.at("attempt_list")[0].at("exit_signal"), 11);
-  ExpectError(Run({"logs", "9", "--db", file}), 2, "there is no job 9");
+  ExpectError(Run({"show", "9", "--logs", "--db", file}), 2, "there is no job 9");
 }
 
 }  // namespace

@@ -104,15 +104,15 @@ TEST_F(ResultCommands, InfinitiesAreNotNullAndColumnsAreNamedAlike) {
 TEST_F(ResultCommands, ABackupIsMadeAndRestored) {
   const auto file = Database();
   const std::string copy = file + ".copy";
-  EXPECT_EQ(Run({"backup", file, copy}).exit_code, 0);
-  ExpectError(Run({"backup", file, copy}), 6, "not overwritten");
-  ExpectError(Run({"backup", file}), 2, "legopt backup DATABASE COPY");
-  ExpectError(Run({"backup", "--db", file, copy, copy}), 2, "legopt backup --db DATABASE COPY");
-  const auto restored = Run({"restore", copy, "--db", file});
+  EXPECT_EQ(Run({"service", "backup", file, copy}).exit_code, 0);
+  ExpectError(Run({"service", "backup", file, copy}), 6, "not overwritten");
+  ExpectError(Run({"service", "backup", file}), 2, "legopt service backup DATABASE COPY");
+  ExpectError(Run({"service", "backup", "--db", file, copy, copy}), 2, "legopt service backup --db DATABASE COPY");
+  const auto restored = Run({"service", "restore", copy, "--db", file});
   EXPECT_EQ(restored.exit_code, 0) << restored.err;
   EXPECT_THAT(restored.out, HasSubstr("The former file is " + file + ".replaced-"));
   EXPECT_EQ(Run({"table", "--db", file}).exit_code, 0);
-  ExpectError(Run({"restore", "/nowhere/copy", "--db", file}), 6, "/nowhere/copy");
+  ExpectError(Run({"service", "restore", "/nowhere/copy", "--db", file}), 6, "/nowhere/copy");
 }
 
 TEST_F(ResultCommands, ListOfWhatIsNotThereSaysWhatIs) {
@@ -130,7 +130,7 @@ TEST_F(ResultCommands, AnAlteredDatabaseIsTheUsersFileAndUnusable) {
     connection.Execute("DROP TABLE waypoints");
   }
   ExpectError(Run({"table", "--db", file}), 6, "table 'waypoints' is missing; restore a backup");
-  const auto doctor = Run({"doctor", "--db", file});
+  const auto doctor = Run({"service", "doctor", "--db", file});
   EXPECT_NE(doctor.exit_code, 0);
   EXPECT_THAT(doctor.out, HasSubstr("missing or changed: table 'waypoints'"));
   EXPECT_THAT(doctor.out + doctor.err, testing::Not(HasSubstr("legopt-audit")));
@@ -204,18 +204,18 @@ class TraceCommand : public CommandLine {
 
 TEST_F(TraceCommand, PrintsAndExportsEveryRecord) {
   const std::string file = Traced();
-  const std::string csv = Run({"trace", "1", "--db", file, "--format", "csv"}).out;
+  const std::string csv = Run({"show", "1", "--trace", "--db", file, "--format", "csv"}).out;
   EXPECT_EQ(csv.substr(0, csv.find('\n')),
             "step,window,restart,start,penalty,trust_box,accepted,evaluations,elapsed_us,cost,violation");
-  const auto json = nlohmann::json::parse(Run({"trace", "1", "--db", file, "--format", "json"}).out);
+  const auto json = nlohmann::json::parse(Run({"show", "1", "--trace", "--db", file, "--format", "json"}).out);
   ASSERT_EQ(json.size(), 2U);
   EXPECT_EQ(json[0].at("accepted"), 0);
   EXPECT_EQ(json[1].at("step"), 4);
   EXPECT_EQ(json[1].at("cost"), 1.0 / 3) << "bit by bit";
   EXPECT_EQ(json[1].at("elapsed_us"), 300);
-  EXPECT_THAT(Run({"trace", "1", "--db", file}).out, AllOf(HasSubstr("401.25"), HasSubstr("evaluations")));
+  EXPECT_THAT(Run({"show", "1", "--trace", "--db", file}).out, AllOf(HasSubstr("401.25"), HasSubstr("evaluations")));
   const std::string out = (folder_.path() / "trace.csv").string();
-  const auto written = Run({"trace", "1", "--db", file, "--format", "csv", "--out", out});
+  const auto written = Run({"show", "1", "--trace", "--db", file, "--format", "csv", "--out", out});
   EXPECT_EQ(written.exit_code, 0) << written.err;
   EXPECT_EQ(written.out, "");
   std::ifstream stream(out, std::ios::binary);
@@ -224,10 +224,10 @@ TEST_F(TraceCommand, PrintsAndExportsEveryRecord) {
 
 TEST_F(TraceCommand, SaysWhyThereIsNone) {
   const std::string file = Traced();
-  ExpectError(Run({"trace", "9", "--db", file}), 2, "job 9 does not exist; 'legopt list --db");
-  ExpectError(Run({"trace", "3", "--db", file}), 2, "job 3 is queued and has no result; 'legopt show 3 --db");
-  ExpectError(Run({"trace", "2", "--db", file}), 2, "job 2 has a result without a trace");
-  ExpectError(Run({"trace", "1", "--db", file, "--out", "/nowhere/x.csv"}), 2, "/nowhere/x.csv");
+  ExpectError(Run({"show", "9", "--trace", "--db", file}), 2, "job 9 does not exist; 'legopt list --db");
+  ExpectError(Run({"show", "3", "--trace", "--db", file}), 2, "job 3 is queued and has no result; 'legopt show 3 --db");
+  ExpectError(Run({"show", "2", "--trace", "--db", file}), 2, "job 2 has a result without a trace");
+  ExpectError(Run({"show", "1", "--trace", "--db", file, "--out", "/nowhere/x.csv"}), 2, "/nowhere/x.csv");
 }
 
 TEST_F(TraceCommand, DamageIsTheDatabases) {
@@ -238,7 +238,7 @@ TEST_F(TraceCommand, DamageIsTheDatabases) {
     connection.Execute("DROP TRIGGER results_are_final; UPDATE results SET trace = x'5a5a5a5a5a5a' WHERE job_id = 1");
     connection.Execute(trigger);
   }
-  ExpectError(Run({"trace", "1", "--db", file}), 6, "job 1: trace");
+  ExpectError(Run({"show", "1", "--trace", "--db", file}), 6, "job 1: trace");
 }
 
 // An upgraded database of a release without traces.
@@ -252,7 +252,7 @@ TEST_F(TraceCommand, OlderResultsShowTheHistoryThatTheyHave) {
         "'{\"columns\":[\"penalty\",\"steps\",\"violation\"],\"rows\":[[100,7,0.25],[1000,2,1e-5]]}' WHERE job_id = 1");
     connection.Execute(trigger);
   }
-  const auto result = Run({"trace", "1", "--db", file, "--format", "json"});
+  const auto result = Run({"show", "1", "--trace", "--db", file, "--format", "json"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("older than traces"));
   const auto json = nlohmann::json::parse(result.out);

@@ -151,7 +151,7 @@ TEST_F(ResultSourceTest, AWaypointThatCannotBeReadIsToBeChecked) {
   } catch (const ClientError& error) {
     EXPECT_EQ(error.code(), ExitCode::kDatabaseUnusable);
     EXPECT_THAT(error.what(),
-                testing::StartsWith("job 7: holds 2 bytes instead of an array of float64; 'legopt doctor"));
+                testing::StartsWith("job 7: holds 2 bytes instead of an array of float64; 'legopt service doctor"));
   }
 }
 

@@ -179,7 +179,7 @@ TEST_F(RunCommand, OverlappingSuiteReusesResults) {
               HasSubstr("6 results were reused"));
   EXPECT_THAT(RunLegopt({"compare", "1", "2", "--db", Db()}, folder_.path()).out,
               HasSubstr("reused from other experiments"));
-  EXPECT_EQ(RunLegopt({"doctor", "--db", Db()}, folder_.path()).exit_code, 0);
+  EXPECT_EQ(RunLegopt({"service", "doctor", "--db", Db()}, folder_.path()).exit_code, 0);
   EXPECT_THAT(Run({larger, "--db", Db(), "--dry-run"}).out, HasSubstr("submitted before, as 2"));
   EXPECT_THAT(Run({larger, "--db", Db(), "--dry-run", "--again"}).out, HasSubstr("all jobs are solved again"));
   ASSERT_EQ(Run({larger, "--db", Db(), "--again"}).exit_code, 0);
@@ -411,7 +411,7 @@ TEST_F(RunCommand, CorruptSceneMeshIsNamedBeforeAnythingIsStored) {
   EXPECT_EQ(result.exit_code, 2) << result.err;
   EXPECT_THAT(result.err, AllOf(HasSubstr("hall.stl"), HasSubstr("scene object 'hall'")));
   EXPECT_FALSE(std::filesystem::exists(Db()));
-  const auto doctor = RunLegopt({"doctor", "--dataset", dataset.string()}, folder_.path());
+  const auto doctor = RunLegopt({"service", "doctor", "--dataset", dataset.string()}, folder_.path());
   EXPECT_EQ(doctor.exit_code, 2);
   EXPECT_THAT(doctor.out, HasSubstr("hall.stl"));
 }

@@ -62,13 +62,13 @@ const std::vector<Words> kCommands = {
     {"list", "1", "--format", "csv"},
     {"list", "1", "--format", "json"},
     {"list", "1", "--unsolved"},
-    {"trace", "1"},
-    {"trace", "1", "--format", "csv", "--out", "FILE.csv"},
-    {"trace", "2"},
-    {"logs", "3"},
-    {"logs", "1"},
-    {"events", "1"},  // a server adds events of its start, which belong to no experiment
-    {"events", "1", "--format", "json"},
+    {"show", "1", "--trace"},
+    {"show", "1", "--trace", "--format", "csv", "--out", "FILE.csv"},
+    {"show", "2", "--trace"},
+    {"show", "3", "--logs"},
+    {"show", "1", "--logs"},
+    {"service", "events", "1"},  // a server adds events of its start, which belong to no experiment
+    {"service", "events", "1", "--format", "json"},
     {"query", "SELECT * FROM benchmark_table"},
     {"query", "SELECT * FROM benchmark_table", "--format", "csv"},
     {"query", "SELECT x, hex(x) FROM waypoints"},
@@ -195,7 +195,7 @@ TEST_F(ServerOrFile, NoSuchCommandIsForgotten) {
   std::istringstream help(Run({"--help"}).out);
   bool listed = false;
   for (std::string line; std::getline(help, line);) {
-    if (line.starts_with("Subcommands:")) listed = true;
+    if (line == "Experiments:") listed = true;
     std::istringstream words(line);
     std::string name;
     if (!listed || !line.starts_with("  ") || !(words >> name)) continue;

@@ -168,7 +168,7 @@ TEST_F(SolverCommand, MisdeedsWithFilesCostAnAttemptHaveAReasonAndLeaveNothing) 
 
 TEST_F(SolverCommand, ASolverThatIsHandedFilesIsARowBesideOurs) {
   const std::string example = SourceFolder() + "/examples/solvers/newton_step.json";
-  const ProgramResult checked = Run({"solver", "check", example});
+  const ProgramResult checked = Run({"service", "check-solver", example});
   EXPECT_EQ(checked.exit_code, 0) << checked.out << checked.err;
   test::WriteText(folder_.path() / "files.yaml",
                   "tasks: [{task: posture, problems: [0-3]}]\ninitializations: [good]\n"
@@ -334,7 +334,7 @@ TEST_F(SolverCommand, ADocumentedSessionSaysWhatTheDocumentSays) {
 
 TEST_F(SolverCommand, CheckNamesWhatIsWrong) {
   Declare("wrong_size", kMisdeeds[4].code);
-  const ProgramResult result = Run({"solver", "check", "wrong_size.json"});
+  const ProgramResult result = Run({"service", "check-solver", "wrong_size.json"});
   EXPECT_EQ(result.exit_code, static_cast<int>(ExitCode::kJobsFailed));
   EXPECT_THAT(result.out, AllOf(HasSubstr("ok      hello"), HasSubstr("FAIL    posture"), HasSubstr("1 numbers")));
   EXPECT_THAT(result.out, Not(HasSubstr("motion"))) << "left out after a failure";
@@ -343,7 +343,7 @@ TEST_F(SolverCommand, CheckNamesWhatIsWrong) {
 TEST_F(SolverCommand, BadDeclarationsAreNamed) {
   const auto error_of = [&](const std::string& text) {
     test::WriteText(folder_.path() / "bad.json", text);
-    const ProgramResult result = Run({"solver", "check", "bad.json"});
+    const ProgramResult result = Run({"service", "check-solver", "bad.json"});
     EXPECT_EQ(result.exit_code, kUsage) << text;
     return result.err;
   };

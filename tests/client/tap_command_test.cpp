@@ -1,5 +1,5 @@
-// Policy: `legopt tap` listens to a deployment without taking part, prints one JSON object per line and nothing else
-// on standard output, and reports if no traffic was received.
+// Policy: `legopt service tap` listens to a deployment without taking part, prints one JSON object per line and nothing
+// else on standard output, and reports if no traffic was received.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -58,12 +58,6 @@ bool ShowsItsAnswer(const std::string& text) {
   return false;
 }
 
-int DatagramsCounted(const std::string& text) {
-  int sum = 0;
-  for (const auto& line : Lines(WholeLines(text))) sum += line.at("datagrams").get<int>();
-  return sum;
-}
-
 class TapCommand : public testing::Test {
  protected:
   void SetUp() override {
@@ -82,7 +76,7 @@ class TapCommand : public testing::Test {
     return RunLegopt({"status", "--port", port_, "--timeout", "30"}, folder_.path(), environment).exit_code;
   }
   std::vector<std::string> Arguments(std::vector<std::string> more) {
-    more.insert(more.begin(), {"tap", "--port", port_});
+    more.insert(more.begin(), {"service", "tap", "--port", port_});
     return more;
   }
   // Taps while one `legopt status` runs (a probe and a status call) until the output is enough, then interrupts it.
@@ -141,20 +135,6 @@ TEST_F(TapCommand, FiltersBySenderAndEndsAfterACount) {
   EXPECT_EQ(lines[0].at("sender"), 1);
 }
 
-TEST_F(TapCommand, RatesAreATableOrObjects) {
-  StartServer();
-  const auto table = TapOneStatus({"--rates", "0.1"}, [](const std::string& text) {
-    return text.find("status") != std::string::npos && text.find("request") != std::string::npos;
-  });
-  EXPECT_EQ(table.exit_code, 0) << table.err;
-  EXPECT_THAT(table.out, testing::AllOf(HasSubstr("datagrams_per_s"), HasSubstr("status"), HasSubstr("request")));
-  constexpr int kTwoCalls = 4;
-  const auto json = TapOneStatus({"--rates", "0.1", "--format", "json"},
-                                 [](const std::string& text) { return DatagramsCounted(text) >= kTwoCalls; });
-  EXPECT_EQ(json.exit_code, 0) << json.err;
-  for (const auto& interval : Lines(json.out)) EXPECT_EQ(interval.at("rejected"), nlohmann::json::object());
-}
-
 TEST_F(TapCommand, AKeyIsCheckedAndNeverShown) {
   const std::string file = (folder_.path() / "key").string();
   bus::MessageKey::Random()->WriteFile(file);
@@ -206,7 +186,7 @@ TEST_F(TapCommand, WrongUsage) {
     const auto result = RunLegopt(Arguments({"--from", address}), folder_.path());
     EXPECT_EQ(result.exit_code, 2) << address;
   }
-  EXPECT_EQ(RunLegopt(Arguments({"--rates", "0"}), folder_.path()).exit_code, 2);
+  EXPECT_EQ(RunLegopt(Arguments({"--count", "0"}), folder_.path()).exit_code, 2);
 }
 
 }  // namespace

@@ -179,7 +179,7 @@ TEST_F(TerminalCommand, AReaderThatHasSeenEnoughIsNoError) {
 TEST_F(TerminalCommand, FindingsFitTheWidth) {
   if (!HasTerminals()) GTEST_SKIP() << kNoTerminals;
   const TerminalSize size{.columns = 80, .lines = 1000};
-  const auto doctor = Run({"doctor"}, size);
+  const auto doctor = Run({"service", "doctor"}, size);
   EXPECT_THAT(doctor.out, HasSubstr("versions"));
   EXPECT_THAT(Widths(doctor.out), Each(testing::Le(size.columns))) << doctor.out;
   const std::string dataset = SourceFolder() + "/data/garage-easier";

@@ -137,9 +137,9 @@ TEST(ReasonWithOwnWorkers, ThoseThatAreNotConnectedYetLoad) {
   const nlohmann::json somebody = {{"workers", {{{"id", 1}, {"online", true}}}}};
   EXPECT_EQ(ReasonWithOwnWorkers(status, nobody), "the workers load the dataset");
   EXPECT_EQ(ReasonWithOwnWorkers(status, somebody), "no worker is connected");
-  status.hold = ExperimentHold::kHeld;
-  status.waiting_for = "held: the disk";
-  EXPECT_EQ(ReasonWithOwnWorkers(status, nobody), "held: the disk");
+  status.hold = ExperimentHold::kPaused;
+  status.waiting_for = "paused: the disk";
+  EXPECT_EQ(ReasonWithOwnWorkers(status, nobody), "paused: the disk");
   status = {};
   EXPECT_EQ(ReasonWithOwnWorkers(status, nobody), "") << "it moves";
 }

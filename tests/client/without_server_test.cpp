@@ -40,7 +40,7 @@ TEST_F(WithoutServer, EveryCommandSaysSo) {
 
 // The most likely cause comes first: with a key, that it differs from the server's.
 TEST_F(WithoutServer, AKeyIsSuspectedFirst) {
-  ASSERT_EQ(Run({"keygen", "lab.key"}).exit_code, 0);
+  ASSERT_EQ(Run({"service", "keygen", "lab.key"}).exit_code, 0);
   const auto key = (folder_.path() / "lab.key").string();
   ExpectError(Run({"status", "--port", port_, "--timeout", "0.2", "--key-file", key}), 3,
               ":" + port_ + "; does it have the same key as we have in " + key + "? Else start one");
@@ -58,7 +58,7 @@ TEST_F(WithoutServer, BadAddressIsAUsageError) {
 }
 
 TEST_F(WithoutServer, DoctorWarnsButDoesNotFail) {
-  const auto result = Run({"doctor", "--port", port_, "--timeout", "0.2", "--format", "json"});
+  const auto result = Run({"service", "doctor", "--port", port_, "--timeout", "0.2", "--format", "json"});
   const auto findings = nlohmann::json::parse(result.out);
   bool server_seen = false;
   for (const auto& finding : findings) {
@@ -74,7 +74,7 @@ TEST_F(WithoutServer, DoctorWarnsButDoesNotFail) {
 }
 
 TEST_F(WithoutServer, DoctorFailsForABadDataset) {
-  const auto result = Run({"doctor", "--port", port_, "--timeout", "0.2", "--dataset", "/nowhere"});
+  const auto result = Run({"service", "doctor", "--port", port_, "--timeout", "0.2", "--dataset", "/nowhere"});
   EXPECT_NE(result.exit_code, 0);
   EXPECT_THAT(result.out, HasSubstr("fail"));
 }

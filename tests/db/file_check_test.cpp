@@ -69,7 +69,7 @@ class FileCheck : public testing::Test {
       } catch (const StoreError& error) {
         EXPECT_EQ(error.code(), StoreErrorCode::kCorrupt) << error.what();
         EXPECT_THAT(error.what(), HasSubstr(words));
-        EXPECT_THAT(error.what(), HasSubstr("legopt restore BACKUP --db FILE"));
+        EXPECT_THAT(error.what(), HasSubstr("legopt service restore BACKUP --db FILE"));
       }
     };
     expect([&] { RequireSoundFiles(path_); });

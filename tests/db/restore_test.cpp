@@ -55,7 +55,7 @@ class RestoreTest : public testing::Test {
       } catch (const StoreError& error) {
         EXPECT_EQ(error.code(), StoreErrorCode::kCorrupt) << error.what();
         EXPECT_THAT(error.what(), HasSubstr("was written for another file"));
-        EXPECT_THAT(error.what(), HasSubstr("legopt restore BACKUP --db FILE"));
+        EXPECT_THAT(error.what(), HasSubstr("legopt service restore BACKUP --db FILE"));
       }
     };
     for (int again = 0; again < 2; ++again) {

@@ -136,14 +136,15 @@ TEST_P(StoreConformance, TasksOfCellAndProblemAgree) {
 
 TEST_P(StoreConformance, DecisionsAboutAnExperimentAreKept) {
   Prepare();
-  const ExperimentControl held{ExperimentHold::kHeld, "why", 7, BuildPolicy::kAny, "0123456789ab"};
-  Apply({ControlExperiment{1, held}});
-  Reopen();
-  EXPECT_EQ(store().LoadOpenState().experiments.at(0).control, held);
+  for (const std::string reason : {"why", ""}) {
+    const ExperimentControl paused{ExperimentHold::kPaused, reason, 7, BuildPolicy::kAny, "0123456789ab"};
+    Apply({ControlExperiment{1, paused}});
+    Reopen();
+    EXPECT_EQ(store().LoadOpenState().experiments.at(0).control, paused) << reason;
+  }
   Apply({ControlExperiment{1, {}}});
   EXPECT_EQ(store().LoadOpenState().experiments.at(0).control, ExperimentControl{});
-  ExpectRefused({ControlExperiment{1, {ExperimentHold::kHeld, "", 0}}});
-  ExpectRefused({ControlExperiment{1, {ExperimentHold::kPaused, "why", 0}}});
+  ExpectRefused({ControlExperiment{1, {ExperimentHold::kNone, "why", 0}}});
   ExpectRefused({ControlExperiment{1, {ExperimentHold::kNone, "", kMaxPriority + 1}}});
   ExpectRefused({ControlExperiment{1, {ExperimentHold::kNone, "", 0, BuildPolicy::kOne, std::string(65, 'b')}}});
   ExpectRefused({ControlExperiment{2, {}}});

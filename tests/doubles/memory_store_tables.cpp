@@ -162,7 +162,7 @@ void MemoryStore::Tables::Do(const ControlExperiment& op) {
   const auto row = experiments.find(op.experiment_id);
   RequireLegal(row != experiments.end() && row->second.summary.state == ExperimentState::kActive,
                "experiment is not active");
-  RequireLegal((op.control.hold == ExperimentHold::kHeld) == !op.control.reason.empty() &&
+  RequireLegal((op.control.hold == ExperimentHold::kPaused || op.control.reason.empty()) &&
                    std::abs(op.control.priority) <= kMaxPriority && op.control.build_id.size() <= kMaxBuildIdBytes,
                "bad control");
   Set(row->second.summary.control, op.control);

@@ -84,17 +84,18 @@ def commands(dataset):
     stored, quick = ["--db", "small.sqlite"], ["--timeout", "0.3"]
     of_dataset = ["--dataset", dataset]
     absent = [Command(word, word, *arguments, *quick) for word, *arguments in (
-        ["status"], ["watch", "1"], ["cancel", "1"], ["pause", "1"], ["resume", "1"], ["hold", "1", "reason"], ["release", "1"],
-        ["priority", "1", "2"], ["retry", "1"], ["rename", "1", "name"], ["tag", "1", "label"], ["delete", "1", "--yes"],
-        ["submit", "s.yaml"], ["events"], ["drain", "1"])]
+        ["status"], ["watch", "1"], ["cancel", "1"], ["pause", "1"], ["resume", "1"], ["edit", "1", "--tag", "label"], ["retry", "1"],
+        ["submit", "s.yaml"])]
+    absent += [Command(word, "service", word, *arguments, *quick) for word, *arguments in (
+        ["delete", "1", "--yes"], ["events"], ["drain", "1"])]
     return [
         Command("version", "--version", often=True),
         Command("help", "help", "run"),
         Command("table", "table", "1", *stored, often=True),
         Command("query", "query", "SELECT * FROM job_list", *stored, "--format", "csv", often=True),
         Command("list", "list", "1", *stored), Command("show", "show", "1", *stored),
-        Command("trace", "trace", "1", *stored), Command("logs", "logs", "1", *stored),
-        Command("trace file", "trace", "1", *stored, "--out", "trace.csv", creates=["trace.csv"], writes=True),
+        Command("trace", "show", "1", "--trace", *stored), Command("logs", "show", "1", "--logs", *stored),
+        Command("trace file", "show", "1", "--trace", *stored, "--out", "trace.csv", creates=["trace.csv"], writes=True),
         Command("compare", "compare", "1", "1", *stored),
         Command("report", "report", "1", *stored, *of_dataset, "--out", "report.html", creates=["report.html"], writes=True),
         Command("view", "view", "1", *stored, *of_dataset, "--out", "view.html", creates=["view.html"], writes=True),
@@ -110,19 +111,19 @@ def commands(dataset):
                 creates=["generated"], writes=True),
         Command("certify", "certify", dataset, "--starts", "5", "--threads", "1", "--out", "certificate.json",
                 creates=["certificate.json"], writes=True),
-        Command("solver check", "solver", "check", "solver.json", *of_dataset),
-        Command("doctor", "doctor", *stored, often=True),
-        Command("backup", "backup", *stored, "copy.sqlite", creates=["copy.sqlite"], often=True, writes=True),
-        Command("restore", "restore", "small.sqlite", "--db", "restored.sqlite", creates=["restored.sqlite"], writes=True),
+        Command("check-solver", "service", "check-solver", "solver.json", *of_dataset),
+        Command("doctor", "service", "doctor", *stored, often=True),
+        Command("backup", "service", "backup", *stored, "copy.sqlite", creates=["copy.sqlite"], often=True, writes=True),
+        Command("restore", "service", "restore", "small.sqlite", "--db", "restored.sqlite", creates=["restored.sqlite"], writes=True),
         Command("import files", "import", dataset, "--out", "imported", creates=["imported"], writes=True),
-        Command("keygen", "keygen", "new.key", creates=["new.key"], writes=True),
+        Command("keygen", "service", "keygen", "new.key", creates=["new.key"], writes=True),
         Command("pool status", "pool", "status", "no-folder"),
         Command("pool slurm", "pool", "slurm", "pool.yaml", "--access", ACCESS, "--folder", "array", creates=["array"], writes=True,
                 on_path=True),
         Command("pool ssh", "pool", "ssh", "pool.yaml", "--access", ACCESS, "--folder", "hosts", creates=["hosts"], writes=True,
                 on_path=True),
         Command("dry run", "run", "s.yaml", "--dry-run"),
-        Command("tap", "tap", "--seconds", "0.1"),
+        Command("tap", "service", "tap", "--seconds", "0.1"),
         *absent,
         Command("run", "run", "s.yaml", "--db", "new.sqlite", "--workers", "1", keeps=["new.sqlite(-wal|-shm)?"], often=True,
                 writes=True),

@@ -90,7 +90,7 @@ class ProcessTest(unittest.TestCase):
         database.close()
         code, _, err = self.run_to_end(*self.command("table", "1", "--db", "small.sqlite"))
         self.assertEqual(code, 6, err)
-        self.assertIn("legopt restore", err)
+        self.assertIn("legopt service restore", err)
         code, _, err = self.run_to_end(*self.command("query", "SELECT json('x')", "--db", "small.sqlite"))
         self.assertEqual(code, 2, err)
 
@@ -155,7 +155,7 @@ class ProcessTest(unittest.TestCase):
                 self.assertNotIn("quoted", err)
 
     def test_a_signal_that_ends_ssh_is_the_cause(self):
-        self.assertEqual(self.run_to_end(*self.command("keygen", "lab.key"))[0], 0)
+        self.assertEqual(self.run_to_end(*self.command("service", "keygen", "lab.key"))[0], 0)
         server = self.start(os.path.join(BUILD, "legopt-server"), "--db", "lab.sqlite", "--listen", "127.0.0.1:7801", "--access",
                             "lab.access", "--key-file", "lab.key", stdout=subprocess.PIPE)
         server.stdout.readline()
@@ -211,8 +211,8 @@ class ProcessTest(unittest.TestCase):
             "r.sqlite.lock": [os.path.join(BUILD, "legopt-server"), "--db", "r.sqlite"],
             "report.html.new": self.command("report", "1", "--db", "small.sqlite", "--dataset", dataset, "--out", "report.html"),
             "s.json.new": self.command("export", "1", "--db", "small.sqlite", "--dataset", dataset, "--out", "s.json"),
-            "copy.sqlite": self.command("backup", "--db", "small.sqlite", "copy.sqlite"),
-            "k.key": self.command("keygen", "k.key"),
+            "copy.sqlite": self.command("service", "backup", "--db", "small.sqlite", "copy.sqlite"),
+            "k.key": self.command("service", "keygen", "k.key"),
         }
         for link, command in attempts.items():
             with self.subTest(link):

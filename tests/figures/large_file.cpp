@@ -55,10 +55,10 @@ void MeasureRestore(Deployment& deployment, int rows, Findings& findings) {
   findings.Begin("20");
   const std::filesystem::path file = deployment.database();
   const std::filesystem::path copy = deployment.folder() / "copy.sqlite";
-  TimeClient({"backup", "--db", file.string(), copy.string()}, "backup of a live file", findings);
+  TimeClient({"service", "backup", "--db", file.string(), copy.string()}, "backup of a live file", findings);
   const auto size_mb = static_cast<double>(std::filesystem::file_size(copy)) / (1 << 20);
   findings.Note("the copy has " + std::to_string(size_mb) + " MiB, " + std::to_string(rows) + " results");
-  TimeClient({"doctor", "--db", copy.string(), "--timeout", "1"}, "check of the copy", findings);
+  TimeClient({"service", "doctor", "--db", copy.string(), "--timeout", "1"}, "check of the copy", findings);
   deployment.KillServer();
   const auto begin = Clock::now();
   for (const char* suffix : {"", "-wal", "-shm"}) {

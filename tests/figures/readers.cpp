@@ -104,7 +104,7 @@ void ReadMuch(const Deployment& deployment, double duration_s, Findings& finding
   bool good = true;
   do {
     const std::string copy = (deployment.folder() / ("copy" + std::to_string(backups++) + ".sqlite")).string();
-    good = good && RunClient({"backup", "--db", file, copy});
+    good = good && RunClient({"service", "backup", "--db", file, copy});
     std::filesystem::remove(copy);
     ++exports;
     good =

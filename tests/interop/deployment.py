@@ -53,7 +53,7 @@ class Deployment:
         if number:
             self._environment["LEGOPT_DEPLOYMENT"] = str(number)
         if key:
-            self.client("keygen", self.key_file)
+            self.client("service", "keygen", self.key_file)
             self._environment["LEGOPT_KEY_FILE"] = str(self.key_file)
 
     def __enter__(self):

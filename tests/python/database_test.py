@@ -71,8 +71,8 @@ class EqualToTheProgram(unittest.TestCase):
         traced = [job["job_id"] for job in self.made.query(
             "SELECT job_id FROM results WHERE trace IS NOT NULL ORDER BY length(trace) DESC, job_id")]
         for job in traced[:3] + traced[-3:]:
-            self.assertEqual(self.db.trace(job), self.made.listing("trace", job))
-            text = results.legopt("trace", job, "--db", self.made.backup, "--format", "csv")
+            self.assertEqual(self.db.trace(job), self.made.listing("show", job, "--trace"))
+            text = results.legopt("show", job, "--trace", "--db", self.made.backup, "--format", "csv")
             self.assertEqual(",".join(self.db.trace(job).columns), text.splitlines()[0])
 
     def test_a_query_is_that_of_the_program(self):
@@ -137,7 +137,7 @@ class OlderAndOtherResults(unittest.TestCase):
         path = self.changed(f"UPDATE results SET trace = NULL, history_json = '{json.dumps(history)}' WHERE job_id = 1",
                             "UPDATE results SET trace = NULL WHERE job_id = 2")
         with legopt.open(path) as db:
-            self.assertEqual(db.trace(1), results.experiments().listing("trace", 1, db=path))
+            self.assertEqual(db.trace(1), results.experiments().listing("show", 1, "--trace", db=path))
             with self.assertRaisesRegex(legopt.RequestError, "job 2 has a result without a trace"):
                 db.trace(2)
 
@@ -171,7 +171,7 @@ class OlderAndOtherResults(unittest.TestCase):
             except legopt.DatabaseError:
                 pass
             for job in (5, 7):
-                with self.assertRaisesRegex(legopt.DatabaseError, f"job {job}.*'legopt doctor"):
+                with self.assertRaisesRegex(legopt.DatabaseError, f"job {job}.*'legopt service doctor"):
                     db.waypoints(job)
             nothing = db.waypoints(6)
             self.assertEqual((len(nothing), nothing.joints, len(nothing.names)), (0, [], 19))
@@ -195,7 +195,7 @@ class OlderAndOtherResults(unittest.TestCase):
                             f"UPDATE results SET trace = NULL, history_json = '{doubled}' WHERE job_id = 1")
         with legopt.open(path) as db:
             for ask in (db.waypoints, db.trace):
-                with self.assertRaisesRegex(legopt.DatabaseError, "job 1: .*cannot be read .*'legopt doctor"):
+                with self.assertRaisesRegex(legopt.DatabaseError, "job 1: .*cannot be read .*'legopt service doctor"):
                     ask(1)
 
     def test_joints_without_names_are_numbered(self):

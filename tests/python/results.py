@@ -69,7 +69,7 @@ class Experiments:
             legopt("run", self.suite(suite), "--dataset", self.dataset, "--db", self.db)
         # A backup has no side files.
         self.backup = self.folder / "backup.sqlite"
-        legopt("backup", "--db", self.db, self.backup)
+        legopt("service", "backup", "--db", self.db, self.backup)
 
     def suite(self, suite):
         """Returns the file of a suite."""

@@ -80,7 +80,7 @@ class ALog(unittest.TestCase):
             path.write_bytes(former)
             Path(f"{path}-shm").unlink(missing_ok=True)
             shutil.copyfile(kept, f"{path}-wal")
-        with self.assertRaisesRegex(legopt.DatabaseError, "was written for another file.*legopt restore"):
+        with self.assertRaisesRegex(legopt.DatabaseError, "was written for another file.*legopt service restore"):
             legopt.open(path)
 
 

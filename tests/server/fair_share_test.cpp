@@ -346,17 +346,17 @@ TEST_F(SharedPool, AShortSuiteDoesNotWaitForTheLongOneOfAnother) { SubmitShortBe
 TEST_F(SharedPool, AShortSuiteDoesNotWaitForALongOneOfOnesOwn) { SubmitShortBehindLong("ada", "ada"); }
 TEST_F(SharedPool, AShortSuiteDoesNotWaitForALongOneWhenNobodyHasAName) { SubmitShortBehindLong("", ""); }
 
-TEST_F(SharedPool, WhatIsHeldSavesNothing) {
-  const auto held = SubmitAs("ada", 5000, 1s);
+TEST_F(SharedPool, APausedExperimentSavesNothing) {
+  const auto paused = SubmitAs("ada", 5000, 1s);
   const auto other = SubmitAs("bob", 5000, 1s);
   StartSlots(2);
-  Control(held, ControlAction::kHold, "why");
+  Control(paused, ControlAction::kPauseNow, "why");
   Work(100s);
-  EXPECT_EQ(Used_s(held), 0);
-  Control(held, ControlAction::kRelease);
+  EXPECT_EQ(Used_s(paused), 0);
+  Control(paused, ControlAction::kResume);
   used_.clear();
   Work(100s);
-  EXPECT_NEAR(Used_s(held), 100, 3);
+  EXPECT_NEAR(Used_s(paused), 100, 3);
   EXPECT_NEAR(Used_s(other), 100, 3);
 }
 

@@ -73,23 +73,23 @@ TEST_F(OutlookTest, NoWorkerHasTheDataset) {
   EXPECT_THAT(WaitingFor(), HasSubstr("no worker has dataset 'garage' (dddddddddddd)"));
 }
 
-TEST_F(OutlookTest, HeldAndPausedAreToldWithWhatEndsThem) {
+TEST_F(OutlookTest, APauseIsShownWithItsReasonAndWhatEndsIt) {
   Submit(SampleSpec());
   Hello(kFirst);
   Solve(kFirst, seconds(1));
   const auto lease = LeaseOne(kFirst);
   EXPECT_TRUE(HasEstimate());
   Control(1, kPause);
-  EXPECT_EQ(WaitingFor(), "paused; 'legopt resume 1' lets it go on");
+  EXPECT_EQ(WaitingFor(), "paused; 'legopt resume 1' continues it");
   EXPECT_FALSE(HasEstimate()) << "a job runs on, but what is left does not";
   Control(1, kResume);
   EXPECT_EQ(WaitingFor(), "");
   EXPECT_TRUE(HasEstimate());
-  Control(1, kHold, "the disk");
-  EXPECT_EQ(WaitingFor(), "held: the disk; 'legopt release 1' lets it go on");
+  Control(1, kPauseNow, "the disk");
+  EXPECT_EQ(WaitingFor(), "paused: the disk; 'legopt resume 1' continues it");
   EXPECT_FALSE(HasEstimate());
-  Control(1, kRelease);
-  EXPECT_THAT(WaitingFor(), Not(HasSubstr("held")));
+  Control(1, kResume);
+  EXPECT_THAT(WaitingFor(), Not(HasSubstr("paused")));
 }
 
 TEST_F(OutlookTest, AnotherExperimentGoesFirst) {

@@ -96,12 +96,6 @@ TEST_F(SchedulerBuildTest, APersonMayLetAnyBuildFinishIt) {
   EXPECT_EQ(Lease(kFirst).jobs.size(), 1U);
 }
 
-TEST_F(SchedulerBuildTest, AHeldExperimentIsNotLetGoByTheWay) {
-  Submit(SampleSpec());
-  Control(1, ControlAction::kHold, "look first");
-  EXPECT_EQ(Control(1, ControlAction::kResumeAnyBuild).status, EnumNumber(ControlStatus::kRefused));
-}
-
 TEST_F(SchedulerBuildTest, TheStatusSaysWhatIsWaitedFor) {
   Submit(SampleSpec());
   HelloOf(kFirst, "old");

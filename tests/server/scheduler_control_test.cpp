@@ -1,4 +1,4 @@
-// Pause, hold, priority and retry: operator commands on an experiment, in virtual time.
+// Pause, resume, priority and retry: operator commands on an experiment, in virtual time.
 
 #include <gtest/gtest.h>
 
@@ -38,19 +38,19 @@ TEST_F(SchedulerControl, APausedExperimentLeasesNothingAndRunningJobsFinish) {
   EXPECT_EQ(StatusOf(Lease(kFirst)), LeaseStatus::kLeased);
 }
 
-TEST_F(SchedulerControl, AHeldExperimentGivesBackWhatRunsWithoutCharge) {
+TEST_F(SchedulerControl, APauseNowReleasesTheRunningJobsWithoutCharge) {
   Submit(SampleSpec(2));
   Hello(kFirst);
   const auto running = LeaseOne(kFirst);
-  const auto held = Control(1, kHold, "the disk is being moved");
-  EXPECT_EQ(StatusOf(held), ControlStatus::kOk);
-  EXPECT_EQ(held.num_jobs, 1);
+  const auto paused = Control(1, kPauseNow, "the disk is being moved");
+  EXPECT_EQ(StatusOf(paused), ControlStatus::kOk);
+  EXPECT_EQ(paused.num_jobs, 1);
   EXPECT_EQ(StateOf(running.job_id), JobState::kQueued);
   EXPECT_EQ(VerdictOf(Heartbeat(kFirst, {running})), LeaseVerdict::kUnknownLease) << "its worker stops";
   EXPECT_EQ(StatusOf(Finish(kFirst, running)), ResultStatus::kStale) << "what it still delivers is kept apart";
   EXPECT_EQ(StatusOf(Lease(kFirst)), LeaseStatus::kNoneNow);
   EXPECT_EQ(Summary().control.reason, "the disk is being moved");
-  EXPECT_EQ(StatusOf(Control(1, kRelease)), ControlStatus::kOk);
+  EXPECT_EQ(StatusOf(Control(1, kResume)), ControlStatus::kOk);
   for (int attempt = 2; attempt <= 4; ++attempt) {
     const auto lease = LeaseOne(kFirst);
     EXPECT_EQ(lease.attempt, attempt);
@@ -59,24 +59,50 @@ TEST_F(SchedulerControl, AHeldExperimentGivesBackWhatRunsWithoutCharge) {
   EXPECT_EQ(StateOf(running.job_id), JobState::kDead) << "three attempts were charged";
 }
 
-TEST_F(SchedulerControl, PausedAndHeldAreNotTheSame) {
+TEST_F(SchedulerControl, APauseNowAfterAPauseStopsTheRunningJobs) {
+  Submit(SampleSpec(2));
+  Hello(kFirst);
+  const auto running = LeaseOne(kFirst);
+  EXPECT_EQ(Control(1, kPause, "why").num_jobs, 0);
+  EXPECT_EQ(StateOf(running.job_id), JobState::kLeased);
+  EXPECT_EQ(Control(1, kPauseNow).num_jobs, 1);
+  EXPECT_EQ(StateOf(running.job_id), JobState::kQueued);
+  EXPECT_EQ(Summary().control.reason, "why") << "a pause without a reason keeps it";
+  const auto again = Control(1, kPauseNow);
+  EXPECT_EQ(StatusOf(again), ControlStatus::kOk);
+  EXPECT_EQ(again.message, "experiment 1 was paused already");
+  EXPECT_EQ(StatusOf(Control(1, kPause, "another")), ControlStatus::kOk);
+  EXPECT_EQ(Summary().control.reason, "another");
+}
+
+TEST_F(SchedulerControl, ResumeEndsEveryPauseAndItsReason) {
   Submit(SampleSpec(1));
-  Control(1, kPause);
-  EXPECT_EQ(StatusOf(Control(1, kRelease)), ControlStatus::kRefused);
-  Control(1, kHold, "why");
-  EXPECT_EQ(StatusOf(Control(1, kPause)), ControlStatus::kOk);
-  EXPECT_EQ(Summary().control.hold, db::ExperimentHold::kHeld) << "held is more than paused";
-  const auto refused = Control(1, kResume);
-  EXPECT_EQ(StatusOf(refused), ControlStatus::kRefused);
-  EXPECT_NE(refused.message.find("why"), std::string::npos);
+  Hello(kFirst);
+  for (const ControlAction pause : {kPause, kPauseNow}) {
+    Control(1, pause, "why");
+    EXPECT_TRUE(Lease(kFirst).jobs.empty());
+    EXPECT_EQ(StatusOf(Control(1, kResume)), ControlStatus::kOk);
+    EXPECT_EQ(Summary().control, db::ExperimentControl{});
+  }
+  EXPECT_EQ(Control(1, kResume).message, "experiment 1 was not paused");
+  EXPECT_EQ(LeaseOne(kFirst).attempt, 1);
+}
+
+TEST_F(SchedulerControl, ReleaseOfOlderClientsIsRefusedWithItsSuccessor) {
+  Submit(SampleSpec(1));
+  Control(1, kPauseNow, "why");
+  const auto reply = Control(1, kRelease);
+  EXPECT_EQ(StatusOf(reply), ControlStatus::kRefused);
+  EXPECT_NE(reply.message.find("resume it"), std::string::npos) << reply.message;
+  EXPECT_EQ(Summary().control.hold, db::ExperimentHold::kPaused);
 }
 
 TEST_F(SchedulerControl, DecisionsOutliveTheServer) {
   Submit(SampleSpec(1));
-  Control(1, kHold, "why");
+  Control(1, kPauseNow, "why");
   Control(1, kPriority, "", -7);
   Restart();
-  EXPECT_EQ(Summary().control, (db::ExperimentControl{db::ExperimentHold::kHeld, "why", -7}));
+  EXPECT_EQ(Summary().control, (db::ExperimentControl{db::ExperimentHold::kPaused, "why", -7}));
   Hello(kFirst);
   EXPECT_TRUE(Lease(kFirst).jobs.empty());
 }
@@ -156,8 +182,8 @@ TEST_F(SchedulerControl, RefusalsNameTheExperiment) {
   Submit(SampleSpec(1));
   EXPECT_EQ(Control(1, kRetry).num_jobs, 0);
   Cancel(1);
-  for (const ControlAction action : {kPause, kResume, kHold, kRelease, kPriority, kRetry}) {
-    const auto reply = Control(1, action, action == kHold ? "why" : "");
+  for (const ControlAction action : {kPause, kResume, kPauseNow, kRelease, kPriority, kRetry}) {
+    const auto reply = Control(1, action, action == kPauseNow ? "why" : "");
     EXPECT_EQ(StatusOf(reply), ControlStatus::kRefused) << ToString(action);
     EXPECT_NE(reply.message.find("experiment 1"), std::string::npos) << reply.message;
   }

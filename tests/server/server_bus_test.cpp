@@ -228,6 +228,10 @@ TEST_F(ServerOnBus, ExperimentIsWorkedOff) {
   EXPECT_EQ(status["experiments"][0]["jobs"]["done"], 50);
   EXPECT_EQ(status["workers"].size(), 2U);
   EXPECT_GT(status["server"]["transport"]["requests_handled"], 0);
+  EXPECT_EQ(status["server"]["requests"]["submit"]["requests"], 1);
+  EXPECT_EQ(status["server"]["requests"]["result"]["requests"], 50);
+  EXPECT_GT(status["server"]["requests"]["result"]["bytes"], 50);
+  EXPECT_EQ(status["server"]["requests"]["shutdown"]["requests"], 0);
 }
 
 class GroupedCommits : public ServerOnBus {
@@ -542,7 +546,7 @@ TEST_F(ServerOnBus, MalformedBodiesAreRejectedByField) {
 
 // The table of PROTOCOL.md, section 11, for every action, with or without an object.
 TEST(Permission, ActionsThatConcernTheWorkOfOthersAreForOperators) {
-  const std::vector<ControlAction> operators_only = {ControlAction::kHold, ControlAction::kRelease,
+  const std::vector<ControlAction> operators_only = {ControlAction::kPauseNow, ControlAction::kRelease,
                                                      ControlAction::kPriority, ControlAction::kDelete,
                                                      ControlAction::kDrainWorker};
   for (const EnumName<ControlAction>& row : kEnumNames<ControlAction>) {

@@ -198,7 +198,7 @@ TEST_F(BridgeServiceTest, AServerThatMayNotListenLeavesNoDatabase) {
   ExpectServerEnd({"--listen", "here"}, ExitCode::kUsage, "ADDRESS:PORT");
   ExpectServerEnd({"--access", access()}, ExitCode::kUsage, "--listen");
   unsetenv(kKeyOfTheEnvironment);
-  ExpectServerEnd({"--listen", "7669"}, ExitCode::kUsage, "legopt keygen");
+  ExpectServerEnd({"--listen", "7669"}, ExitCode::kUsage, "legopt service keygen");
 }
 
 }  // namespace

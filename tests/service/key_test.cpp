@@ -110,19 +110,23 @@ TEST_F(KeyTest, RolesDoTheirWorkAndNothingElse) {
     EXPECT_EQ(code, refused) << words[0] << ": " << error;
     EXPECT_NE(error.find(why), std::string::npos) << words[0] << ": " << error;
   };
-  for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{{"cancel", "1"},
-                                                                                     {"pause", "1"},
-                                                                                     {"tag", "1", "x"},
-                                                                                     {"delete", "1", "--yes"},
-                                                                                     {"query", "SELECT 1"},
-                                                                                     {"drain", "1"}}) {
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{{"cancel", "1"},
+                                             {"pause", "1"},
+                                             {"edit", "1", "--tag", "x"},
+                                             {"service", "delete", "1", "--yes"},
+                                             {"query", "SELECT 1"},
+                                             {"service", "drain", "1"}}) {
     expect_refused(worker_key, words, "a worker's key does not permit");
   }
-  for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
-           {"delete", "1", "--yes"}, {"hold", "1", "why"}, {"release", "1"}, {"priority", "1", "5"}, {"drain", "1"}}) {
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{{"service", "delete", "1", "--yes"},
+                                             {"pause", "1", "--now"},
+                                             {"edit", "1", "--priority", "5"},
+                                             {"service", "drain", "1"}}) {
     expect_refused(client_key, words, "give --key-file the full key");
   }
-  EXPECT_EQ(run(client_key, {"tag", "1", "kept"}).first, 0);
+  EXPECT_EQ(run(client_key, {"edit", "1", "--tag", "kept"}).first, 0);
   EXPECT_EQ(run(worker_key, {"status"}).first, 0);
   EXPECT_EQ(deployment_->Query("SELECT tags FROM experiment_list"), std::vector<std::string>{"kept"});
 
@@ -133,7 +137,7 @@ TEST_F(KeyTest, RolesDoTheirWorkAndNothingElse) {
   EXPECT_NE(stranger->ErrorTail().find("a client's key does not permit hello"), std::string::npos)
       << stranger->ErrorTail();
   ExpectRefusal({"--key-file", worker_key}, "holds a worker's key; a server needs the full key");
-  EXPECT_EQ(run(key_file_, {"delete", "1", "--yes"}).first, 0) << "the full key still does everything";
+  EXPECT_EQ(run(key_file_, {"service", "delete", "1", "--yes"}).first, 0) << "the full key still does everything";
 }
 
 TEST_F(KeyTest, WhoeverHasNoKeyIsToldSo) {

@@ -155,13 +155,13 @@ TEST_F(ServiceTest, APoisonousJobDiesAloneAfterTwoEqualCrashes) {
             std::vector<std::string>{"crashed|" + std::to_string(SIGABRT)});
 }
 
-TEST_F(ServiceTest, AHeldExperimentGivesItsJobsBackAndGoesOn) {
+TEST_F(ServiceTest, APauseNowReleasesTheRunningJobsAndTheExperimentContinues) {
   const auto worker = deployment_->StartStubWorker({"--slots", "2"});
   const std::int64_t experiment = deployment_->Submit(StubSpec(12, 400), "a");
   ASSERT_TRUE(deployment_->WaitForJobs(experiment, 2));
   legopt_msg::control_request request{};
   request.experiment_id = experiment;
-  request.action = static_cast<std::int8_t>(ControlAction::kHold);
+  request.action = static_cast<std::int8_t>(ControlAction::kPauseNow);
   request.reason = "the disk is being moved";
   EXPECT_EQ(deployment_->connection().Control(request).status, static_cast<std::int32_t>(ControlStatus::kOk));
   EXPECT_TRUE(deployment_->WaitFor(experiment, [](const nlohmann::json& status) {
@@ -172,7 +172,7 @@ TEST_F(ServiceTest, AHeldExperimentGivesItsJobsBackAndGoesOn) {
   EXPECT_EQ(deployment_->Query("SELECT hold, (SELECT count(*) FROM attempts WHERE outcome = 'running') FROM "
                                "experiment_list"),
             std::vector<std::string>{"held|0"});
-  request.action = static_cast<std::int8_t>(ControlAction::kRelease);
+  request.action = static_cast<std::int8_t>(ControlAction::kResume);
   request.reason.clear();
   EXPECT_EQ(deployment_->connection().Control(request).status, static_cast<std::int32_t>(ControlStatus::kOk));
   ASSERT_TRUE(deployment_->WaitUntilDone(experiment));

@@ -118,17 +118,18 @@ TEST_F(UpkeepTest, TimeLimitStopsAreFlaggedAndRetriedOnRequest) {
 
 TEST_F(UpkeepTest, NamesAndTags) {
   const std::string id = std::to_string(deployment_->Submit(StubSpec(1, 0), "a"));
-  ExpectDone(Legopt({"rename", id, "night run"}), "renamed");
+  ExpectDone(Legopt({"edit", id, "--name", "night run", "--tag", "paper", "--tag", "draft"}), "named 'night run'");
   EXPECT_EQ(Number("SELECT name FROM experiments"), "night run");
-  for (const char* tag : {"paper", "draft"}) ExpectDone(Legopt({"tag", id, tag}), "tagged");
-  ExpectDone(Legopt({"tag", id, "--remove", "draft"}), "no longer");
-  EXPECT_EQ(Number("SELECT tags FROM experiment_list"), "paper");
-  ExpectRefused(Legopt({"rename", id, ""}), "1 to 200 bytes");
-  ExpectRefused(Legopt({"rename", id, std::string(201, 'x')}), "1 to 200 bytes");
-  ExpectRefused(Legopt({"tag", id, "a,b"}), "comma");
-  ExpectRefused(Legopt({"tag", id}), "TAG");
-  ExpectRefused(Legopt({"tag", id, "a", "--remove", "b"}), "--remove");
-  ExpectRefused(Legopt({"rename", "9", "x"}), "no experiment 9");
+  EXPECT_EQ(Number("SELECT tags FROM experiment_list"), "draft, paper");
+  ExpectDone(Legopt({"edit", id, "--untag", "draft", "--priority", "3"}), "tag 'draft' removed");
+  ExpectDone(Legopt({"edit", id, "--untag", "draft", "--priority", "3"}), "priority 3");
+  EXPECT_EQ(Number("SELECT tags || ' ' || priority FROM experiment_list"), "paper 3");
+  ExpectRefused(Legopt({"edit", id}), "give --name, --tag, --untag or --priority");
+  ExpectRefused(Legopt({"edit", id, "--name", ""}), "1 to 200 bytes");
+  ExpectRefused(Legopt({"edit", id, "--name", std::string(201, 'x')}), "1 to 200 bytes");
+  ExpectRefused(Legopt({"edit", id, "--priority", "9", "--tag", "a,b"}), "comma");
+  EXPECT_EQ(Number("SELECT priority FROM experiments"), "3") << "all options are checked first";
+  ExpectRefused(Legopt({"edit", "9", "--name", "x"}), "no experiment 9");
 }
 
 // Makes stub workers of a different build.
@@ -189,17 +190,17 @@ TEST_F(UpkeepTest, DeletionAsksFirst) {
   const std::string id = std::to_string(deployment_->Submit(StubSpec(3, 0), "a"));
   ASSERT_TRUE(deployment_->WaitUntilDone(1));
   const std::string kept = std::to_string(deployment_->Submit(StubSpec(2, 600'000), "b"));
-  ExpectRefused(Legopt({"delete", kept, "--yes"}), "cancel it first");
-  const auto unsaid = Legopt({"delete", id});
+  ExpectRefused(Legopt({"service", "delete", kept, "--yes"}), "cancel it first");
+  const auto unsaid = Legopt({"service", "delete", id});
   ExpectRefused(unsaid, "3 jobs, 3 results");
   EXPECT_THAT(unsaid.err, HasSubstr("--yes"));
   EXPECT_EQ(Number("SELECT count(*) FROM results"), "3") << "nothing has happened";
-  ExpectDone(Legopt({"delete", id, "--yes"}), "3 jobs, 3 results: deleted");
+  ExpectDone(Legopt({"service", "delete", id, "--yes"}), "3 jobs, 3 results: deleted");
   EXPECT_EQ(Number("SELECT count(*) FROM results"), "0");
   EXPECT_EQ(deployment_->Query("SELECT experiment_id FROM experiments"), std::vector<std::string>{kept});
-  ExpectRefused(Legopt({"delete", id, "--yes"}), "no experiment 1");
+  ExpectRefused(Legopt({"service", "delete", id, "--yes"}), "no experiment 1");
   ExpectDone(Legopt({"cancel", kept}), "cancelled");
-  ExpectDone(Legopt({"delete", kept, "--yes"}), "deleted");
+  ExpectDone(Legopt({"service", "delete", kept, "--yes"}), "deleted");
   deployment_->KillServer();
   deployment_->StartServer();
   EXPECT_EQ(deployment_->Submit(StubSpec(3, 0), "a"), 3) << "numbers are not given again";

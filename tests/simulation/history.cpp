@@ -96,9 +96,9 @@ class History {
         if (!world_.Chance(probability)) return;
         world_.At(world_.Within(microseconds(8'000'000), microseconds(24'000'000)), std::move(action));
       };
-      const bool hold = world_.Chance(0.5);
+      const bool now = world_.Chance(0.5);
       const microseconds duration = world_.Within(microseconds(500'000), microseconds(8'000'000));
-      decide(0.25, [&user, id, hold, duration] { user.StopAndResume(id, hold, duration); });
+      decide(0.25, [&user, id, now, duration] { user.StopAndResume(id, now, duration); });
       const bool time_limited = world_.Chance(kTimeLimited);
       decide(kRetried, [&user, id, time_limited] { user.Retry(id, time_limited); });
       decide(0.15, [&user, id] { user.Label(id, "labelled " + id); });

@@ -29,13 +29,13 @@ std::int64_t AttemptsOf(const StoredState& state, std::int64_t experiment_id) {
   return attempts;
 }
 
-void Record::OnStopped(std::int64_t experiment_id, bool held, const StoredState& state) {
+void Record::OnStopped(std::int64_t experiment_id, bool now, const StoredState& state) {
   attempts_at_stop[experiment_id] = AttemptsOf(state, experiment_id);
   const bool runs = std::any_of(state.jobs.begin(), state.jobs.end(), [experiment_id](const auto& job) {
     return job.second.experiment_id == experiment_id && job.second.state == db::JobState::kLeased;
   });
-  if (held && runs)
-    Violation("wrong state: a job of experiment " + std::to_string(experiment_id) + " runs though held");
+  if (now && runs)
+    Violation("wrong state: a job of experiment " + std::to_string(experiment_id) + " runs though it was stopped");
 }
 
 void Record::OnResume(std::int64_t experiment_id, const StoredState& state) {

@@ -132,14 +132,14 @@ void SimulatedClient::SendCancel(const std::string& submission_id) {
       });
 }
 
-// --- Pause, hold, priority, retry ------------------------------------------------------------------------------------
+// --- Pause, priority, retry ------------------------------------------------------------------------------------------
 
-void SimulatedClient::StopAndResume(const std::string& submission_id, bool hold, microseconds duration) {
+void SimulatedClient::StopAndResume(const std::string& submission_id, bool now, microseconds duration) {
   legopt_msg::control_request stop{};
-  stop.action = EnumNumber(hold ? kHold : kPause);
-  if (hold) stop.reason = "simulated";
+  stop.action = EnumNumber(now ? kPauseNow : kPause);
+  if (now) stop.reason = "simulated";
   legopt_msg::control_request go_on{};
-  go_on.action = EnumNumber(hold ? kRelease : kResume);
+  go_on.action = EnumNumber(kResume);
   plan_.push_back({submission_id, [this, stop](const Step& step) { SendControl(step.submission_id, stop); }});
   plan_.push_back({submission_id, [this, duration](const Step&) {
                      Answered(true);
@@ -182,7 +182,7 @@ void SimulatedClient::SendControl(const std::string& submission_id, legopt_msg::
   if (!experiment_id) return Answered(false);
   request.experiment_id = *experiment_id;
   const ControlAction action{request.action};
-  const bool stops = action == kPause || action == kHold;
+  const bool stops = action == kPause || action == kPauseNow;
   if (!stops) record_.OnResume(*experiment_id, server_.disk().Read());
   if (action == kRetryTimeLimits) record_.time_limit_retried.insert(*experiment_id);
   if (action == kDelete) record_.delete_asked.insert(*experiment_id);
@@ -197,7 +197,7 @@ void SimulatedClient::SendControl(const std::string& submission_id, legopt_msg::
                      if (unknown && !record_.delete_asked.contains(id)) {
                        record_.Violation("lost: experiment " + std::to_string(id) + " cannot be controlled");
                      }
-                     if (done && stops) record_.OnStopped(id, action == kHold, server_.disk().Read());
+                     if (done && stops) record_.OnStopped(id, action == kPauseNow, server_.disk().Read());
                      Answered(reply.ok());
                    });
 }

@@ -27,8 +27,8 @@ class SimulatedClient final : public Process {
   void Submit(const std::string& submission_id, const std::string& spec_json, std::int64_t num_jobs);
   /// Cancels the experiment of a submission, once its id is known.
   void Cancel(const std::string& submission_id);
-  /// Stops the experiment of a submission and resumes it after `duration`; with `hold`, running jobs are released.
-  void StopAndResume(const std::string& submission_id, bool hold, microseconds duration);
+  /// Stops the experiment of a submission and resumes it after `duration`; with `now`, running jobs are released.
+  void StopAndResume(const std::string& submission_id, bool now, microseconds duration);
   /// Retries its failed and dead jobs, and optionally those stopped by the wall-time limit.
   void Retry(const std::string& submission_id, bool time_limited);
   /// Cancels it, waits for the reply, and deletes it.

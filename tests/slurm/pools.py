@@ -22,7 +22,7 @@ class Service:
         self.database = folder / "service.sqlite"
         self.key = folder / "key"
         self.access = folder / "access"
-        engine.run(PROGRAMS / "legopt", "keygen", self.key)
+        engine.run(PROGRAMS / "legopt", "service", "keygen", self.key)
         with open(folder / "server.log", "wb") as log:
             self._server = subprocess.Popen(
                 [PROGRAMS / "legopt-server", "--db", self.database, "--key-file", self.key, "--listen", LISTEN,

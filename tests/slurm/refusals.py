@@ -42,7 +42,7 @@ def unreachable(cluster, folder):
     alone = said(folder, "address", pool + "}\nserver: {listen: '127.0.0.1:7675'}\n", UNREACHABLE, "127.0.0.1:7675",
                  "server.listen", "pool.yaml")
     other = cluster.shared / "other-key"
-    engine.run(PROGRAMS / "legopt", "keygen", other)
+    engine.run(PROGRAMS / "legopt", "service", "keygen", other)
     keyed = said(folder, "key", pool + f", key_file: {other}}}\n", UNREACHABLE, engine.CONTROLLER_ADDRESS,
                  "worker.key_file", str(other))
     check_nothing_left(cluster)
