@@ -85,7 +85,7 @@ ExitCode Logs(const LogsOptions& options) {
   std::string text = RenderFields(job, 0, layout);
   for (std::size_t i = 0; i < attempts.rows.size(); ++i) text += AttemptText(attempts, i);
   if (attempts.rows.empty()) text += "\nNo attempt has been begun.\n";
-  if (!events.rows.empty()) text += "\nEvents\n" + RenderListing(events, ListingFormat::kText, layout);
+  if (!events.rows.empty()) text += "\nEvents\n" + RenderListing(events, TableFormat::kText, layout);
   Print(text, options.output);
   return ExitCode::kOk;
 }

@@ -51,7 +51,7 @@ std::string RenderText(const Listing& job, const Listing& result, const Listing&
   Listing table = attempts;
   table.columns.pop_back();
   for (auto& row : table.rows) row.pop_back();
-  text += "\nAttempts\n" + (table.rows.empty() ? "none\n" : RenderListing(table, ListingFormat::kText, layout));
+  text += "\nAttempts\n" + (table.rows.empty() ? "none\n" : RenderListing(table, TableFormat::kText, layout));
   for (std::size_t i = 0; i < attempts.rows.size(); ++i) {
     const auto& tail = attempts.At(i, "log_tail");
     if (!tail.is_string() || tail.get<std::string>().empty()) continue;

@@ -18,7 +18,7 @@ namespace {
 struct StatusOptions {
   std::optional<std::int64_t> experiment;
   SourceOptions source;
-  ListingFormat format = ListingFormat::kText;
+  TableFormat format = TableFormat::kText;
   OutputOptions output;
 };
 
@@ -72,7 +72,7 @@ std::string TextForPeople(const std::vector<ExperimentStatus>& experiments, cons
                           const StatusOptions& options) {
   const TextLayout layout = LayoutOf(options.output);
   std::string text = experiments.empty() ? "No experiments yet; submit one with 'legopt submit SUITE'\n"
-                                         : RenderExperiments(experiments, layout.width);
+                                         : RenderTable(ExperimentTable(experiments), TableFormat::kText, layout);
   if (const Listing running = RunningListing(experiments); !running.rows.empty()) {
     text += "\n" + RenderListing(running, options.format, layout);
   }
@@ -80,7 +80,8 @@ std::string TextForPeople(const std::vector<ExperimentStatus>& experiments, cons
   if (options.experiment) return text;
   const auto workers = status.value("workers", nlohmann::json::array());
   return text + "\n" +
-         (workers.empty() ? "No workers; start some with 'legopt-worker'\n" : RenderWorkers(workers, layout.width));
+         (workers.empty() ? "No workers; start some with 'legopt-worker'\n"
+                          : RenderTable(WorkerTable(workers), TableFormat::kText, layout));
 }
 
 void PrintListings(const std::vector<ExperimentStatus>& experiments, const nlohmann::json& status,
@@ -112,20 +113,21 @@ ExitCode StatusOfServer(const StatusOptions& options) {
     std::cerr << "legopt: warning: the disk with the server's database is nearly full: " << free << " MB are free\n";
   }
   switch (options.format) {
-    case ListingFormat::kJson:
+    case TableFormat::kJson:
       std::cout << JsonText(status) << "\n";
       break;
-    case ListingFormat::kText:
+    case TableFormat::kText:
       Print("Server " + app::Printable(probe.server_version) + " at " + server.address() + " on " +
                 app::Printable(probe.hostname) + " (pid " + std::to_string(probe.pid) + ", up " +
                 FormatDuration(std::chrono::microseconds(probe.uptime_us)) + "), database " +
                 app::Printable(probe.database) + "\n\n" + TextForPeople(experiments, status, options),
             options.output);
       break;
-    case ListingFormat::kMarkdown:
+    case TableFormat::kMarkdown:
+    case TableFormat::kLatex:
       PrintListings(experiments, status, options);
       break;
-    case ListingFormat::kCsv:
+    case TableFormat::kCsv:
       std::cout << CsvFor(StandardOutput(), RenderListing(listing, options.format));
   }
   return ExitCode::kOk;

@@ -183,7 +183,7 @@ class TapRun {
       std::cout << ToLine(interval_.ToJson(seconds));
     } else {
       const std::string rejected = interval_.RejectedText();
-      std::cout << RenderListing(interval_.ToListing(seconds), ListingFormat::kText)
+      std::cout << RenderListing(interval_.ToListing(seconds), TableFormat::kText)
                 << (rejected.empty() ? "" : "rejected: " + rejected + "\n") << "\n";
     }
     std::cout.flush();
