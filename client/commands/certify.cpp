@@ -30,7 +30,7 @@ struct CertifyFlags {
   std::optional<std::string> dataset;
   std::string out;  // empty: the dataset's folder
   certify::CertifyOptions options;
-  ListingFormat format = ListingFormat::kText;
+  TableFormat format = TableFormat::kText;
   OutputOptions output;
 };
 
@@ -89,7 +89,7 @@ ExitCode Certify(const CertifyFlags& flags) {
                       "interrupted; the same command continues from the known results in " + out.string());
   }
   const std::string text = RenderFeasibility(certificate, catalogue, *dataset, flags.format, LayoutOf(flags.output));
-  Print(flags.format == ListingFormat::kCsv ? CsvFor(StandardOutput(), text) : text, flags.output);
+  Print(flags.format == TableFormat::kCsv ? CsvFor(StandardOutput(), text) : text, flags.output);
   return ExitCode::kOk;
 }
 

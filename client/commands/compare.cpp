@@ -16,7 +16,7 @@ struct CompareOptions {
   double margin_percent = 0.0;
   std::optional<double> charge_s;
   bool fail_if_worse = false;
-  ComparisonFormat format = ComparisonFormat::kText;
+  TableFormat format = TableFormat::kText;
   TimeUnit time_unit = kMilliseconds;
   OutputOptions output;
   PlotOptions plot;
@@ -27,12 +27,13 @@ ExitCode Compare(const CompareOptions& options) {
   ComparisonRequest request = options.request;
   request.options.margin = kPercent * options.margin_percent;
   request.charge_ms = ChargeMs(options.charge_s);
-  RequireTextForPlot(options.plot, options.format == ComparisonFormat::kText);
+  RequireTextForPlot(options.plot, options.format == TableFormat::kText);
   const Comparison comparison = ReadComparison(request);
   const TextLayout layout = LayoutOf(options.output);
   const std::string drawn =
       options.plot.any() ? DrawPlot(ScatterPlot(comparison, options.time_unit), options.plot, layout) : "";
-  Print(RenderComparison(comparison, options.format, {options.time_unit, layout}) + drawn, options.output);
+  const std::string text = RenderComparison(comparison, options.format, {options.time_unit, layout}) + drawn;
+  Print(options.format == TableFormat::kCsv ? CsvFor(StandardOutput(), text) : text, options.output);
   const bool worse = std::any_of(comparison.cells.begin(), comparison.cells.end(),
                                  [](const CellComparison& cell) { return cell.change == ComparisonResult::kWorse; });
   return options.fail_if_worse && worse ? ExitCode::kWorse : ExitCode::kOk;
@@ -68,11 +69,7 @@ void AddCompareCommand(const app::Command& program, Invocation* invocation) {
   command.AddFlag("--fail-if-worse", options->fail_if_worse,
                   "Exit with " + std::to_string(static_cast<int>(ExitCode::kWorse)) +
                       " where B is worse in any of the comparisons");
-  command.AddChoice<ComparisonFormat>("--format", options->format, "text, markdown or json (default text)",
-                                      {{"text", ComparisonFormat::kText},
-                                       {"markdown", ComparisonFormat::kMarkdown},
-                                       {"md", ComparisonFormat::kMarkdown},
-                                       {"json", ComparisonFormat::kJson}});
+  AddFormatOption(command, &options->format);
   AddPlotOptions(command, "the times of both, problem by problem,", &options->plot);
   AddTimeUnitOption(command, &options->time_unit);
   AddOutputOptions(command, &options->output);

@@ -28,7 +28,7 @@ namespace {
 struct DatasetOptions {
   std::optional<std::string> folder;
   bool check = false;
-  ListingFormat format = ListingFormat::kText;
+  TableFormat format = TableFormat::kText;
 };
 
 ExitCode CheckHashes(const std::filesystem::path& folder, const DatasetOptions& options) {
@@ -93,15 +93,17 @@ std::string OrderNote(const RobotModel& robot) {
 }
 
 // CSV contains one table, as for every command; the other formats include the joints.
-std::string RenderInfo(const Listing& listing, const RobotModel& robot, ListingFormat format) {
-  if (format == ListingFormat::kCsv) return CsvFor(StandardOutput(), RenderListing(listing, format));
+std::string RenderInfo(const Listing& listing, const RobotModel& robot, TableFormat format) {
+  if (format == TableFormat::kCsv) return CsvFor(StandardOutput(), RenderListing(listing, format));
   const Listing joints = JointListing(robot);
-  if (format == ListingFormat::kJson) {
+  if (format == TableFormat::kJson) {
     nlohmann::ordered_json json = ListingToJson(listing);
     json[0]["joints"] = ListingToJson(joints);
     return Dump(json, 2) + "\n";
   }
-  return RenderListing(listing, format) + "\n" + RenderListing(joints, format) + "\n" + OrderNote(robot) + "\n";
+  Table order = TableOf(joints);
+  order.notes = {{OrderNote(robot)}};
+  return RenderTables({TableOf(listing), order}, format);
 }
 
 ExitCode Info(const DatasetOptions& options) {
@@ -147,7 +149,7 @@ ExitCode Check(const CheckOptions& options) {
   if (options.json) {
     std::cout << JsonText(DatasetFindingsToJson(findings)) << "\n";
   } else {
-    std::cout << RenderDatasetFindings(findings, LayoutOf({}));
+    std::cout << RenderTable(TableOf(findings), TableFormat::kText, LayoutOf({}));
   }
   if (!AnyError(findings)) return ExitCode::kOk;
   throw ClientError(ExitCode::kUsage, dataset->folder().string() +

@@ -251,20 +251,25 @@ std::vector<DoctorDiagnostic> Diagnose(const DiagnosisOptions& options) {
   return findings;
 }
 
-std::string RenderFindings(const std::vector<DoctorDiagnostic>& findings, ListingFormat format,
+std::string RenderFindings(const std::vector<DoctorDiagnostic>& findings, TableFormat format,
                            const TextLayout& layout) {
-  Listing listing;
-  if (format != ListingFormat::kText) {
-    listing.columns = {"check", "state", "detail", "fix"};
-    for (const auto& f : findings) listing.rows.push_back({f.check, std::string(StateWord(f.state)), f.detail, f.fix});
-    return RenderListing(listing, format);
-  }
-  std::vector<std::vector<std::string>> lines;
+  const bool text = format == TableFormat::kText;
+  Table table;
+  table.has_headings = !text;
+  const auto column = [](const char* name) { return TableColumn{name, "", "", Alignment::kLeft}; };
+  table.columns = text ? std::vector{column("state"), column("check"), column("detail")}
+                       : std::vector{column("check"), column("state"), column("detail"), column("fix")};
   for (const auto& finding : findings) {
-    lines.push_back({std::string(StateWord(finding.state)), finding.check, app::Printable(finding.detail)});
-    if (!finding.fix.empty()) lines.push_back({"", "", "-> " + app::Printable(finding.fix)});
+    const TableCell state = TextCell(std::string(StateWord(finding.state))), check = TextCell(finding.check),
+                    detail = TextCell(finding.detail);
+    if (!text) {
+      table.rows.push_back({{check, state, detail, TextCell(finding.fix)}});
+      continue;
+    }
+    table.rows.push_back({{state, check, detail}});
+    if (!finding.fix.empty()) table.rows.push_back({{TextCell(""), TextCell(""), TextCell("-> " + finding.fix)}});
   }
-  return AlignSentences(lines, layout.width);
+  return RenderTable(table, format, layout);
 }
 
 ExitCode WorstOf(const std::vector<DoctorDiagnostic>& findings) {

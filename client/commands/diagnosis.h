@@ -32,8 +32,7 @@ struct DiagnosisOptions {
 std::vector<DoctorDiagnostic> Diagnose(const DiagnosisOptions& options);
 
 /// Renders lines such as "ok    multicast route  through lo"; a failed check or warning is followed by its fix.
-std::string RenderFindings(const std::vector<DoctorDiagnostic>& findings, ListingFormat format,
-                           const TextLayout& layout);
+std::string RenderFindings(const std::vector<DoctorDiagnostic>& findings, TableFormat format, const TextLayout& layout);
 
 /// Returns kOk if no check failed, else the code of the first failure. Warnings do not count.
 ExitCode WorstOf(const std::vector<DoctorDiagnostic>& findings);

@@ -12,13 +12,13 @@ namespace {
 
 struct DoctorOptions {
   DiagnosisOptions diagnosis;
-  ListingFormat format = ListingFormat::kText;
+  TableFormat format = TableFormat::kText;
 };
 
 ExitCode Doctor(const DoctorOptions& options) {
   const auto findings = Diagnose(options.diagnosis);
   const std::string text = RenderFindings(findings, options.format, LayoutOf({}));
-  std::cout << (options.format == ListingFormat::kCsv ? CsvFor(StandardOutput(), text) : text);
+  std::cout << (options.format == TableFormat::kCsv ? CsvFor(StandardOutput(), text) : text);
   return WorstOf(findings);
 }
 

@@ -60,7 +60,7 @@ void AddEvaluateCommand(const app::Command& program, Invocation* invocation) {
   AddRuleOption(command, &options->rule, "literal");
   command.AddFlag("--exhaustive", options->exhaustive,
                   "Compare all meshes exactly, without culling: slow, same results");
-  AddTableFormatOption(command, &options->format);
+  AddFormatOption(command, &options->format);
   AddTimeUnitOption(command, &options->time_unit);
   AddOutputOptions(command, &options->output);
   command.WhenChosen([=] { invocation->body = [options] { return Evaluate(*options); }; });

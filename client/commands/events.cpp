@@ -68,11 +68,11 @@ std::string LineOf(const Listing& events, std::size_t row) {
   return app::Printable(detail.empty() ? line : line + ": " + detail);
 }
 
-void PrintLines(const Listing& events, ListingFormat format) {
+void PrintLines(const Listing& events, TableFormat format) {
   const nlohmann::ordered_json objects =
-      format == ListingFormat::kJson ? ListingToJson(events) : nlohmann::ordered_json();
+      format == TableFormat::kJson ? ListingToJson(events) : nlohmann::ordered_json();
   for (std::size_t row = 0; row < events.rows.size(); ++row) {
-    std::cout << (format == ListingFormat::kJson ? Dump(objects.at(row)) : LineOf(events, row)) << std::endl;
+    std::cout << (format == TableFormat::kJson ? Dump(objects.at(row)) : LineOf(events, row)) << std::endl;
   }
 }
 
@@ -101,7 +101,7 @@ ExitCode Follow(ResultSource& source, const EventsOptions& options, std::int64_t
 }
 
 ExitCode Events(const EventsOptions& options) {
-  const bool lines = options.listing.format == ListingFormat::kText || options.listing.format == ListingFormat::kJson;
+  const bool lines = options.listing.format == TableFormat::kText || options.listing.format == TableFormat::kJson;
   if (options.follow && !lines) {
     throw ClientError(ExitCode::kUsage, "--follow prints text or json, one event per line");
   }

@@ -52,7 +52,7 @@ void PrintReport(const ImportReport& report, const std::string& out, bool json) 
     std::cout << JsonText(document) << "\n";
     return;
   }
-  std::cout << RenderDatasetFindings(report.findings, LayoutOf({}));
+  std::cout << RenderTable(TableOf(report.findings), TableFormat::kText, LayoutOf({}));
   if (!AnyError(report.findings))
     std::cout << "dataset " << report.content_hash << " in " << app::Printable(out) << "\n";
 }

@@ -65,7 +65,7 @@ ExitCode ShowLogs(const ShowOptions& options) {
   }
   const Listing attempts = ReadAttempts(*source, options.job);
   const Listing events = ReadEvents(*source, options.job);
-  if (options.listing.format == ListingFormat::kJson) {
+  if (options.listing.format == TableFormat::kJson) {
     auto json = ListingToJson(job).at(0);
     json["attempt_list"] = ListingToJson(attempts);
     json["events"] = ListingToJson(events);
@@ -76,7 +76,7 @@ ExitCode ShowLogs(const ShowOptions& options) {
   std::string text = RenderFields(job, 0, layout);
   for (std::size_t i = 0; i < attempts.rows.size(); ++i) text += AttemptText(attempts, i);
   if (attempts.rows.empty()) text += "\nNo attempt has been begun.\n";
-  if (!events.rows.empty()) text += "\nEvents\n" + RenderListing(events, ListingFormat::kText, layout);
+  if (!events.rows.empty()) text += "\nEvents\n" + RenderListing(events, TableFormat::kText, layout);
   Print(text, options.listing.output);
   return ExitCode::kOk;
 }

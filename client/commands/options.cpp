@@ -47,13 +47,15 @@ void AddSourceOptions(const app::Command& command, SourceOptions* options) {
   AddNetworkOptions(command, &options->network);
 }
 
-void AddFormatOption(const app::Command& command, ListingFormat* format) {
-  command.AddChoice<ListingFormat>("--format", *format, "text, markdown, csv or json (default text)",
-                                   {{"text", ListingFormat::kText},
-                                    {"markdown", ListingFormat::kMarkdown},
-                                    {"md", ListingFormat::kMarkdown},
-                                    {"csv", ListingFormat::kCsv},
-                                    {"json", ListingFormat::kJson}});
+void AddFormatOption(const app::Command& command, TableFormat* format) {
+  command.AddChoice<TableFormat>("--format", *format, "text, markdown, latex, csv or json (default text)",
+                                 {{"text", TableFormat::kText},
+                                  {"markdown", TableFormat::kMarkdown},
+                                  {"md", TableFormat::kMarkdown},
+                                  {"latex", TableFormat::kLatex},
+                                  {"tex", TableFormat::kLatex},
+                                  {"csv", TableFormat::kCsv},
+                                  {"json", TableFormat::kJson}});
 }
 
 void AddLayoutOptions(const app::Command& command, OutputOptions* options) {
@@ -82,17 +84,17 @@ void AddTimeUnitOption(const app::Command& command, TimeUnit* unit) {
                               {{"s", kSeconds}, {"ms", kMilliseconds}, {"us", kMicroseconds}});
 }
 
-void PrintListing(const Listing& listing, const ListingOptions& options) {
-  const TextLayout layout = LayoutOf(options.output);
-  const std::string text = options.columns.empty()
-                               ? RenderListing(listing, options.format, layout)
-                               : RenderListing(KeepColumns(listing, options.columns), options.format, layout);
-  Print(options.format == ListingFormat::kCsv ? CsvFor(StandardOutput(), text) : text, options.output);
+void PrintTable(const Table& table, const ListingOptions& options) {
+  const Table& shown = options.columns.empty() ? table : KeepColumns(table, options.columns);
+  const std::string text = RenderTable(shown, options.format, LayoutOf(options.output));
+  Print(options.format == TableFormat::kCsv ? CsvFor(StandardOutput(), text) : text, options.output);
 }
 
-void PrintPlain(const Listing& listing, ListingFormat format) {
+void PrintListing(const Listing& listing, const ListingOptions& options) { PrintTable(TableOf(listing), options); }
+
+void PrintPlain(const Listing& listing, TableFormat format) {
   const std::string text = RenderListing(listing, format);
-  std::cout << (format == ListingFormat::kCsv ? CsvFor(StandardOutput(), text) : text) << std::flush;
+  std::cout << (format == TableFormat::kCsv ? CsvFor(StandardOutput(), text) : text) << std::flush;
 }
 
 void AddPlotOptions(const app::Command& command, const std::string& what, PlotOptions* options) {
@@ -114,17 +116,6 @@ std::string DrawPlot(const Plot& plot, const PlotOptions& options, const TextLay
   if (!options.svg.empty()) ReplaceFile(options.svg, RenderPlotImage(plot, ImageFormat::kSvg));
   if (!options.png.empty()) ReplaceFile(options.png, RenderPlotImage(plot, ImageFormat::kPng));
   return options.text ? "\n" + RenderPlotText(plot, layout) : "";
-}
-
-void AddTableFormatOption(const app::Command& command, TableFormat* format) {
-  command.AddChoice<TableFormat>("--format", *format, "text, markdown, latex, csv or json (default text)",
-                                 {{"text", TableFormat::kText},
-                                  {"markdown", TableFormat::kMarkdown},
-                                  {"md", TableFormat::kMarkdown},
-                                  {"latex", TableFormat::kLatex},
-                                  {"tex", TableFormat::kLatex},
-                                  {"csv", TableFormat::kCsv},
-                                  {"json", TableFormat::kJson}});
 }
 
 void AddRuleOption(const app::Command& command, std::optional<Rule>* rule, const std::string& by_default) {

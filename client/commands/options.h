@@ -23,15 +23,15 @@ namespace legopt::client {
 void AddNetworkOptions(const app::Command& command, NetworkOptions* options);
 /// Adds --db and the network options.
 void AddSourceOptions(const app::Command& command, SourceOptions* options);
-/// Adds --format text|markdown|csv|json.
-void AddFormatOption(const app::Command& command, ListingFormat* format);
+/// Adds --format text|markdown|latex|csv|json.
+void AddFormatOption(const app::Command& command, TableFormat* format);
 /// Adds --width, --color auto|always|never.
 void AddLayoutOptions(const app::Command& command, OutputOptions* options);
 /// Adds the layout options and --no-pager, for output that may go through a pager.
 void AddOutputOptions(const app::Command& command, OutputOptions* options);
 /// Output options of a listing; see PrintListing.
 struct ListingOptions {
-  ListingFormat format = ListingFormat::kText;
+  TableFormat format = TableFormat::kText;
   std::vector<std::string> columns;  ///< columns to show, in this order; empty: all
   OutputOptions output;
 };
@@ -39,8 +39,6 @@ struct ListingOptions {
 void AddListingOptions(const app::Command& command, ListingOptions* options);
 /// Adds --time-unit s|ms|us.
 void AddTimeUnitOption(const app::Command& command, TimeUnit* unit);
-/// Adds --format text|markdown|latex|csv|json.
-void AddTableFormatOption(const app::Command& command, TableFormat* format);
 /// Adds --format text|json.
 void AddTextOrJsonOption(const app::Command& command, bool* json);
 /// Adds --patience, for commands that wait for an experiment.
@@ -73,12 +71,13 @@ void AddRuleOption(const app::Command& command, std::optional<Rule>* rule,
 /// Adds --dataset.
 void AddDatasetOption(const app::Command& command, std::optional<std::string>* dataset);
 
-/// Prints a listing on standard output, through the pager if it is long. Throws ClientError (kUsage) for an unknown
+/// Prints a table on standard output, through the pager if it is long. Throws ClientError (kUsage) for an unknown
 /// column.
+void PrintTable(const Table& table, const ListingOptions& options);
 void PrintListing(const Listing& listing, const ListingOptions& options);
 
 /// Prints a listing on standard output without layout; control characters of CSV are escaped on a terminal.
-void PrintPlain(const Listing& listing, ListingFormat format);
+void PrintPlain(const Listing& listing, TableFormat format);
 
 /// Common options of `run` and `submit`: the suite, its filters, and the dataset.
 struct SuiteOptions {

@@ -40,8 +40,8 @@ void RequireStatement(const std::string& sql) {
 
 // Rows of a file are streamed to a pipe or file; all other output is formatted in memory as a whole.
 bool Streams(const QueryOptions& options) {
-  const ListingFormat format = options.listing.format;
-  return options.source.db && (format == ListingFormat::kCsv || format == ListingFormat::kJson) &&
+  const TableFormat format = options.listing.format;
+  return options.source.db && (format == TableFormat::kCsv || format == TableFormat::kJson) &&
          !StandardOutput().is_terminal;
 }
 
@@ -65,8 +65,7 @@ ExitCode StreamRows(const QueryOptions& options, ResultSource& source) {
   limits.max_rows = options.max_rows ? *options.max_rows : std::numeric_limits<std::int64_t>::max();
   limits.limit_s = options.limit_s.value_or(ResultSource::kDefaultLimit_s);
   limits.time_is_per_row = !options.limit_s;
-  const bool csv = options.listing.format == ListingFormat::kCsv;
-  ListingWriter writer(csv ? ListingWriter::Format::kCsv : ListingWriter::Format::kJson, options.listing.columns);
+  ListingWriter writer(options.listing.format, options.listing.columns);
   return source.Stream(options.sql, limits, writer) ? ReportRowLimit(limits.max_rows) : ExitCode::kOk;
 }
 

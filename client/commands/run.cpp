@@ -317,7 +317,7 @@ void AddRunCommand(const app::Command& program, Invocation* invocation) {
   command.AddFlag("--any-build", options->any_build,
                   "Continue an experiment that another build started; tables then name both builds");
   AddGiveUpOption(command, &options->give_up_s);
-  AddTableFormatOption(command, &options->format);
+  AddFormatOption(command, &options->format);
   AddRuleOption(command, &options->rule);
   AddTimeUnitOption(command, &options->time_unit);
   AddLayoutOptions(command, &options->output);

@@ -46,7 +46,7 @@ std::string RenderText(const Listing& job, const Listing& result, const Listing&
   Listing table = attempts;
   table.columns.pop_back();
   for (auto& row : table.rows) row.pop_back();
-  text += "\nAttempts\n" + (table.rows.empty() ? "none\n" : RenderListing(table, ListingFormat::kText, layout));
+  text += "\nAttempts\n" + (table.rows.empty() ? "none\n" : RenderListing(table, TableFormat::kText, layout));
   for (std::size_t i = 0; i < attempts.rows.size(); ++i) {
     const auto& tail = attempts.At(i, "log_tail");
     if (!tail.is_string() || tail.get<std::string>().empty()) continue;
@@ -65,7 +65,7 @@ ExitCode ShowJob(const ShowOptions& options) {
   }
   const Listing result = source->Query("SELECT " + db::ShownResultColumns() + " FROM results WHERE job_id = " + id);
   const Listing attempts = ReadAttempts(*source, options.job);
-  if (options.listing.format != ListingFormat::kJson) {
+  if (options.listing.format != TableFormat::kJson) {
     Print(RenderText(job, result, attempts, LayoutOf(options.listing.output)), options.listing.output);
     return ExitCode::kOk;
   }
@@ -84,8 +84,8 @@ void RequireTrace(const ShowOptions& options) {
   };
   if (options.out) refuse("--out");
   if (!options.listing.columns.empty()) refuse("--columns");
-  if (options.listing.format == ListingFormat::kMarkdown) refuse("--format markdown");
-  if (options.listing.format == ListingFormat::kCsv) refuse("--format csv");
+  if (options.listing.format == TableFormat::kMarkdown) refuse("--format markdown");
+  if (options.listing.format == TableFormat::kCsv) refuse("--format csv");
 }
 
 ExitCode Show(const ShowOptions& options) {

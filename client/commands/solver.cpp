@@ -24,7 +24,7 @@ namespace {
 struct SolverFlags {
   std::string declaration;
   std::optional<std::string> dataset;
-  ListingFormat format = ListingFormat::kText;
+  TableFormat format = TableFormat::kText;
 };
 
 ExitCode CheckDeclared(const SolverFlags& flags) {
@@ -39,7 +39,7 @@ ExitCode CheckDeclared(const SolverFlags& flags) {
     passed = passed && finding.passed;
   }
   const external::Declaration& declaration = solvers.declarations().front();
-  if (flags.format == ListingFormat::kText) {
+  if (flags.format == TableFormat::kText) {
     std::cout << "solver '" << declaration.name << "', hash " << declaration.hash << "\n\n";
   }
   PrintPlain(listing, flags.format);

@@ -19,7 +19,7 @@ struct StatusOptions {
   bool counters = false;
   std::optional<std::int64_t> experiment;
   SourceOptions source;
-  ListingFormat format = ListingFormat::kText;
+  TableFormat format = TableFormat::kText;
   OutputOptions output;
 };
 
@@ -87,15 +87,15 @@ std::string CountersText(const nlohmann::json& status, const TextLayout& layout)
       if (value != 0) counters.rows.push_back({name, value});
     }
   }
-  return "\nRequests since the server's start:\n" + RenderListing(requests, ListingFormat::kText, layout) +
-         "\nOther counters (zeros are omitted):\n" + RenderListing(counters, ListingFormat::kText, layout);
+  return "\nRequests since the server's start:\n" + RenderListing(requests, TableFormat::kText, layout) +
+         "\nOther counters (zeros are omitted):\n" + RenderListing(counters, TableFormat::kText, layout);
 }
 
 std::string TextForPeople(const std::vector<ExperimentStatus>& experiments, const nlohmann::json& status,
                           const StatusOptions& options) {
   const TextLayout layout = LayoutOf(options.output);
   std::string text = experiments.empty() ? "No experiments yet; submit one with 'legopt submit SUITE'\n"
-                                         : RenderExperiments(experiments, layout.width);
+                                         : RenderTable(ExperimentTable(experiments), TableFormat::kText, layout);
   if (const Listing running = RunningListing(experiments); !running.rows.empty()) {
     text += "\n" + RenderListing(running, options.format, layout);
   }
@@ -103,7 +103,8 @@ std::string TextForPeople(const std::vector<ExperimentStatus>& experiments, cons
   if (!options.experiment) {
     const auto workers = status.value("workers", nlohmann::json::array());
     text += "\n";
-    text += workers.empty() ? "No workers; start some with 'legopt-worker'\n" : RenderWorkers(workers, layout.width);
+    text += workers.empty() ? "No workers; start some with 'legopt-worker'\n"
+                            : RenderTable(WorkerTable(workers), TableFormat::kText, layout);
   }
   return options.counters ? text + CountersText(status, layout) : text;
 }
@@ -137,20 +138,21 @@ ExitCode StatusOfServer(const StatusOptions& options) {
     std::cerr << "legopt: warning: the disk with the server's database is nearly full: " << free << " MB are free\n";
   }
   switch (options.format) {
-    case ListingFormat::kJson:
+    case TableFormat::kJson:
       std::cout << JsonText(status) << "\n";
       break;
-    case ListingFormat::kText:
+    case TableFormat::kText:
       Print("Server " + app::Printable(probe.server_version) + " at " + server.address() + " on " +
                 app::Printable(probe.hostname) + " (pid " + std::to_string(probe.pid) + ", up " +
                 FormatDuration(std::chrono::microseconds(probe.uptime_us)) + "), database " +
                 app::Printable(probe.database) + "\n\n" + TextForPeople(experiments, status, options),
             options.output);
       break;
-    case ListingFormat::kMarkdown:
+    case TableFormat::kMarkdown:
+    case TableFormat::kLatex:
       PrintListings(experiments, status, options);
       break;
-    case ListingFormat::kCsv:
+    case TableFormat::kCsv:
       std::cout << CsvFor(StandardOutput(), RenderListing(listing, options.format));
   }
   return ExitCode::kOk;

@@ -74,7 +74,7 @@ std::string RenderPlot(const TableOptions& options, ResultSource* source) {
   return DrawPlot(ProfilePlot(table), options.plot, LayoutOf(options.output));
 }
 
-ExitCode Table(TableOptions options) {
+ExitCode PrintTables(TableOptions options) {
   const auto source = OpenResults(options.source);
   options.selection.rule = RuleFor(*source, options.selection.experiment, options.rule);
   const std::string drawn = RenderPlot(options, source.get());
@@ -89,7 +89,7 @@ void AddTableCommand(const app::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("table", "Print the benchmark table of an experiment");
   const auto options = std::make_shared<TableOptions>();
   command.AddOption("ID", options->selection.experiment, "Experiment (default: the newest)").Check(app::WholeNumber(1));
-  AddTableFormatOption(command, &options->format);
+  AddFormatOption(command, &options->format);
   AddRuleOption(command, &options->rule);
   AddCollisionOption(command, &options->selection.collision);
   const auto paper = command.AddFlag("--paper", options->paper, "Show the paper's Table I beside it");
@@ -122,7 +122,7 @@ void AddTableCommand(const app::Command& program, Invocation* invocation) {
   AddTimeUnitOption(command, &options->time_unit);
   AddOutputOptions(command, &options->output);
   AddSourceOptions(command, &options->source);
-  command.WhenChosen([=] { invocation->body = [options] { return Table(*options); }; });
+  command.WhenChosen([=] { invocation->body = [options] { return PrintTables(*options); }; });
 }
 
 }  // namespace legopt::client

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "app/printable.h"
-#include "client/report/grouped_table.h"
 #include "client/report/inner_starts.h"
 #include "client/report/json_text.h"
 #include "client/report/listing.h"
@@ -123,9 +122,8 @@ std::vector<Line> LinesOf(const CellComparison& cell, const TimeUnit& unit) {
 
 // Returns the properties of a method that both sides share, for titles of comparisons of several methods.
 std::string NameOf(const MethodIdentity& method) {
-  return method.name + ", " + FormatStarts(method.multi_starts, method.inner_starts).full +
-         " multi-starts, sample size " + std::to_string(method.sample_size) + " %, " +
-         std::string(ToString(method.collision)) + " obstacles";
+  return method.name + ", " + FormatStarts(method.multi_starts, method.inner_starts) + " multi-starts, sample size " +
+         std::to_string(method.sample_size) + " %, " + std::string(ToString(method.collision)) + " obstacles";
 }
 
 std::string RuleText(const Comparison& comparison) {
@@ -149,50 +147,6 @@ std::string Summary(const Comparison& comparison) {
          " comparisons better in " + std::to_string(counts[ComparisonResult::kBetter]) + ", worse in " +
          std::to_string(counts[ComparisonResult::kWorse]) + ", mixed in " +
          std::to_string(counts[ComparisonResult::kMixed]) + ".";
-}
-
-// Returns the texts above and below the comparisons.
-std::array<std::vector<std::string>, 2> Frame(const Comparison& comparison) {
-  std::array<std::vector<std::string>, 2> frame;
-  frame[0] = {"A: " + comparison.a.title, "B: " + comparison.b.title, DescribeComparison(comparison)};
-  for (const std::string& note : comparison.notes) frame[1].push_back("Note: " + note);
-  frame[1].push_back(RuleText(comparison));
-  frame[1].push_back(Summary(comparison));
-  for (auto& part : frame) {
-    for (std::string& text : part) text = app::Printable(text);
-  }
-  return frame;
-}
-
-std::string ComparisonText(const Comparison& comparison, const TableStyle& style) {
-  const auto [above, below] = Frame(comparison);
-  std::string text;
-  for (const std::string& line : above) text += Paragraph(line, style.layout);
-  for (const CellComparison& cell : comparison.cells) {
-    const Emphasis emphasis = cell.change == ComparisonResult::kWorse ? Emphasis::kBad : Emphasis::kBest;
-    text += "\n" + Paragraph(app::Printable(TitleOf(comparison, cell)), style.layout, emphasis);
-    text += AlignSentences(LinesOf(cell, style.time_unit), style.layout.width);
-  }
-  text += "\n";
-  for (const std::string& line : below) {
-    text += Paragraph(line, style.layout, &line == &below.back() ? Emphasis::kBest : Emphasis::kDim);
-  }
-  return text;
-}
-
-std::string ComparisonMarkdown(const Comparison& comparison, const TableStyle& style) {
-  const auto [above, below] = Frame(comparison);
-  std::string text;
-  for (const std::string& line : above) text += line + "\n\n";
-  for (const CellComparison& cell : comparison.cells) {
-    Listing listing;
-    listing.columns = {"figure", "B beside A"};
-    for (const Line& line : LinesOf(cell, style.time_unit)) listing.rows.push_back({line[0], line[1]});
-    text += "**" + app::Printable(TitleOf(comparison, cell)) + "**\n\n" +
-            RenderListing(listing, ListingFormat::kMarkdown) + "\n";
-  }
-  for (const std::string& line : below) text += line + (&line == &below.back() ? "\n" : "\n\n");
-  return text;
 }
 
 using Json = nlohmann::ordered_json;
@@ -285,6 +239,30 @@ Json CellJson(const CellComparison& cell) {
           {"slowest", ProblemsJson(cell.slowest)}};
 }
 
+// Adds the figures of a member; names of nested ones are joined: success_share_a, time_interval_lower.
+void AddFigures(const std::string& name, const Json& value, Listing* listing) {
+  if (value.is_object()) {
+    for (const auto& [key, member] : value.items()) AddFigures(name + "_" + key, member, listing);
+  } else if (name.ends_with("interval")) {
+    AddFigures(name + "_lower", value.is_null() ? Json() : value.at(0), listing);
+    AddFigures(name + "_upper", value.is_null() ? Json() : value.at(1), listing);
+  } else if (!value.is_array()) {  // the extreme problems are lists
+    if (listing->rows.size() == 1) listing->columns.push_back(name);
+    listing->rows.back().push_back(value);
+  }
+}
+
+// Returns one row per comparison, with all its figures.
+Listing Unrounded(const Comparison& comparison) {
+  Listing listing;
+  for (const CellComparison& cell : comparison.cells) {
+    listing.rows.emplace_back();
+    const Json figures = CellJson(cell);
+    for (const auto& [key, value] : figures.items()) AddFigures(key, value, &listing);
+  }
+  return listing;
+}
+
 }  // namespace
 
 std::string DescribePairs(const statistics::PairCounts& counts) {
@@ -294,9 +272,7 @@ std::string DescribePairs(const statistics::PairCounts& counts) {
 }
 
 std::string TitleOf(const Comparison& comparison, const CellComparison& cell) {
-  const TableGroup group = GroupOf(cell.column.task, cell.column.initialization);
-  return (SeveralMethods(comparison) ? NameOf(cell.a) + ": " : "") + group.section.full + ", " + group.title.full +
-         ": " + Verdict(cell);
+  return (SeveralMethods(comparison) ? NameOf(cell.a) + ": " : "") + ColumnTitle(cell.column) + ": " + Verdict(cell);
 }
 
 std::string DescribeComparison(const Comparison& comparison) {
@@ -327,16 +303,27 @@ nlohmann::ordered_json ComparisonJson(const Comparison& comparison) {
   return json;
 }
 
-std::string RenderComparison(const Comparison& comparison, ComparisonFormat format, const TableStyle& style) {
-  switch (format) {
-    case ComparisonFormat::kText:
-      return ComparisonText(comparison, style);
-    case ComparisonFormat::kMarkdown:
-      return ComparisonMarkdown(comparison, style);
-    case ComparisonFormat::kJson:
-      return JsonText(ComparisonJson(comparison)) + "\n";
+Table TableOf(const Comparison& comparison, const TimeUnit& unit) {
+  Table table;
+  table.title = {"A: " + comparison.a.title, "B: " + comparison.b.title, DescribeComparison(comparison)};
+  table.has_headings = false;
+  table.columns = {{"figure", "", "", Alignment::kLeft}, {"B beside A", "", "", Alignment::kLeft}};
+  for (const CellComparison& cell : comparison.cells) {
+    const Emphasis emphasis = cell.change == ComparisonResult::kWorse ? Emphasis::kBad : Emphasis::kBest;
+    for (const Line& line : LinesOf(cell, unit)) {
+      table.rows.push_back({{TextCell(line[0]), TextCell(line[1])}, TitleOf(comparison, cell), emphasis});
+    }
   }
-  return {};
+  for (const std::string& note : comparison.notes) table.notes.push_back({"Note: " + note});
+  table.notes.push_back({RuleText(comparison)});
+  table.notes.push_back({Summary(comparison), Emphasis::kBest});
+  return table;
+}
+
+std::string RenderComparison(const Comparison& comparison, TableFormat format, const TableStyle& style) {
+  if (format == TableFormat::kJson) return JsonText(ComparisonJson(comparison)) + "\n";
+  if (format == TableFormat::kCsv) return RenderListing(Unrounded(comparison), format);
+  return RenderTable(TableOf(comparison, style.time_unit), format, style.layout);
 }
 
 }  // namespace legopt::client

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
@@ -9,8 +8,6 @@
 #include "client/report/text_layout.h"
 
 namespace legopt::client {
-
-enum class ComparisonFormat : std::uint8_t { kText, kMarkdown, kJson };
 
 /// Returns e.g. "50: both 40, only A 2, only B 5, neither 3".
 std::string DescribePairs(const statistics::PairCounts& counts);
@@ -22,9 +19,12 @@ std::string TitleOf(const Comparison& comparison, const CellComparison& cell);
 /// Returns dataset, rule, builds and machines of both sides as sentences.
 std::string DescribeComparison(const Comparison& comparison);
 
-/// Renders a comparison as text or JSON. JSON has all figures unrounded, times in ms, null for infinite or undefined
-/// values.
-std::string RenderComparison(const Comparison& comparison, ComparisonFormat format, const TableStyle& style = {});
+/// Returns the comparisons as a table with a group of rows for each, with times in `unit`.
+Table TableOf(const Comparison& comparison, const TimeUnit& unit);
+
+/// Renders a comparison. CSV and JSON have all figures unrounded, times in ms, null for infinite or undefined values;
+/// CSV has one row per comparison.
+std::string RenderComparison(const Comparison& comparison, TableFormat format, const TableStyle& style = {});
 
 /// Returns the JSON as an object, to be inserted into a larger one.
 nlohmann::ordered_json ComparisonJson(const Comparison& comparison);

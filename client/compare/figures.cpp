@@ -5,7 +5,6 @@
 
 #include "app/printable.h"
 #include "client/compare/comparison_report.h"
-#include "client/report/grouped_table.h"
 #include "client/report/inner_starts.h"
 #include "legopt/types/number_text.h"
 
@@ -23,8 +22,8 @@ std::string NameOf(const StatisticsTable& table, const StatisticsRow& row) {
   const MethodIdentity& method = row.method;
   std::string name = row.title;
   if (differ(&MethodIdentity::multi_starts) || differ(&MethodIdentity::inner_starts)) {
-    name += ", " + FormatStarts(method.multi_starts, method.inner_starts).full +
-            (method.inner_starts > 0 ? "" : " restarts");
+    name +=
+        ", " + FormatStarts(method.multi_starts, method.inner_starts) + (method.inner_starts > 0 ? "" : " restarts");
   }
   if (differ(&MethodIdentity::sample_size)) name += ", sample " + std::to_string(method.sample_size) + " %";
   if (differ(&MethodIdentity::collision)) name += ", " + std::string(ToString(method.collision));
@@ -43,9 +42,8 @@ PlotSeries CurveOf(std::size_t entry, const statistics::StepCurve& curve) {
 
 PlotPanel ProfilePanel(const StatisticsTable& table, const BenchmarkColumn& column) {
   const statistics::PerformanceProfile& profile = table.columns.at(column).profile;
-  const TableGroup group = GroupOf(column.task, column.initialization);
   PlotPanel panel;
-  panel.title = group.section.full + ", " + group.title.full + ": " + std::to_string(profile.problems) +
+  panel.title = ColumnTitle(column) + ": " + std::to_string(profile.problems) +
                 (profile.problems == 1 ? " problem" : " problems");
   panel.x = {"time over that of the best method", true, 1.0, kMinSpan, false};
   panel.y = {"problems solved within it (%)", false, 0.0, kPercent, false};

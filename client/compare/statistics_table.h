@@ -91,6 +91,10 @@ StatisticsTable ReadStatisticsTable(ResultSource& source, const TableSelection& 
 /// machines.
 std::string CaptionOf(const std::string& what, const StatisticsTable& table);
 
+/// Returns one table per task and initialization, with times in `unit`; the first has the caption, the last one the
+/// explanation of the figures.
+std::vector<Table> TablesOf(const StatisticsTable& table, const TimeUnit& unit);
+
 /// Renders the statistics. Text, Markdown and LaTeX: one table per task and initialization. CSV and JSON: all figures
 /// unrounded, one row per method, task and initialization, times in ms; infinite or missing values are empty or null.
 std::string RenderStatisticsTable(const StatisticsTable& table, TableFormat format, const TableStyle& style = {});
@@ -99,7 +103,7 @@ std::string RenderStatisticsTable(const StatisticsTable& table, TableFormat form
 /// times the best time in the table. There is one row for each step of each method, task and initialization, in
 /// ascending order; every curve begins at ratio 1, with share 0 if the method is never the best. Columns:
 /// experiment_id, method_id, method, multi_starts, inner_starts, sample_size, incremental, collision, task,
-/// initialization, problems, ratio, share. Throws ClientError (kUsage) for LaTeX.
+/// initialization, problems, ratio, share.
 std::string RenderProfiles(const StatisticsTable& table, TableFormat format, const TextLayout& layout = {});
 
 /// Returns the JSON as an object, to be inserted into a larger one.

@@ -1,9 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "client/client_error.h"
 #include "client/compare/statistics_table.h"
-#include "client/report/grouped_table.h"
 #include "client/report/inner_starts.h"
 #include "client/report/json_text.h"
 #include "client/report/listing.h"
@@ -16,47 +14,46 @@ constexpr double kMsPerSecond = 1e3, kHundred = 100.0;
 
 std::string Decimal(double value, int decimals) { return FormatFixed(value, decimals); }
 
-std::string ShownTime(const std::optional<double>& time_ms, const TimeUnit& unit) {
-  if (!time_ms) return "-";
-  return std::isinf(*time_ms) ? "inf" : FormatTime(*time_ms / kMsPerSecond, unit);
+// Returns a time, "inf" if too many problems were not solved, a dash without problems.
+TableCell ShownTime(const std::optional<double>& time_ms, const TimeUnit& unit) {
+  if (!time_ms) return MissingCell();
+  return FigureCell(time_ms, std::isinf(*time_ms) ? "inf" : FormatTime(*time_ms / kMsPerSecond, unit));
 }
 
-std::string ShownCost(const std::optional<double>& cost) {
-  return cost && std::isinf(*cost) ? "inf" : FormatCost(cost);
+TableCell ShownCost(const std::optional<double>& cost) {
+  return FigureCell(cost, cost && std::isinf(*cost) ? "inf" : FormatCost(cost));
 }
 
 // Returns e.g. "49/50", "48.7/50" for several repetitions, "40/45 (5 missing)", "- (5 missing)".
-std::string ShownSuccess(const CellStatistics& cell) {
+TableCell ShownSuccess(const CellStatistics& cell) {
   const bool whole = cell.solved == std::floor(cell.solved);
   const std::string solved = cell.n == 0 ? "-" : Decimal(cell.solved, whole ? 0 : 1) + "/" + std::to_string(cell.n);
-  return solved + (cell.missing > 0 ? " (" + std::to_string(cell.missing) + " missing)" : "");
+  return TextCell(solved + (cell.missing > 0 ? " (" + std::to_string(cell.missing) + " missing)" : ""));
 }
 
-std::string ShownShare(int count, int of) { return of == 0 ? "-" : Decimal(kHundred * count / of, 0); }
+TableCell ShownShare(int count, int of) {
+  return PercentCell(of == 0 ? std::nullopt : std::optional(static_cast<double>(count) / of), 0);
+}
 
-std::string ShownRatio(const std::optional<double>& ratio) {
+std::vector<TableCell> ShownCell(const CellStatistics& cell, const TimeUnit& unit) {
   constexpr int kDigits = 2;
-  return ratio ? Decimal(*ratio, kDigits) : "-";
-}
-
-std::vector<TableText> ShownCell(const CellStatistics& cell, const TimeUnit& unit) {
   const std::string share =
       "[" + Decimal(kHundred * cell.share.lower, 1) + ", " + Decimal(kHundred * cell.share.upper, 1) + "]";
-  return {{ShownSuccess(cell)},
-          {cell.n == 0 ? "-" : share},
-          {ShownTime(cell.time_median_ms, unit)},
-          {ShownTime(cell.time_q95_ms, unit)},
-          {ShownTime(cell.common_time_ms, unit)},
-          {ShownRatio(cell.time_ratio)},
-          {ShownTime(cell.par10_ms, unit)},
-          {cell.mean_rank ? Decimal(*cell.mean_rank, 2) : "-"},
-          {ShownCost(cell.cost_median)},
-          {ShownCost(cell.cost_q95)},
-          {ShownCost(cell.common_cost)},
-          {ShownRatio(cell.cost_ratio)},
-          {ShownTime(cell.n == 0 ? std::nullopt : std::optional(cell.cpu_ms), kSeconds)},
-          {ShownShare(cell.contended, cell.reported)},
-          {cell.n == 0 ? "-" : std::to_string(cell.stopped)}};
+  return {ShownSuccess(cell),
+          cell.n == 0 ? MissingCell() : TextCell(share),
+          ShownTime(cell.time_median_ms, unit),
+          ShownTime(cell.time_q95_ms, unit),
+          ShownTime(cell.common_time_ms, unit),
+          RealCell(cell.time_ratio, kDigits),
+          ShownTime(cell.par10_ms, unit),
+          RealCell(cell.mean_rank, kDigits),
+          ShownCost(cell.cost_median),
+          ShownCost(cell.cost_q95),
+          ShownCost(cell.common_cost),
+          RealCell(cell.cost_ratio, kDigits),
+          ShownTime(cell.n == 0 ? std::nullopt : std::optional(cell.cpu_ms), kSeconds),
+          ShownShare(cell.contended, cell.reported),
+          cell.n == 0 ? MissingCell() : CountCell(cell.stopped)};
 }
 
 bool Differ(const std::vector<StatisticsRow>& rows, auto MethodIdentity::*figure) {
@@ -72,19 +69,18 @@ struct Keys {
       : incremental(Differ(table.rows, &MethodIdentity::incremental)),
         collision(Differ(table.rows, &MethodIdentity::collision)) {}
 
-  std::vector<TableText> Titles() const {
-    std::vector<TableText> titles = {{"Method"}, {"Multi-starts", "Starts"}, {"Sample size", "Sample"}};
-    if (incremental) titles.push_back({"Incremental", "Incr."});
-    if (collision) titles.push_back({"Collision"});
-    return titles;
+  std::vector<TableColumn> Columns() const {
+    std::vector<TableColumn> columns = MethodColumns();
+    if (incremental) columns.push_back({"incremental", "Incremental"});
+    if (collision) columns.push_back({"collision", "Collision"});
+    return columns;
   }
 
-  std::vector<TableText> Of(const StatisticsRow& row) const {
-    std::vector<TableText> cells = {{row.title},
-                                    FormatStarts(row.method.multi_starts, row.method.inner_starts),
-                                    {std::to_string(row.method.sample_size)}};
-    if (incremental) cells.push_back({row.method.incremental ? "yes" : "no"});
-    if (collision) cells.push_back({std::string(ToString(row.method.collision))});
+  std::vector<TableCell> Of(const StatisticsRow& row) const {
+    std::vector<TableCell> cells = {TextCell(row.title), ShownStarts(row.method.multi_starts, row.method.inner_starts),
+                                    CountCell(row.method.sample_size)};
+    if (incremental) cells.push_back({row.method.incremental, row.method.incremental ? "yes" : "no"});
+    if (collision) cells.push_back(TextCell(std::string(ToString(row.method.collision))));
     return cells;
   }
 };
@@ -140,40 +136,29 @@ std::string ColumnNote(const ColumnStatistics& column) {
          RanksNote(column);
 }
 
-// Returns the table of one task and initialization; the first table has the caption, the last one the note.
-GroupedTable Group(const StatisticsTable& table, const BenchmarkColumn& column, const TimeUnit& unit) {
-  const Keys keys(table);
-  const ColumnStatistics& common = table.columns.at(column);
-  const char* charged = TitleOfChargedMean(common.charge.rule);
-  GroupedTable grouped;
-  grouped.key_titles = keys.Titles();
-  grouped.column_titles = {{"Solved"},      {"95 %"},       {"Time median"}, {"Time 95 %"},   {"Time common"},
-                           {"Time ratio"},  {charged},      {"Rank"},        {"Cost median"}, {"Cost 95 %"},
-                           {"Cost common"}, {"Cost ratio"}, {"CPU (s)"},     {"Contended"},   {"Stopped"}};
-  grouped.groups = {GroupOf(column.task, column.initialization)};
-  for (const StatisticsRow& row : table.rows) {
-    const auto found = row.cells.find(column);
-    if (found == row.cells.end()) continue;
-    auto line = keys.Of(row);
-    const auto figures = ShownCell(found->second, unit);
-    line.insert(line.end(), figures.begin(), figures.end());
-    grouped.rows.push_back(std::move(line));
-  }
-  grouped.note = ColumnNote(common) + " A failure is charged " + DescribeCharge(common.charge, unit) + ".";
-  const bool first = column == table.columns.begin()->first, last = column == table.columns.rbegin()->first;
-  if (first) grouped.caption = CaptionOf("Statistics", table);
-  if (last) grouped.note += " " + Note(unit);
-  if (last) grouped.warning = ClockWarning(table.clock_stopped, table.experiment.id);
-  return MakePrintable(std::move(grouped));
-}
-
-template <class Render>
-std::string RenderGroups(const StatisticsTable& table, const TimeUnit& unit, const Render& render) {
-  std::string text;
-  for (const auto& [column, common] : table.columns) {
-    text += (text.empty() ? "" : "\n") + render(Group(table, column, unit));
-  }
-  return text;
+// Returns the columns of the figures of a task and initialization.
+std::vector<TableColumn> FigureColumns(const BenchmarkColumn& column, const Charge& charge) {
+  const std::string group = ColumnTitle(column);
+  std::vector<TableColumn> columns;
+  const auto add = [&](const std::string& name, const std::string& heading, const std::string& unit = {}) {
+    columns.push_back({name, heading, unit, Alignment::kRight, group});
+  };
+  add("solved", "Solved");
+  add("interval", "95 %");
+  add("time_median", "Time median");
+  add("time_q95", "Time 95 %");
+  add("time_common", "Time common");
+  add("time_ratio", "Time ratio");
+  add("par10", TitleOfChargedMean(charge.rule));
+  add("rank", "Rank");
+  add("cost_median", "Cost median");
+  add("cost_q95", "Cost 95 %");
+  add("cost_common", "Cost common");
+  add("cost_ratio", "Cost ratio");
+  add("cpu", "CPU", "s");
+  add("contended", "Contended");
+  add("stopped", "Stopped");
+  return columns;
 }
 
 nlohmann::ordered_json FiniteOrNull(const std::optional<double>& value) {
@@ -262,11 +247,6 @@ Listing ListingOf(const nlohmann::ordered_json& rows) {
   return listing;
 }
 
-// Renders the rows of the JSON; all experiments have the same columns.
-std::string RenderCsv(const StatisticsTable& table) {
-  return RenderListing(ListingOf(RowsJson(table)), ListingFormat::kCsv);
-}
-
 // Adds the steps of a method's curve.
 void AddSteps(const nlohmann::ordered_json& key, int problems, const statistics::StepCurve& curve,
               nlohmann::ordered_json* rows) {
@@ -342,37 +322,40 @@ nlohmann::ordered_json StatisticsTableJson(const StatisticsTable& table) {
   return json;
 }
 
-std::string RenderStatisticsTable(const StatisticsTable& table, TableFormat format, const TableStyle& style) {
-  switch (format) {
-    case TableFormat::kText:
-      return RenderGroups(table, style.time_unit, [&](const GroupedTable& t) { return RenderText(t, style.layout); });
-    case TableFormat::kMarkdown:
-      return RenderGroups(table, style.time_unit, RenderMarkdown);
-    case TableFormat::kLatex:
-      return RenderGroups(table, style.time_unit, RenderLatex);
-    case TableFormat::kCsv:
-      return RenderCsv(table);
-    case TableFormat::kJson:
-      return JsonText(StatisticsTableJson(table)) + "\n";
+std::vector<Table> TablesOf(const StatisticsTable& table, const TimeUnit& unit) {
+  const Keys keys(table);
+  std::vector<Table> tables;
+  for (const auto& [column, common] : table.columns) {
+    Table& shown = tables.emplace_back();
+    shown.columns = keys.Columns();
+    const auto figures = FigureColumns(column, common.charge);
+    shown.columns.insert(shown.columns.end(), figures.begin(), figures.end());
+    for (const StatisticsRow& row : table.rows) {
+      const auto found = row.cells.find(column);
+      if (found == row.cells.end()) continue;
+      auto& cells = shown.rows.emplace_back().cells;
+      cells = keys.Of(row);
+      const auto values = ShownCell(found->second, unit);
+      cells.insert(cells.end(), values.begin(), values.end());
+    }
+    shown.notes.push_back({ColumnNote(common) + " A failure is charged " + DescribeCharge(common.charge, unit) + "."});
   }
-  return {};
+  if (tables.empty()) return tables;
+  tables.front().title = {CaptionOf("Statistics", table)};
+  tables.back().notes.front().text += " " + Note(unit);
+  const std::string warning = ClockWarning(table.clock_stopped, table.experiment.id);
+  if (!warning.empty()) tables.back().notes.push_back({warning, Emphasis::kBad});
+  return tables;
+}
+
+std::string RenderStatisticsTable(const StatisticsTable& table, TableFormat format, const TableStyle& style) {
+  if (format == TableFormat::kJson) return JsonText(StatisticsTableJson(table)) + "\n";
+  if (format == TableFormat::kCsv) return RenderListing(ListingOf(RowsJson(table)), format);
+  return RenderTables(TablesOf(table, style.time_unit), format, style.layout);
 }
 
 std::string RenderProfiles(const StatisticsTable& table, TableFormat format, const TextLayout& layout) {
-  const Listing steps = ListingOf(ProfileRows(table));
-  switch (format) {
-    case TableFormat::kText:
-      return RenderListing(steps, ListingFormat::kText, layout);
-    case TableFormat::kMarkdown:
-      return RenderListing(steps, ListingFormat::kMarkdown);
-    case TableFormat::kCsv:
-      return RenderListing(steps, ListingFormat::kCsv);
-    case TableFormat::kJson:
-      return RenderListing(steps, ListingFormat::kJson);
-    case TableFormat::kLatex:
-      break;
-  }
-  throw ClientError(ExitCode::kUsage, "profiles are steps of curves, for plotting: --format csv or json, not latex");
+  return RenderListing(ListingOf(ProfileRows(table)), format, layout);
 }
 
 }  // namespace legopt::client

@@ -8,7 +8,6 @@
 #include "client/compare/statistics_table.h"
 #include "client/page/page_curves.h"
 #include "client/report/certified_counts.h"
-#include "client/report/grouped_table.h"
 #include "client/report/reading.h"
 #include "legopt/input/json.h"
 #include "legopt/types/job.h"
@@ -133,8 +132,7 @@ Json ColumnsJson(ResultSource& source, const SolvedExperiment& experiment, const
     const auto cells = CellsOf(experiment, methods, column);
     Json json = {{"task", ToString(column.task)},
                  {"initialization", ToString(column.initialization)},
-                 {"title", GroupOf(column.task, column.initialization).section.full + ", " +
-                               GroupOf(column.task, column.initialization).title.full}};
+                 {"title", ColumnTitle(column)}};
     json.update(DescribeColumn(cells));
     json["causes"] = Json::array();
     for (const SolveCell* cell : cells) {

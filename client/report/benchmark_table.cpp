@@ -1,7 +1,6 @@
 #include "client/report/benchmark_table.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <set>
@@ -72,34 +71,13 @@ class CellReader {
   std::size_t row_;
 };
 
-std::string Share(const JobCounts& counts) { return std::to_string(counts.solved) + "/" + std::to_string(counts.n); }
-std::string Share(const BenchmarkCell& cell) { return Share(JobCounts{cell.n, cell.solved}); }
-
-struct Remark {
-  std::int64_t count;
-  const char* word;
-  char letter;
-};
-
-std::array<Remark, 4> Remarks(const BenchmarkCell& cell) {
-  return {{{cell.dead, "dead", 'd'},
-           {cell.failed, "failed", 'f'},
-           {cell.cancelled, "cancelled", 'c'},
-           {cell.n - cell.finished, "left", 'l'}}};
-}
-
-std::string LongRemarks(const BenchmarkCell& cell) {
+// Returns e.g. "2 failed, 5 left"; empty for normal outcomes.
+std::string Remarks(const BenchmarkCell& cell) {
+  const std::pair<std::int64_t, const char*> counts[] = {
+      {cell.dead, "dead"}, {cell.failed, "failed"}, {cell.cancelled, "cancelled"}, {cell.n - cell.finished, "left"}};
   std::string remarks;
-  for (const auto& [count, word, letter] : Remarks(cell)) {
+  for (const auto& [count, word] : counts) {
     if (count > 0) remarks += (remarks.empty() ? "" : ", ") + std::to_string(count) + " " + word;
-  }
-  return remarks;
-}
-
-std::string BriefRemarks(const BenchmarkCell& cell) {
-  std::string remarks;
-  for (const auto& [count, word, letter] : Remarks(cell)) {
-    if (count > 0) remarks += " " + std::to_string(count) + letter;
   }
   return remarks;
 }
@@ -138,6 +116,15 @@ BenchmarkCell BenchmarkTable::Sum() const {
 
 std::string ColumnName(const BenchmarkColumn& column) {
   return std::string(ToString(column.task)) + "_" + std::string(ToString(column.initialization));
+}
+
+std::string ColumnTitle(const BenchmarkColumn& column) {
+  constexpr EnumArray<Initialization, const char*> kStarts = {{{"good init", "init in collision"}}};
+  return std::string(DescriptionOf(column.task).title) + ", " + kStarts[column.initialization];
+}
+
+std::vector<TableColumn> MethodColumns() {
+  return {{"method", "Method", "", Alignment::kLeft}, {"multi_starts", "Multi-starts"}, {"sample_size", "Sample size"}};
 }
 
 std::string BenchmarkCellsSql(std::int64_t experiment_id, Rule rule) {
@@ -217,14 +204,9 @@ std::string ClockWarning(std::int64_t clock_stopped, std::int64_t experiment_id)
          std::to_string(experiment_id) + " --time-limit' queues " + (clock_stopped == 1 ? "it" : "them") + " again.";
 }
 
-std::string FormatSuccess(const BenchmarkCell& cell) {
-  const std::string remarks = LongRemarks(cell);
-  return Share(cell) + (remarks.empty() ? "" : " (" + remarks + ")");
-}
+TableCell ShownSuccess(const BenchmarkCell& cell) { return SuccessCell(cell.solved, cell.n, Remarks(cell)); }
 
-std::string FormatBriefSuccess(const BenchmarkCell& cell) { return Share(cell) + BriefRemarks(cell); }
-
-std::string FormatCertifiedSuccess(const BenchmarkCell& cell) {
+TableCell ShownCertifiedSuccess(const BenchmarkCell& cell) {
   std::string rest;
   for (const Feasibility feasibility : {Feasibility::kOpen, Feasibility::kInfeasible}) {
     const JobCounts& counts = cell.by_feasibility[feasibility];
@@ -232,19 +214,10 @@ std::string FormatCertifiedSuccess(const BenchmarkCell& cell) {
     rest += (rest.empty() ? "" : ", ") + std::to_string(counts.solved) + " of " + std::to_string(counts.n) + " " +
             std::string(ToString(feasibility));
   }
-  const std::string remarks = LongRemarks(cell);
+  const std::string remarks = Remarks(cell);
   if (!rest.empty() && !remarks.empty()) rest += ", ";
-  rest += remarks;
-  return Share(cell.by_feasibility[Feasibility::kCertified]) + (rest.empty() ? "" : " (" + rest + ")");
-}
-
-std::string FormatBriefCertifiedSuccess(const BenchmarkCell& cell) {
-  std::string text = Share(cell.by_feasibility[Feasibility::kCertified]);
-  for (const Feasibility feasibility : {Feasibility::kOpen, Feasibility::kInfeasible}) {
-    const JobCounts& counts = cell.by_feasibility[feasibility];
-    if (counts.n > 0) text += " " + Share(counts) + ToString(feasibility).front();
-  }
-  return text + BriefRemarks(cell);
+  const JobCounts& certified = cell.by_feasibility[Feasibility::kCertified];
+  return SuccessCell(certified.solved, certified.n, rest + remarks);
 }
 
 }  // namespace legopt::client

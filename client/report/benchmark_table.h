@@ -23,8 +23,6 @@
 
 namespace legopt::client {
 
-enum class TableFormat { kText, kMarkdown, kLatex, kCsv, kJson };
-
 struct BenchmarkColumn {
   Task task{};
   Initialization initialization{};
@@ -120,6 +118,9 @@ struct BenchmarkTable {
 /// Returns e.g. "posture_in_collision".
 std::string ColumnName(const BenchmarkColumn& column);
 
+/// Returns e.g. "Posture generation, init in collision".
+std::string ColumnTitle(const BenchmarkColumn& column);
+
 /// Returns the statement that reads a table's cells: columns method_id, method, multi_starts, sample_size, collision,
 /// task, initialization, n, finished, solved, cost, time_s, experiment, dead, failed, cancelled, problems, repetitions,
 /// clock_stopped, taken_over, inner_starts.
@@ -155,16 +156,10 @@ void DisambiguateRows(const std::vector<std::int64_t>& method_ids, std::vector<R
 std::string FormatCost(const std::optional<double>& cost);
 /// Formats a time in `unit`, with three significant digits or all digits before the point.
 std::string FormatTime(const std::optional<double>& time_s, const TimeUnit& unit);
-/// Formats successes as "34/35", with abnormal outcomes in parentheses: "34/35 (1 dead)", "29/35 (2 failed, 5 left)".
-/// Brief: "34/35 1d", "29/35 2f 5l", explained by kSuccessLegend.
-std::string FormatSuccess(const BenchmarkCell& cell);
-std::string FormatBriefSuccess(const BenchmarkCell& cell);
-/// Formats successes over certified problems, followed by the other problems: "34/34 (0 of 1 open)". Brief: "34/34
-/// 0/1o", and i for infeasible.
-std::string FormatCertifiedSuccess(const BenchmarkCell& cell);
-std::string FormatBriefCertifiedSuccess(const BenchmarkCell& cell);
-inline constexpr char kCertifiedLegend[] = "Solved of certified problems; o solved of open ones, i of infeasible ones.";
-inline constexpr char kSuccessLegend[] = "Behind n: d dead, f failed to run, c cancelled, l left to do.";
+/// Returns successes as "34/35", with abnormal outcomes in parentheses: "34/35 (1 dead)", "29/35 (2 failed, 5 left)".
+TableCell ShownSuccess(const BenchmarkCell& cell);
+/// Returns successes over certified problems, followed by the other problems: "34/34 (0 of 1 open)".
+TableCell ShownCertifiedSuccess(const BenchmarkCell& cell);
 
 /// Returns the note below a table with jobs stopped by the wall-time limit; empty if there are none.
 std::string ClockWarning(std::int64_t clock_stopped, std::int64_t experiment_id);
@@ -175,11 +170,17 @@ struct TableStyle {
   TextLayout layout = {};
 };
 
+/// Returns the columns that identify a method: name, multi-starts, sample size.
+std::vector<TableColumn> MethodColumns();
+
+/// Returns the table in the paper's layout, with times in `unit`.
+Table TableOf(const BenchmarkTable& table, const TimeUnit& unit);
+
 /// Renders a table, with a final newline. All formats have the same rows, counts and means:
-/// * text, Markdown and LaTeX (booktabs) have the paper's layout, with the formatting functions above and "-" if
-///   nothing was solved. The header contains the time unit; the paper's figures are on a separate line below each row.
-///   With colour, cells with dead or failed jobs are red; the largest share of solved problems in a column is bold, and
-///   so are the lowest cost and time among the rows with that share;
+/// * text, Markdown and LaTeX have the paper's layout, with the formatting functions above and "-" if nothing was
+///   solved. The paper's figures are on a separate line below each row. With colour, cells with dead or failed jobs are
+///   red; the largest share of solved problems in a column is bold, and so are the lowest cost and time among the rows
+///   with that share;
 /// * CSV and JSON contain the same cells unrounded, times in seconds, and empty or null if nothing was solved. CSV has
 ///   the same columns for every experiment: posture_good_n, ..._problems, ..._repetitions, ..._finished, ..._solved,
 ///   ..._dead, ..._failed, ..._cancelled, ..._clock_stopped, ..._taken_over, ..._cost, ..._time_s, and equal ones for

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "client/report/benchmark_table.h"
-#include "client/report/grouped_table.h"
 #include "client/report/inner_starts.h"
 #include "client/report/json_text.h"
 
@@ -111,13 +110,13 @@ std::map<BenchmarkColumn, Best> FindBest(const BenchmarkTable& table) {
 }
 
 // Returns success, cost and time of a cell; `best` is nullptr for cells that do not compete.
-std::array<TableText, 3> ShownCell(const BenchmarkTable& table, const BenchmarkCell& cell, const TimeUnit& unit,
+std::array<TableCell, 3> ShownCell(const BenchmarkTable& table, const BenchmarkCell& cell, const TimeUnit& unit,
                                    const Best* best) {
   // The paper's figures have no certificate.
   const bool certified = table.certified && cell.by_feasibility != BenchmarkCell{}.by_feasibility;
-  const TableText success = certified ? TableText{FormatCertifiedSuccess(cell), FormatBriefCertifiedSuccess(cell)}
-                                      : TableText{FormatSuccess(cell), FormatBriefSuccess(cell)};
-  std::array<TableText, 3> shown = {{success, {FormatCost(cell.cost)}, {FormatTime(cell.time_s, unit)}}};
+  std::array<TableCell, 3> shown = {certified ? ShownCertifiedSuccess(cell) : ShownSuccess(cell),
+                                    FigureCell(cell.cost, FormatCost(cell.cost)),
+                                    FigureCell(cell.time_s, FormatTime(cell.time_s, unit))};
   if (best != nullptr && cell.solved > 0 && ShareOf(table.Counted(cell)) == best->share) {
     shown[0].emphasis = Emphasis::kBest;
     if (cell.cost && cell.cost == best->cost) shown[1].emphasis = Emphasis::kBest;
@@ -128,20 +127,19 @@ std::array<TableText, 3> ShownCell(const BenchmarkTable& table, const BenchmarkC
 }
 
 // Returns a displayed line: `name` and the other keys of the row, then success, cost and time of each column.
-std::vector<TableText> ShownLine(const BenchmarkTable& table, const BenchmarkRow& row, const std::string& name,
-                                 const Cells& cells, const TimeUnit& unit,
-                                 const std::map<BenchmarkColumn, Best>& best) {
+TableRow ShownLine(const BenchmarkTable& table, const BenchmarkRow& row, const std::string& name, const Cells& cells,
+                   const TimeUnit& unit, const std::map<BenchmarkColumn, Best>& best) {
   const bool own = &cells == &row.cells;  // false: the paper's line
-  std::vector<TableText> line = {
-      {name}, FormatStarts(row.multi_starts, own ? row.inner_starts : 0), {std::to_string(row.sample_size)}};
-  if (table.shows_collision()) line.push_back({std::string(ToString(row.collision))});
+  TableRow line{
+      {TextCell(name), ShownStarts(row.multi_starts, own ? row.inner_starts : 0), CountCell(row.sample_size)}};
+  if (table.shows_collision()) line.cells.push_back(TextCell(std::string(ToString(row.collision))));
   for (const auto& column : table.columns) {
     const auto found = cells.find(column);
     const auto rival = best.find(column);
     const auto shown = found == cells.end()
-                           ? std::array<TableText, 3>{{{"-"}, {"-"}, {"-"}}}
+                           ? std::array{MissingCell(), MissingCell(), MissingCell()}
                            : ShownCell(table, found->second, unit, rival == best.end() ? nullptr : &rival->second);
-    line.insert(line.end(), shown.begin(), shown.end());
+    line.cells.insert(line.cells.end(), shown.begin(), shown.end());
   }
   return line;
 }
@@ -172,33 +170,9 @@ std::string OtherRuleNote(const BenchmarkTable& table) {
   return " Solved by the " + std::string(ToString(*table.other_rule)) + " rule: " + text + ".";
 }
 
-GroupedTable Group(const BenchmarkTable& table, const TimeUnit& unit, const std::string& time_title) {
-  GroupedTable grouped;
-  grouped.caption = Caption(table);
-  grouped.key_titles = {{"Method"}, {"Multi-starts", "Starts"}, {"Sample size", "Sample"}};
-  if (table.shows_collision()) grouped.key_titles.push_back({"Collision"});
-  grouped.column_titles = {{"Success", "Solved"}, {"Cost"}, {time_title, unit.name}};
-  grouped.note = kMeansNote;
-  grouped.legend = "Time in " + std::string(unit.name) + ", sample size in percent.";
-  const BenchmarkCell sum = table.Sum();
-  if (sum.finished < sum.n || sum.dead + sum.failed + sum.cancelled > 0) {
-    grouped.legend += " " + std::string(kSuccessLegend);
-  }
-  for (const auto& [task, initialization] : table.columns) grouped.groups.push_back(GroupOf(task, initialization));
-  if (table.certified && sum.by_feasibility[Feasibility::kCertified].n < sum.n) {
-    grouped.legend += " " + std::string(kCertifiedLegend);
-  }
-  const auto best = FindBest(table);
-  for (const auto& row : table.rows) {
-    grouped.rows.push_back(ShownLine(table, row, row.method, row.cells, unit, best));
-    if (!row.paper.empty()) grouped.rows.push_back(ShownLine(table, row, kPaperRow, row.paper, unit, {}));
-  }
-  const bool matched =
-      std::any_of(table.rows.begin(), table.rows.end(), [](const auto& r) { return !r.paper.empty(); });
-  if (table.compared) grouped.note += matched ? kPaperNote : kNoPaperNote;
-  grouped.note += OtherRuleNote(table);
-  grouped.warning = ClockWarning(sum.clock_stopped, table.experiment_id);
-  return MakePrintable(std::move(grouped));
+std::string Note(const BenchmarkTable& table) {
+  const bool matched = std::ranges::any_of(table.rows, [](const auto& row) { return !row.paper.empty(); });
+  return kMeansNote + std::string(!table.compared ? "" : matched ? kPaperNote : kNoPaperNote) + OtherRuleNote(table);
 }
 
 nlohmann::ordered_json CellJson(const BenchmarkCell& cell, Figures figures) {
@@ -290,7 +264,8 @@ void AddFeasibilityFigures(CsvColumnList columns, const Cells& cells, std::vecto
   }
 }
 
-std::string RenderCsv(const BenchmarkTable& table) {
+// Returns every figure, unrounded.
+Listing Unrounded(const BenchmarkTable& table) {
   Listing listing;
   listing.columns = {"experiment_id", "experiment",   "dataset",     "rule",     "method",
                      "multi_starts",  "inner_starts", "sample_size", "collision"};
@@ -308,7 +283,7 @@ std::string RenderCsv(const BenchmarkTable& table) {
     if (table.certified) AddFeasibilityFigures(columns, row.cells, &line);
     line.emplace_back(BuildIds(table.origins));
   }
-  return RenderListing(listing, ListingFormat::kCsv);
+  return listing;
 }
 
 // Returns the number of jobs solved by the other rule: for each row, in the order of "rows", one number per column.
@@ -355,22 +330,32 @@ nlohmann::ordered_json BenchmarkTableJson(const BenchmarkTable& table) {
   return json;
 }
 
-std::string RenderBenchmarkTable(const BenchmarkTable& table, TableFormat format, const TableStyle& style) {
-  const TimeUnit& unit = style.time_unit;
-  const std::string name = unit.name;
-  switch (format) {
-    case TableFormat::kText:
-      return RenderText(Group(table, unit, "Time(" + name + ")"), style.layout);
-    case TableFormat::kMarkdown:
-      return RenderMarkdown(Group(table, unit, "Time (" + name + ")"));
-    case TableFormat::kLatex:
-      return RenderLatex(Group(table, unit, "Time (" + (name == "us" ? "$\\mu$s" : name) + ")"));
-    case TableFormat::kCsv:
-      return RenderCsv(table);
-    case TableFormat::kJson:
-      return JsonText(BenchmarkTableJson(table)) + "\n";
+Table TableOf(const BenchmarkTable& table, const TimeUnit& unit) {
+  Table shown;
+  shown.title = {Caption(table)};
+  shown.columns = MethodColumns();
+  if (table.shows_collision()) shown.columns.push_back({"collision", "Collision"});
+  for (const BenchmarkColumn& column : table.columns) {
+    const std::string name = ColumnName(column), group = ColumnTitle(column);
+    shown.columns.push_back({name + "_success", "Success", "", Alignment::kRight, group});
+    shown.columns.push_back({name + "_cost", "Cost", "", Alignment::kRight, group});
+    shown.columns.push_back({name + "_time", "Time", unit.name, Alignment::kRight, group});
   }
-  return {};
+  const auto best = FindBest(table);
+  for (const auto& row : table.rows) {
+    shown.rows.push_back(ShownLine(table, row, row.method, row.cells, unit, best));
+    if (!row.paper.empty()) shown.rows.push_back(ShownLine(table, row, kPaperRow, row.paper, unit, {}));
+  }
+  shown.notes.push_back({Note(table)});
+  const std::string warning = ClockWarning(table.Sum().clock_stopped, table.experiment_id);
+  if (!warning.empty()) shown.notes.push_back({warning, Emphasis::kBad});
+  return shown;
+}
+
+std::string RenderBenchmarkTable(const BenchmarkTable& table, TableFormat format, const TableStyle& style) {
+  if (format == TableFormat::kJson) return JsonText(BenchmarkTableJson(table)) + "\n";
+  if (format == TableFormat::kCsv) return RenderListing(Unrounded(table), format);
+  return RenderTable(TableOf(table, style.time_unit), format, style.layout);
 }
 
 }  // namespace legopt::client

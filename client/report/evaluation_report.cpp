@@ -4,8 +4,6 @@
 #include <cmath>
 #include <map>
 
-#include "app/printable.h"
-#include "client/report/grouped_table.h"
 #include "client/report/json_text.h"
 #include "client/report/listing.h"
 #include "legopt/types/classic_stream.h"
@@ -65,24 +63,27 @@ bool DefinitionsDiffer(const EvaluationReport& report) {
 
 int InFile(const MethodSummary& summary) { return summary.num_problems - static_cast<int>(summary.missing.size()); }
 
-// Returns a displayed table. As in the benchmark table: n in the success cell, a dash if nothing was solved.
-Listing ShownSummary(const EvaluationReport& report, const std::vector<MethodSummary>& summaries, TimeUnit unit) {
+// As in the benchmark table: n in the success cell, a dash if nothing was solved.
+Table SummaryTable(const EvaluationReport& report, const std::vector<MethodSummary>& summaries, const TimeUnit& unit) {
   const bool posed = &summaries == &report.summaries;
   const bool in_file = posed && LeavesOut(report), other = posed && DefinitionsDiffer(report);
-  Listing listing;
-  listing.columns = {"method", "success"};
-  if (in_file) listing.columns.emplace_back("in file");
-  if (other) listing.columns.emplace_back("by file's own definition");
-  listing.columns.insert(listing.columns.end(), {"cost", "time (" + std::string(unit.name) + ")"});
+  Table table;
+  table.columns = {{"method", "", "", Alignment::kLeft}, {"success"}};
+  if (in_file) table.columns.push_back({"in file"});
+  if (other) table.columns.push_back({"by file's own definition"});
+  table.columns.push_back({"cost"});
+  table.columns.push_back({"time", "", unit.name});
   for (const auto& summary : summaries) {
-    auto& row = listing.rows.emplace_back();
-    row = {summary.method, std::to_string(summary.num_solved) + "/" + std::to_string(summary.num_problems)};
-    if (in_file) row.emplace_back(InFile(summary));
-    if (other) row.emplace_back(summary.num_other_definition);
-    row.emplace_back(FormatCost(Optional(summary.mean_cost)));
-    row.emplace_back(FormatTime(Optional(summary.mean_time_s), unit));
+    auto& cells = table.rows.emplace_back().cells;
+    cells = {TextCell(summary.method), SuccessCell(summary.num_solved, summary.num_problems)};
+    if (in_file) cells.push_back(CountCell(InFile(summary)));
+    if (other) cells.push_back(CountCell(summary.num_other_definition));
+    const auto cost = Optional(summary.mean_cost), time_s = Optional(summary.mean_time_s);
+    cells.push_back(FigureCell(cost, FormatCost(cost)));
+    cells.push_back(FigureCell(time_s, FormatTime(time_s, unit)));
   }
-  return listing;
+  table.notes = {{kNote}};
+  return table;
 }
 
 Listing FailureListing(const EvaluationReport& report) {
@@ -127,54 +128,9 @@ Listing MissingListing(const EvaluationReport& report) {
   return listing;
 }
 
-std::string RenderShown(const EvaluationReport& report, ListingFormat format, const TableStyle& style) {
-  std::string text;
-  ClassicInput caption(EvaluationCaption(report));
-  for (std::string line; std::getline(caption, line);) text += Paragraph(app::Printable(line), style.layout);
-  const auto add = [&](const std::string& title, const Listing& listing) {
-    if (listing.rows.empty()) return;
-    text += (title.empty() ? "\n" : "\n" + title + "\n\n") + RenderListing(listing, format, style.layout);
-  };
-  add("", ShownSummary(report, report.summaries, style.time_unit));
-  add(kNotPosedTitle, ShownSummary(report, report.not_posed_summaries, style.time_unit));
-  add("Not solved", FailureListing(report));
-  add("Left out", MissingListing(report));
-  add("Between waypoints", InterpolationListing(report));
-  return text;
-}
-
 std::string OneLine(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   return text.substr(0, text.find_last_not_of(' ') + 1);
-}
-
-GroupedTable Grouped(const Listing& shown, const std::string& caption, Task task) {
-  GroupedTable table;
-  table.caption = caption;
-  table.note = kNote;
-  table.key_titles = {{"Method"}};
-  table.groups = {{{}, {std::string(DescriptionOf(task).title)}}};
-  for (std::size_t i = 1; i < shown.columns.size(); ++i) {
-    const std::string& title = shown.columns[i];
-    table.column_titles.push_back({title == "time (us)" ? "time ($\\mu$s)" : title});
-  }
-  for (const auto& row : shown.rows) {
-    auto& line = table.rows.emplace_back();
-    for (const auto& cell : row) line.push_back({ShownValue(cell)});
-  }
-  return table;
-}
-
-std::string RenderTables(const EvaluationReport& report, TimeUnit unit) {
-  const std::string caption = OneLine(EvaluationCaption(report));
-  std::string text;
-  const auto add = [&](const std::vector<MethodSummary>& summaries, const std::string& title) {
-    if (summaries.empty()) return;
-    text += RenderLatex(MakePrintable(Grouped(ShownSummary(report, summaries, unit), title + caption, report.task)));
-  };
-  add(report.summaries, "");
-  add(report.not_posed_summaries, std::string(kNotPosedTitle) + ". ");
-  return text;
 }
 
 // Returns one line per method, unrounded.
@@ -278,20 +234,34 @@ std::string EvaluationCaption(const EvaluationReport& report) {
          "\n" + SolidLine(report);
 }
 
-std::string RenderEvaluation(const EvaluationReport& report, TableFormat format, const TableStyle& style) {
-  switch (format) {
-    case TableFormat::kText:
-      return RenderShown(report, ListingFormat::kText, style);
-    case TableFormat::kMarkdown:
-      return RenderShown(report, ListingFormat::kMarkdown, {.time_unit = style.time_unit});
-    case TableFormat::kLatex:
-      return RenderTables(report, style.time_unit);
-    case TableFormat::kCsv:
-      return RenderListing(SummaryListing(report), ListingFormat::kCsv);
-    case TableFormat::kJson:
-      return RenderJson(report);
+std::vector<Table> TablesOf(const EvaluationReport& report, const TimeUnit& unit, bool with_solutions) {
+  std::vector<Table> tables;
+  const auto add = [&](const std::string& title, Table table) {
+    if (table.rows.empty()) return;
+    table.title = {title};
+    tables.push_back(std::move(table));
+  };
+  add("", SummaryTable(report, report.summaries, unit));
+  add(kNotPosedTitle, SummaryTable(report, report.not_posed_summaries, unit));
+  if (with_solutions) {
+    add("Not solved", TableOf(FailureListing(report)));
+    add("Left out", TableOf(MissingListing(report)));
+    add("Between waypoints", TableOf(InterpolationListing(report)));
   }
-  return {};
+  if (tables.empty()) return tables;
+  std::vector<std::string>& title = tables.front().title;
+  if (title.front().empty()) title.clear();
+  std::vector<std::string> caption;
+  ClassicInput lines(EvaluationCaption(report));
+  for (std::string line; std::getline(lines, line);) caption.push_back(line);
+  title.insert(title.begin(), caption.begin(), caption.end());
+  return tables;
+}
+
+std::string RenderEvaluation(const EvaluationReport& report, TableFormat format, const TableStyle& style) {
+  if (format == TableFormat::kJson) return RenderJson(report);
+  if (format == TableFormat::kCsv) return RenderListing(SummaryListing(report), format);
+  return RenderTables(TablesOf(report, style.time_unit, format != TableFormat::kLatex), format, style.layout);
 }
 
 }  // namespace legopt::client

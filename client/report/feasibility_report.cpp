@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <vector>
 
 #include "client/report/json_text.h"
 #include "legopt/planning/certify/dataset_certifier.h"
@@ -54,11 +55,11 @@ Listing UncertifiedStances(const certify::Certificate& certificate, const certif
 }
 
 std::string RenderFeasibility(const certify::Certificate& certificate, const certify::StanceCatalogue& catalogue,
-                              const Dataset& dataset, ListingFormat format, const TextLayout& layout) {
+                              const Dataset& dataset, TableFormat format, const TextLayout& layout) {
   const Listing counts = FeasibilityCounts(certificate, catalogue);
-  if (format == ListingFormat::kCsv) return RenderListing(counts, format);
+  if (format == TableFormat::kCsv) return RenderListing(counts, format);
   const Listing stances = UncertifiedStances(certificate, catalogue, dataset);
-  if (format == ListingFormat::kJson) {
+  if (format == TableFormat::kJson) {
     const nlohmann::ordered_json json{{"dataset", dataset.name()},
                                       {"hash", dataset.content_hash()},
                                       {"complete", certificate.IsComplete()},
@@ -66,8 +67,9 @@ std::string RenderFeasibility(const certify::Certificate& certificate, const cer
                                       {"uncertified", ListingToJson(stances)}};
     return JsonText(json) + "\n";
   }
-  const std::string text = RenderListing(counts, format, layout);
-  return stances.rows.empty() ? text : text + "\n" + RenderListing(stances, format, layout);
+  std::vector<Table> tables = {TableOf(counts)};
+  if (!stances.rows.empty()) tables.push_back(TableOf(stances));
+  return RenderTables(tables, format, layout);
 }
 
 }  // namespace legopt::client

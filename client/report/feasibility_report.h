@@ -19,6 +19,6 @@ Listing UncertifiedStances(const certify::Certificate& certificate, const certif
 
 /// Renders both tables in one text; CSV contains the counts only, JSON both.
 std::string RenderFeasibility(const certify::Certificate& certificate, const certify::StanceCatalogue& catalogue,
-                              const Dataset& dataset, ListingFormat format, const TextLayout& layout = {});
+                              const Dataset& dataset, TableFormat format, const TextLayout& layout = {});
 
 }  // namespace legopt::client

@@ -3,9 +3,6 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "app/printable.h"
-#include "client/report/listing.h"
-
 namespace legopt::client {
 namespace {
 
@@ -33,13 +30,17 @@ std::string Sentence(const DatasetDiagnostic& finding) {
 
 }  // namespace
 
-std::string RenderDatasetFindings(std::span<const DatasetDiagnostic> findings, const TextLayout& layout) {
-  std::vector<std::vector<std::string>> lines;
+Table TableOf(std::span<const DatasetDiagnostic> findings) {
+  Table table;
+  table.has_headings = false;
+  table.columns = {{"severity", "", "", Alignment::kLeft},
+                   {"check", "", "", Alignment::kLeft},
+                   {"message", "", "", Alignment::kLeft}};
   for (const DatasetDiagnostic& finding : findings) {
-    lines.push_back({Mark(finding.severity), finding.check, app::Printable(Sentence(finding))});
-    if (!finding.fix.empty()) lines.push_back({"", "", "-> " + app::Printable(finding.fix)});
+    table.rows.push_back({{TextCell(Mark(finding.severity)), TextCell(finding.check), TextCell(Sentence(finding))}});
+    if (!finding.fix.empty()) table.rows.push_back({{TextCell(""), TextCell(""), TextCell("-> " + finding.fix)}});
   }
-  return AlignSentences(lines, layout.width);
+  return table;
 }
 
 nlohmann::ordered_json DatasetFindingsToJson(std::span<const DatasetDiagnostic> findings) {

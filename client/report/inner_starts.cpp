@@ -8,11 +8,13 @@ std::string InnerStartsSql(const std::string& alias) {
   return "iif(json_valid(" + options + "), coalesce(json_extract(" + options + ", '$.options.rescues'), 0), 0)";
 }
 
-TableText FormatStarts(std::int64_t multi_starts, std::int64_t inner_starts) {
+std::string FormatStarts(std::int64_t multi_starts, std::int64_t inner_starts) {
   const std::string attempts = std::to_string(multi_starts);
-  if (inner_starts == 0) return {attempts};
-  const std::string inside = std::to_string(inner_starts);
-  return {attempts + " + " + inside + " inside", attempts + "+" + inside};
+  return inner_starts == 0 ? attempts : attempts + " + " + std::to_string(inner_starts) + " inside";
+}
+
+TableCell ShownStarts(std::int64_t multi_starts, std::int64_t inner_starts) {
+  return {multi_starts, FormatStarts(multi_starts, inner_starts)};
 }
 
 }  // namespace legopt::client

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 
-#include "client/report/grouped_table.h"
+#include "client/report/table.h"
 
 namespace legopt::client {
 
@@ -11,7 +11,9 @@ namespace legopt::client {
 /// `methods`. LegOpt-best's option `rescues` (docs/reference/suites.md), 0 for other methods.
 std::string InnerStartsSql(const std::string& alias);
 
-/// Formats the number of starts: "10", or "0 + 8 inside" with internal restarts. Brief: "0+8".
-TableText FormatStarts(std::int64_t multi_starts, std::int64_t inner_starts);
+/// Formats the number of starts: "10", or "0 + 8 inside" with internal restarts.
+std::string FormatStarts(std::int64_t multi_starts, std::int64_t inner_starts);
+/// Returns a cell with the number of starts, as formatted by FormatStarts.
+TableCell ShownStarts(std::int64_t multi_starts, std::int64_t inner_starts);
 
 }  // namespace legopt::client

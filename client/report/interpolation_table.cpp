@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "client/report/grouped_table.h"
 #include "client/report/inner_starts.h"
 #include "client/report/json_text.h"
-#include "legopt/types/number_text.h"
 
 namespace legopt::client {
 namespace {
@@ -26,50 +24,31 @@ nlohmann::json NumberOrNull(const std::optional<double>& value) {
   return value ? nlohmann::json(*value) : nlohmann::json();
 }
 
-// Returns a scaled figure, or a dash.
-std::string Shown(const std::optional<double>& value, double unit) {
-  if (!value) return "-";
-  return FormatFixed(*value / unit, 1);
-}
-
-std::vector<TableText> ShownLine(const InterpolationTable& table, const InterpolationRow& row) {
-  constexpr double kPercent = 0.01, kMillimetre = 1e-3;
-  std::vector<TableText> line = {
-      {row.method}, FormatStarts(row.multi_starts, row.inner_starts), {std::to_string(row.sample_size)}};
-  if (table.shows_collision()) line.push_back({std::string(ToString(row.collision))});
+TableRow ShownLine(const InterpolationTable& table, const InterpolationRow& row) {
+  constexpr double kMillimetresPerMetre = 1e3;
+  TableRow line{{TextCell(row.method), ShownStarts(row.multi_starts, row.inner_starts), CountCell(row.sample_size)}};
+  if (table.shows_collision()) line.cells.push_back(TextCell(std::string(ToString(row.collision))));
+  const auto millimetres = [](std::optional<double> depth_m) {
+    if (depth_m) *depth_m *= kMillimetresPerMetre;
+    return RealCell(depth_m, 1);
+  };
   for (const auto& start : kEnumNames<Initialization>) {
     const auto found = row.cells.find(start.value);
     const InterpolationCell cell = found == row.cells.end() ? InterpolationCell{} : found->second;
-    line.push_back({cell.scored > 0 ? std::to_string(cell.free) + "/" + std::to_string(cell.scored) : "-"});
-    line.push_back({Shown(cell.free_share, kPercent)});
-    line.push_back({Shown(cell.environment_depth_m, kMillimetre)});
-    line.push_back({Shown(cell.self_depth_m, kMillimetre)});
+    line.cells.push_back(cell.scored > 0 ? SuccessCell(cell.free, cell.scored) : MissingCell());
+    line.cells.push_back(PercentCell(cell.free_share, 1));
+    line.cells.push_back(millimetres(cell.environment_depth_m));
+    line.cells.push_back(millimetres(cell.self_depth_m));
   }
   return line;
 }
 
-GroupedTable Group(const InterpolationTable& table) {
-  GroupedTable grouped;
-  grouped.caption =
-      "Interpolation of the " + std::string(kInterpolatedTask.plural) + " of experiment " +
-      std::to_string(table.experiment_id) + " '" + table.experiment + "'" +
-      (table.dataset.empty() ? "" : ", dataset " + table.dataset + std::string(SplitCaption(table.split))) + ", " +
-      std::string(ToString(table.rule)) + " rule" +
-      (table.origins.empty() ? "" : ". " + DescribeOrigins(table.origins)) + ReusedResultsSentence(table.taken_over);
-  grouped.key_titles = {{"Method"}, {"Multi-starts", "Starts"}, {"Sample size", "Sample"}};
-  if (table.shows_collision()) grouped.key_titles.push_back({"Collision"});
-  grouped.column_titles = {{"Free"}, {"Share (percent)", "Share"}, {"Scene (mm)", "Scene"}, {"Self (mm)", "Self"}};
-  grouped.note = Note();
-  grouped.legend = "Share and sample size in percent, depths in mm.";
-  for (const auto& start : kEnumNames<Initialization>)
-    grouped.groups.push_back(GroupOf(kInterpolatedTask.task, start.value));
-  std::int64_t clock_stopped = 0;
-  for (const auto& row : table.rows) {
-    grouped.rows.push_back(ShownLine(table, row));
-    for (const auto& [start, cell] : row.cells) clock_stopped += cell.clock_stopped;
-  }
-  grouped.warning = ClockWarning(clock_stopped, table.experiment_id);
-  return MakePrintable(std::move(grouped));
+std::string Caption(const InterpolationTable& table) {
+  return "Interpolation of the " + std::string(kInterpolatedTask.plural) + " of experiment " +
+         std::to_string(table.experiment_id) + " '" + table.experiment + "'" +
+         (table.dataset.empty() ? "" : ", dataset " + table.dataset + std::string(SplitCaption(table.split))) + ", " +
+         std::string(ToString(table.rule)) + " rule" +
+         (table.origins.empty() ? "" : ". " + DescribeOrigins(table.origins)) + ReusedResultsSentence(table.taken_over);
 }
 
 Listing Unrounded(const InterpolationTable& table) {
@@ -162,20 +141,34 @@ InterpolationTable BuildInterpolationTable(const Listing& cells, std::int64_t ex
   return table;
 }
 
-std::string RenderInterpolationTable(const InterpolationTable& table, TableFormat format, const TextLayout& layout) {
-  switch (format) {
-    case TableFormat::kText:
-      return RenderText(Group(table), layout);
-    case TableFormat::kMarkdown:
-      return RenderMarkdown(Group(table));
-    case TableFormat::kLatex:
-      return RenderLatex(Group(table));
-    case TableFormat::kCsv:
-      return RenderListing(Unrounded(table), ListingFormat::kCsv);
-    case TableFormat::kJson:
-      return RenderJson(table);
+Table TableOf(const InterpolationTable& table) {
+  Table shown;
+  shown.title = {Caption(table)};
+  shown.columns = MethodColumns();
+  if (table.shows_collision()) shown.columns.push_back({"collision", "Collision"});
+  for (const auto& start : kEnumNames<Initialization>) {
+    const std::string name = std::string(start.word) + "_";
+    const std::string group = ColumnTitle({kInterpolatedTask.task, start.value});
+    shown.columns.push_back({name + "free", "Free", "", Alignment::kRight, group});
+    shown.columns.push_back({name + "share", "Share", "percent", Alignment::kRight, group});
+    shown.columns.push_back({name + "scene", "Scene", "mm", Alignment::kRight, group});
+    shown.columns.push_back({name + "self", "Self", "mm", Alignment::kRight, group});
   }
-  return {};
+  std::int64_t clock_stopped = 0;
+  for (const auto& row : table.rows) {
+    shown.rows.push_back(ShownLine(table, row));
+    for (const auto& [start, cell] : row.cells) clock_stopped += cell.clock_stopped;
+  }
+  shown.notes.push_back({Note()});
+  const std::string warning = ClockWarning(clock_stopped, table.experiment_id);
+  if (!warning.empty()) shown.notes.push_back({warning, Emphasis::kBad});
+  return shown;
+}
+
+std::string RenderInterpolationTable(const InterpolationTable& table, TableFormat format, const TextLayout& layout) {
+  if (format == TableFormat::kJson) return RenderJson(table);
+  if (format == TableFormat::kCsv) return RenderListing(Unrounded(table), format);
+  return RenderTable(TableOf(table), format, layout);
 }
 
 }  // namespace legopt::client

@@ -60,6 +60,9 @@ std::string InterpolationCellsSql(std::int64_t experiment_id, Rule rule);
 /// Builds the table from the rows of InterpolationCellsSql.
 InterpolationTable BuildInterpolationTable(const Listing& cells, std::int64_t experiment_id, Rule rule);
 
+/// Returns the table as displayed: free of scored solutions, the share of free transitions in percent, depths in mm.
+Table TableOf(const InterpolationTable& table);
+
 /// Renders the table like RenderBenchmarkTable: text, Markdown and LaTeX show free of scored solutions, the share of
 /// free transitions in percent and depths in mm; CSV and JSON contain the same cells unrounded, depths in metres.
 std::string RenderInterpolationTable(const InterpolationTable& table, TableFormat format,

@@ -1,88 +1,34 @@
 #include "client/report/listing.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <map>
-#include <set>
 #include <stdexcept>
+#include <string_view>
+#include <utility>
 
 #include "app/printable.h"
-#include "app/value_list.h"
 #include "client/client_error.h"
-#include "client/report/json_text.h"
-#include "client/report/listing_text.h"
-#include "client/report/markup_text.h"
+#include "client/report/table_writers.h"
 #include "legopt/input/json.h"
-#include "legopt/types/nearest_name.h"
-#include "legopt/types/number_text.h"
+#include "legopt/types/job.h"
 
 namespace legopt::client {
 namespace {
 
-// Returns "inf" or "-inf"; empty for all other values. JSON cannot represent infinity, and "null" would mean SQL's
-// NULL.
-std::string InfinityText(const nlohmann::json& value) {
-  if (!value.is_number_float() || !std::isinf(value.get<double>())) return {};
-  return value.get<double>() > 0 ? "inf" : "-inf";
+constexpr std::string_view kDead = ToString(JobState::kDead), kFailed = ToString(JobState::kFailed);
+
+Emphasis EmphasisOf(const std::string& column, const nlohmann::json& value) {
+  const bool count = (column == kDead || column == kFailed) && value.is_number() && value > 0;
+  const bool state = column == "state" && (value == kDead || value == kFailed);
+  return count || state ? Emphasis::kBad : Emphasis::kNone;
 }
 
-std::string CsvCell(const nlohmann::json& value) {
-  if (value.is_null()) return {};
-  if (const std::string infinity = InfinityText(value); !infinity.empty()) return infinity;
-  return CsvField(value.is_string() ? value.get<std::string>() : Dump(value));
-}
-
-nlohmann::ordered_json JsonRow(const std::vector<std::string>& names, const std::vector<nlohmann::json>& cells) {
-  auto object = nlohmann::ordered_json::object();
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const std::string infinity = InfinityText(cells[i]);
-    object[names[i]] = infinity.empty() ? cells[i] : nlohmann::json(infinity);
-  }
-  return object;
-}
-
-std::string RenderMarkdown(const Listing& listing) {
-  const auto numeric = NumericColumns(listing);
-  std::string text = "|";
-  for (const auto& column : listing.columns) text += " " + MarkdownText(app::Printable(column)) + " |";
-  text += "\n|";
-  for (const bool right : numeric) text += right ? " ---: |" : " --- |";
-  text += "\n";
-  for (const auto& row : listing.rows) {
-    text += "|";
-    for (const auto& value : row) text += " " + MarkdownText(ShownValue(value)) + " |";
-    text += "\n";
-  }
-  return text;
-}
-
-std::string RenderCsv(const Listing& listing) {
-  std::string text = CsvHeader(DistinctNames(listing.columns));
-  for (const auto& row : listing.rows) text += CsvRow(row);
-  return text;
+// Returns whether a column contains only numbers and nulls.
+bool IsNumeric(const Listing& listing, std::size_t column) {
+  return std::ranges::all_of(listing.rows,
+                             [column](const auto& row) { return row[column].is_number() || row[column].is_null(); });
 }
 
 }  // namespace
-
-std::string ShownValue(const nlohmann::json& value) {
-  if (value.is_null()) return "-";
-  if (value.is_number_float()) {
-    return FormatGeneral(value.get<double>());
-  }
-  // A row must be a single line, and untrusted text must not control the terminal.
-  return app::Printable(value.is_string() ? value.get<std::string>() : Dump(value));
-}
-
-std::vector<bool> NumericColumns(const Listing& listing) {
-  std::vector<bool> numeric(listing.columns.size(), true);
-  for (const auto& row : listing.rows) {
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      if (!row[i].is_number() && !row[i].is_null()) numeric[i] = false;
-    }
-  }
-  return numeric;
-}
 
 std::size_t Listing::Column(std::string_view name) const {
   const auto found = std::find(columns.begin(), columns.end(), name);
@@ -108,85 +54,28 @@ void Listing::RefuseWord(std::string_view column, const std::string& word) {
           "it; restore a backup), or another release wrote it");
 }
 
-std::string RenderListing(const Listing& listing, ListingFormat format, const TextLayout& layout) {
-  switch (format) {
-    case ListingFormat::kText:
-      return RenderListingText(listing, layout);
-    case ListingFormat::kMarkdown:
-      return RenderMarkdown(listing);
-    case ListingFormat::kCsv:
-      return RenderCsv(listing);
-    case ListingFormat::kJson:
-      return JsonText(ListingToJson(listing)) + "\n";
+Table TableOf(const Listing& listing) {
+  Table table;
+  for (std::size_t i = 0; i < listing.columns.size(); ++i) {
+    TableColumn column{listing.columns[i]};
+    if (!IsNumeric(listing, i)) column.alignment = Alignment::kLeft;
+    table.columns.push_back(std::move(column));
   }
-  return {};
-}
-
-std::vector<std::string> DistinctNames(const std::vector<std::string>& columns) {
-  std::set<std::string> taken(columns.begin(), columns.end()), used;
-  std::vector<std::string> names;
-  for (const std::string& column : columns) {
-    std::string name = column;
-    for (int count = 2; used.contains(name) || (name != column && taken.contains(name)); ++count) {
-      name = column + "_" + std::to_string(count);
-    }
-    used.insert(name);
-    names.push_back(std::move(name));
-  }
-  return names;
-}
-
-std::vector<std::size_t> ColumnPositions(const std::vector<std::string>& columns,
-                                         const std::vector<std::string>& kept) {
-  const std::vector<std::string> names = DistinctNames(columns);
-  std::vector<std::size_t> positions;
-  for (const std::string& column : kept) {
-    const auto found = std::find(names.begin(), names.end(), column);
-    if (found == names.end()) {
-      throw ClientError(ExitCode::kUsage,
-                        "--columns: there is no column '" + column + "'; " + SuggestName(column, names));
-    }
-    positions.push_back(static_cast<std::size_t>(found - names.begin()));
-  }
-  return positions;
-}
-
-std::string CsvHeader(const std::vector<std::string>& names) {
-  std::string text;
-  for (std::size_t i = 0; i < names.size(); ++i) text += (i == 0 ? "" : ",") + CsvField(names[i]);
-  return text + "\n";
-}
-
-std::string CsvRow(const std::vector<nlohmann::json>& cells) {
-  std::string text;
-  for (std::size_t i = 0; i < cells.size(); ++i) text += (i == 0 ? "" : ",") + CsvCell(cells[i]);
-  return text + "\n";
-}
-
-std::string IndentedJsonRow(const std::vector<std::string>& names, const std::vector<nlohmann::json>& cells) {
-  std::string text = "  ";
-  for (const char c : JsonText(JsonRow(names, cells))) {
-    text += c;
-    if (c == '\n') text += "  ";
-  }
-  return text;
-}
-
-Listing KeepColumns(const Listing& listing, const std::vector<std::string>& columns) {
-  const auto is_column = [names = DistinctNames(listing.columns)](const std::string& text) {
-    return std::ranges::find(names, text) != names.end();
-  };
-  Listing kept;
-  kept.truncated = listing.truncated;
-  for (const std::string& list : columns) {
-    for (std::string& column : app::SplitValues(list, is_column)) kept.columns.push_back(std::move(column));
-  }
-  const std::vector<std::size_t> sources = ColumnPositions(listing.columns, kept.columns);
   for (const auto& row : listing.rows) {
-    auto& line = kept.rows.emplace_back();
-    for (const std::size_t source : sources) line.push_back(row[source]);
+    auto& cells = table.rows.emplace_back().cells;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      cells.push_back({row[i], {}, EmphasisOf(listing.columns[i], row[i])});
+    }
   }
-  return kept;
+  return table;
+}
+
+std::string RenderListing(const Listing& listing, TableFormat format, const TextLayout& layout) {
+  return RenderTable(TableOf(listing), format, layout);
+}
+
+std::string RenderFields(const Listing& listing, std::size_t row, const TextLayout& layout) {
+  return RenderRecord(TableOf(listing), row, layout);
 }
 
 nlohmann::ordered_json ListingToJson(const Listing& listing) {
@@ -220,16 +109,6 @@ Listing ListingFromJson(const nlohmann::json& array, const std::vector<std::stri
     }
   }
   return listing;
-}
-
-std::string CsvField(std::string_view text) {
-  if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"') quoted += '"';
-    quoted += c;
-  }
-  return quoted + "\"";
 }
 
 }  // namespace legopt::client

@@ -1,38 +1,26 @@
 #include "client/report/listing_writer.h"
 
-#include <algorithm>
 #include <iostream>
-#include <utility>
 
 #include "app/program_main.h"
-#include "app/value_list.h"
 #include "client/client_error.h"
-#include "client/report/json_text.h"
-#include "client/report/listing.h"
+#include "client/report/table_writers.h"
 
 namespace legopt::client {
 
 void ListingWriter::Begin(const std::vector<std::string>& columns) {
-  names_ = DistinctNames(columns);
-  if (!kept_.empty()) {
-    const auto is_column = [all = names_](const std::string& text) {
-      return std::ranges::find(all, text) != all.end();
-    };
-    names_.clear();
-    for (const std::string& list : kept_) {
-      for (std::string& name : app::SplitValues(list, is_column)) names_.push_back(std::move(name));
-    }
-  }
-  positions_ = ColumnPositions(columns, names_);
+  positions_ = ColumnPositions(columns, kept_);
+  const std::vector<std::string> all = DistinctNames(columns);
+  for (const std::size_t position : positions_) names_.push_back(all[position]);
   begun_ = true;
-  if (format_ == Format::kCsv) std::cout << CsvHeader(names_);
+  if (format_ == TableFormat::kCsv) std::cout << CsvHeader(names_);
 }
 
 void ListingWriter::Row(const std::vector<nlohmann::json>& row) {
   if (!std::cout) throw ClientError(ExitCode::kUsage, app::OutputFault());
   std::vector<nlohmann::json> cells;
   for (const std::size_t position : positions_) cells.push_back(row[position]);
-  if (format_ == Format::kCsv) {
+  if (format_ == TableFormat::kCsv) {
     std::cout << CsvRow(cells);
     return;
   }
@@ -41,7 +29,7 @@ void ListingWriter::Row(const std::vector<nlohmann::json>& row) {
 }
 
 void ListingWriter::End() {
-  if (!begun_ || format_ == Format::kCsv) return;
+  if (!begun_ || format_ == TableFormat::kCsv) return;
   std::cout << (any_row_ ? "\n]\n" : "[]\n");
 }
 

@@ -5,15 +5,16 @@
 #include <utility>
 #include <vector>
 
+#include "client/report/table.h"
+
 namespace legopt::client {
 
 /// Writes a listing as CSV or JSON row by row to standard output, byte-identical to RenderListing, so that memory does
 /// not limit its length.
 class ListingWriter {
  public:
-  enum class Format { kCsv, kJson };
-  /// `columns`: columns to write, in this order; empty: all.
-  ListingWriter(Format format, std::vector<std::string> columns) : format_(format), kept_(std::move(columns)) {}
+  /// `format`: CSV or JSON. `columns`: columns to write, in this order; empty: all.
+  ListingWriter(TableFormat format, std::vector<std::string> columns) : format_(format), kept_(std::move(columns)) {}
 
   /// Writes the beginning. Throws ClientError (kUsage) for a column to keep that is not among `columns`.
   void Begin(const std::vector<std::string>& columns);
@@ -23,7 +24,7 @@ class ListingWriter {
   void End();
 
  private:
-  Format format_;
+  TableFormat format_;
   std::vector<std::string> kept_;
   std::vector<std::string> names_;      // column names in the text
   std::vector<std::size_t> positions_;  // index of each kept column in a row

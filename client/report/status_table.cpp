@@ -2,13 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <utility>
 #include <vector>
 
-#include "app/printable.h"
 #include "client/report/progress.h"
-#include "client/report/text_layout.h"
 #include "legopt/input/json.h"
 #include "legopt/types/number_text.h"
 
@@ -16,29 +12,7 @@ namespace legopt::client {
 namespace {
 
 constexpr double kPercent = 100;
-constexpr std::size_t kLongestName = 20, kLongestSubmitter = 12, kLongestMethods = 40;
-
-// A column of a text table. It is omitted if no row has a value.
-struct Column {
-  std::string title;
-  bool right_aligned = false;
-  std::vector<std::string> cells;
-};
-
-std::string Cut(const std::string& text, std::size_t width) {
-  if (DisplayWidth(text) <= width) return text;
-  constexpr std::size_t kDots = 3;
-  std::string cut;
-  // Whole characters only: bytes 10xxxxxx continue a character.
-  for (std::size_t i = 0; i < text.size();) {
-    std::size_t end = i + 1;
-    while (end < text.size() && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) ++end;
-    if (DisplayWidth(cut) + kDots >= width) break;
-    cut.append(text, i, end - i);
-    i = end;
-  }
-  return cut + "...";
-}
+constexpr std::size_t kLongestMethods = 40;
 
 std::string Joined(const std::vector<std::string>& words) {
   std::string text;
@@ -90,86 +64,22 @@ std::string Eta(const ExperimentStatus& status) {
   return status.eta_s ? FormatDuration(Seconds(*status.eta_s)) : std::string();
 }
 
-template <class Rows, class Cell>
-Column MakeColumn(const std::string& title, bool right_aligned, const Rows& rows, const Cell& cell) {
-  Column column{title, right_aligned, {}};
-  for (const auto& row : rows) column.cells.push_back(app::Printable(cell(row)));
-  return column;
-}
-
-// Returns one text per line of the table, titles first; columns without any value are omitted, missing values are "-".
-std::vector<std::string> Lines(std::vector<Column> columns) {
-  std::erase_if(columns, [](const Column& column) {
-    return std::all_of(column.cells.begin(), column.cells.end(), [](const std::string& cell) { return cell.empty(); });
-  });
-  std::vector<std::vector<std::string>> rows(columns.empty() ? 0 : columns.front().cells.size() + 1);
-  std::vector<bool> right;
-  for (const Column& column : columns) {
-    rows[0].push_back(column.title);
-    for (std::size_t i = 0; i < column.cells.size(); ++i) {
-      rows[i + 1].push_back(column.cells[i].empty() ? "-" : column.cells[i]);
-    }
-    right.push_back(column.right_aligned);
+// Adds a column with a cell for each of `rows`; omits it if no row has a value.
+template <class Rows, class Text>
+void AddColumn(const std::string& heading, Alignment alignment, const Rows& rows, const Text& text, Table* table) {
+  std::vector<std::string> texts;
+  for (const auto& row : rows) texts.push_back(text(row));
+  if (std::ranges::all_of(texts, &std::string::empty)) return;
+  table->columns.push_back({heading, "", "", alignment});
+  table->rows.resize(texts.size());
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    table->rows[i].cells.push_back(texts[i].empty() ? MissingCell() : TextCell(texts[i]));
   }
-  const std::string text = AlignColumns(rows, right);
-  std::vector<std::string> lines;
-  for (std::size_t from = 0; from < text.size();) {
-    const std::size_t end = text.find('\n', from);
-    lines.push_back(text.substr(from, end - from));
-    from = end + 1;
-  }
-  return lines;
-}
-
-bool Fit(const std::vector<std::string>& lines, std::size_t width) {
-  return width == 0 || std::all_of(lines.begin(), lines.end(),
-                                   [width](const std::string& line) { return DisplayWidth(line) <= width; });
 }
 
 // Returns an empty text for the default rule, so that the column appears only for other rules.
 std::string WeakerRule(const ExperimentStatus& status) {
   return status.rule == Rule::kSolid ? "" : std::string(ToString(status.rule));
-}
-
-std::vector<std::string> WideExperiments(std::span<const ExperimentStatus> list) {
-  using S = const ExperimentStatus&;
-  return Lines({MakeColumn("ID", true, list, [](S s) { return std::to_string(s.id); }),
-                MakeColumn("NAME", false, list, [](S s) { return s.name; }),
-                MakeColumn("BY", false, list, [](S s) { return s.submitter; }),
-                MakeColumn("DATASET", false, list, [](S s) { return s.dataset; }),
-                MakeColumn("METHODS", false, list, ShortMethods),
-                MakeColumn("TAGS", false, list, [](S s) { return Joined(s.tags); }),
-                MakeColumn("PRIORITY", true, list,
-                           [](S s) { return s.priority == 0 ? std::string() : std::to_string(s.priority); }),
-                MakeColumn("JOBS", true, list, Jobs),
-                MakeColumn("SOLVED", true, list, [](S s) { return std::to_string(s.solved); }),
-                MakeColumn("RULE", false, list, WeakerRule), MakeColumn("TAKEN", true, list, TakenOver),
-                MakeColumn("SHARE", true, list, Share), MakeColumn("ETA", true, list, Eta),
-                MakeColumn("STATE", false, list, StateOrReason)});
-}
-
-// Returns the properties that do not fit on the narrow line of an experiment.
-std::string Details(const ExperimentStatus& status) {
-  std::vector<std::string> parts;
-  if (!status.dataset.empty()) parts.push_back(status.dataset);
-  if (!status.methods.empty()) parts.push_back(ShortMethods(status));
-  if (!status.tags.empty()) parts.push_back("tags " + Joined(status.tags));
-  if (status.priority != 0) parts.push_back("priority " + std::to_string(status.priority));
-  std::string text;
-  for (const std::string& part : parts) text += (text.empty() ? "" : "; ") + part;
-  return text;
-}
-
-std::vector<std::string> NarrowExperiments(std::span<const ExperimentStatus> list) {
-  using S = const ExperimentStatus&;
-  return Lines({MakeColumn("ID", true, list, [](S s) { return std::to_string(s.id); }),
-                MakeColumn("NAME", false, list, [](S s) { return Cut(s.name, kLongestName); }),
-                MakeColumn("BY", false, list, [](S s) { return Cut(s.submitter, kLongestSubmitter); }),
-                MakeColumn("JOBS", true, list, Jobs),
-                MakeColumn("SOLVED", true, list, [](S s) { return std::to_string(s.solved); }),
-                MakeColumn("RULE", false, list, WeakerRule), MakeColumn("TAKEN", true, list, TakenOver),
-                MakeColumn("SHARE", true, list, Share), MakeColumn("ETA", true, list, Eta),
-                MakeColumn("STATE", false, list, StateOrReason)});
 }
 
 std::string Field(const nlohmann::json& worker, const char* key) {
@@ -207,23 +117,30 @@ std::string Processor(const nlohmann::json& worker) {
 
 }  // namespace
 
-std::string RenderExperiments(std::span<const ExperimentStatus> experiments, std::size_t width) {
-  constexpr std::size_t kLeast = 40;
-  const std::size_t limit = width == 0 ? 0 : std::max(width, kLeast);
-  std::string text;
-  if (const auto wide = WideExperiments(experiments); Fit(wide, limit)) {
-    for (const std::string& line : wide) text += line + "\n";
-    return text;
-  }
-  const auto lines = NarrowExperiments(experiments);
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    text += Cut(lines[i], limit) + "\n";
-    if (i == 0 || experiments[i - 1].over()) continue;
-    if (const std::string details = Details(experiments[i - 1]); !details.empty()) {
-      text += Cut("      " + app::Printable(details), limit) + "\n";
-    }
-  }
-  return text;
+Table ExperimentTable(std::span<const ExperimentStatus> experiments) {
+  using S = const ExperimentStatus&;
+  Table table;
+  const auto left = [&](const char* heading, const auto& text) {
+    AddColumn(heading, Alignment::kLeft, experiments, text, &table);
+  };
+  const auto right = [&](const char* heading, const auto& text) {
+    AddColumn(heading, Alignment::kRight, experiments, text, &table);
+  };
+  right("ID", [](S s) { return std::to_string(s.id); });
+  left("NAME", [](S s) { return s.name; });
+  left("BY", [](S s) { return s.submitter; });
+  left("DATASET", [](S s) { return s.dataset; });
+  left("METHODS", ShortMethods);
+  left("TAGS", [](S s) { return Joined(s.tags); });
+  right("PRIORITY", [](S s) { return s.priority == 0 ? std::string() : std::to_string(s.priority); });
+  right("JOBS", Jobs);
+  right("SOLVED", [](S s) { return std::to_string(s.solved); });
+  left("RULE", WeakerRule);
+  right("TAKEN", TakenOver);
+  right("SHARE", Share);
+  right("ETA", Eta);
+  left("STATE", StateOrReason);
+  return table;
 }
 
 Listing ExperimentListing(std::span<const ExperimentStatus> experiments) {
@@ -258,24 +175,24 @@ Listing ExperimentListing(std::span<const ExperimentStatus> experiments) {
   return listing;
 }
 
-std::string RenderWorkers(const nlohmann::json& workers, std::size_t width) {
-  using W = const nlohmann::json&;
-  const auto field = [](const char* key) { return [key](W worker) { return Field(worker, key); }; };
-  std::vector<Column> columns = {
-      MakeColumn("WORKER", true, workers, field("id")),         MakeColumn("NAME", false, workers, field("name")),
-      MakeColumn("HOST", false, workers, field("hostname")),    MakeColumn("SLOTS", true, workers, field("slots")),
-      MakeColumn("JOBS", true, workers, field("leases")),       MakeColumn("STATE", false, workers, WorkerState),
-      MakeColumn("DATASETS", false, workers, field("datasets"))};
-  std::vector<Column> all = columns;
-  all.push_back(MakeColumn("PID", true, workers, field("pid")));
-  all.push_back(MakeColumn("BUILD", false, workers, field("build_id")));
-  all.push_back(MakeColumn("LOAD", true, workers, Load));
-  all.push_back(MakeColumn("PROCESSOR", false, workers, Processor));
-  std::vector<std::string> lines = Lines(std::move(all));
-  if (!Fit(lines, width)) lines = Lines(std::move(columns));
-  std::string text;
-  for (const std::string& line : lines) text += (width == 0 ? line : Cut(line, width)) + "\n";
-  return text;
+Table WorkerTable(const nlohmann::json& workers) {
+  Table table;
+  const auto add = [&](const char* heading, Alignment alignment, const auto& text) {
+    AddColumn(heading, alignment, workers, text, &table);
+  };
+  const auto field = [](const char* key) { return [key](const nlohmann::json& worker) { return Field(worker, key); }; };
+  add("WORKER", Alignment::kRight, field("id"));
+  add("NAME", Alignment::kLeft, field("name"));
+  add("HOST", Alignment::kLeft, field("hostname"));
+  add("SLOTS", Alignment::kRight, field("slots"));
+  add("JOBS", Alignment::kRight, field("leases"));
+  add("STATE", Alignment::kLeft, WorkerState);
+  add("DATASETS", Alignment::kLeft, field("datasets"));
+  add("PID", Alignment::kRight, field("pid"));
+  add("BUILD", Alignment::kLeft, field("build_id"));
+  add("LOAD", Alignment::kRight, Load);
+  add("PROCESSOR", Alignment::kLeft, Processor);
+  return table;
 }
 
 }  // namespace legopt::client

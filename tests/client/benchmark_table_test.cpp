@@ -50,7 +50,7 @@ BenchmarkTable ExampleTable() {
 
 // Returns a cell as text, as the text table shows the values in CSV or JSON.
 std::vector<std::string> Shown(const BenchmarkCell& cell, const TimeUnit& unit) {
-  return {FormatSuccess(cell), FormatCost(cell.cost), FormatTime(cell.time_s, unit)};
+  return {ShownValue(ShownSuccess(cell).value), FormatCost(cell.cost), FormatTime(cell.time_s, unit)};
 }
 
 // One line of CSV, keyed by column name.

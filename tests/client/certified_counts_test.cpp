@@ -82,7 +82,7 @@ TEST_F(CertifiedCounts, StandInEveryFormat) {
   const auto text = RenderBenchmarkTable(table, TableFormat::kText);
   EXPECT_THAT(text, AllOf(HasSubstr("2/2 (1 of 1 open, 0 of 1 infeasible)"), HasSubstr("1/2 (0 of 1 open")));
   const auto narrow = RenderBenchmarkTable(table, TableFormat::kText, {kMilliseconds, {.width = 60, .color = false}});
-  EXPECT_THAT(narrow, AllOf(HasSubstr("2/2 1/1o 0/1i"), HasSubstr("o solved of open ones")));
+  EXPECT_THAT(narrow, HasSubstr("2/2 (1 of 1 open, 0 of 1 infeasible)"));
   const auto json = nlohmann::json::parse(RenderBenchmarkTable(table, TableFormat::kJson));
   const auto& cell = json["rows"][0]["posture"]["good"];
   EXPECT_EQ(cell["n"], 4) << "the figures of all jobs stay what they are";

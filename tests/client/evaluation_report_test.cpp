@@ -50,8 +50,8 @@ TEST(EvaluationReport, TextShowsSummaryAndFailures) {
   EXPECT_THAT(text, HasSubstr("The file holds 2 of the dataset's 2 problems."));
   EXPECT_THAT(
       text, HasSubstr("Definitions: the file's own, as in the original evaluator; they are the same as the dataset's"));
-  EXPECT_THAT(text, HasSubstr("A       1/2            2  396   2.00"));
-  EXPECT_THAT(text, HasSubstr("B       0/2            1  -     -"));
+  EXPECT_THAT(text, HasSubstr("A           1/2        2   396       2.00"));
+  EXPECT_THAT(text, HasSubstr("B           0/2        1     -          -"));
   EXPECT_THAT(text, HasSubstr("time (ms)"));
   EXPECT_THAT(text, HasSubstr("l_foot is 0.002 m off"));
   EXPECT_THAT(text, HasSubstr("Left out"));

@@ -51,7 +51,7 @@ TEST(MarkdownText, ListingsUseIt) {
   Listing listing;
   listing.columns = {"<b>"};
   listing.rows = {{"<i>|"}};
-  const std::string text = RenderListing(listing, ListingFormat::kMarkdown);
+  const std::string text = RenderListing(listing, TableFormat::kMarkdown);
   EXPECT_THAT(text, HasSubstr("| &lt;b&gt; |"));
   EXPECT_THAT(text, HasSubstr("| &lt;i&gt;\\| |"));
   EXPECT_THAT(text, Not(HasSubstr("<")));
@@ -61,9 +61,14 @@ TEST(Columns, AColumnMayHaveACommaInItsName) {
   Listing listing;
   listing.columns = {"a,b", "a", "c"};
   listing.rows = {{1, 2, 3}};
-  EXPECT_EQ(KeepColumns(listing, {"a,b"}).columns, (std::vector<std::string>{"a,b"}));
-  EXPECT_EQ(KeepColumns(listing, {"a,c", "a,b"}).columns, (std::vector<std::string>{"a", "c", "a,b"}));
-  EXPECT_EQ(KeepColumns(listing, {"c,a,b"}).columns, (std::vector<std::string>{"c", "a,b"}));
+  const auto kept = [&](const std::vector<std::string>& columns) {
+    std::vector<std::string> names;
+    for (const TableColumn& column : KeepColumns(TableOf(listing), columns).columns) names.push_back(column.name);
+    return names;
+  };
+  EXPECT_EQ(kept({"a,b"}), (std::vector<std::string>{"a,b"}));
+  EXPECT_EQ(kept({"a,c", "a,b"}), (std::vector<std::string>{"a", "c", "a,b"}));
+  EXPECT_EQ(kept({"c,a,b"}), (std::vector<std::string>{"c", "a,b"}));
 }
 
 }  // namespace

@@ -117,8 +117,8 @@ TEST_F(TerminalCommand, TimesAreInTheUnitAskedFor) {
     arguments.insert(arguments.end(), flags.begin(), flags.end());
     return RunLegopt(arguments, folder_.path());
   };
-  EXPECT_THAT(table({}).out, HasSubstr("Time(ms)"));
-  EXPECT_THAT(table({"--time-unit", "s"}).out, HasSubstr("Time(s)"));
+  EXPECT_THAT(table({}).out, HasSubstr("Time (ms)"));
+  EXPECT_THAT(table({"--time-unit", "s"}).out, HasSubstr("Time (s)"));
   EXPECT_EQ(table({"--time-unit", "min"}).exit_code, 2);
 }
 

@@ -87,7 +87,7 @@ Figures FiguresOf(const TestExperiment& experiment) {
   request.source = {file, {}};
   try {
     const Comparison comparison = ReadComparison(request);
-    figures.texts.push_back(RenderComparison(comparison, ComparisonFormat::kText));
+    figures.texts.push_back(RenderComparison(comparison, TableFormat::kText));
     figures.texts.push_back(ComparisonJson(comparison).dump());
     figures.texts.push_back(RenderPlotText(ScatterPlot(comparison, kMilliseconds)));
     figures.texts.push_back(RenderPlotImage(ScatterPlot(comparison, kMilliseconds), ImageFormat::kSvg));
