@@ -27,7 +27,7 @@ ExitCode Compare(const CompareOptions& options) {
   ComparisonRequest request = options.request;
   request.options.margin = kPercent * options.margin_percent;
   request.charge_ms = ChargeMs(options.charge_s);
-  RequireTextForPlot(options.plot, options.format == TableFormat::kText);
+  CheckPlotOptions(options.plot, options.format == TableFormat::kText);
   const Comparison comparison = ReadComparison(request);
   const TextLayout layout = LayoutOf(options.output);
   const std::string drawn =

@@ -10,7 +10,7 @@
 #include "app/command_line.h"
 #include "bus/spec_limits.h"
 #include "client/client_error.h"
-#include "client/plot/plot_image.h"
+#include "client/plot/plot_svg.h"
 #include "client/plot/plot_text.h"
 #include "client/report/replaced_file.h"
 #include "legopt/types/task.h"
@@ -99,22 +99,24 @@ void PrintPlain(const Listing& listing, TableFormat format) {
 
 void AddPlotOptions(const app::Command& command, const std::string& what, PlotOptions* options) {
   command.AddFlag("--plot", options->text, "Draw " + what + " below it, in text");
-  command.AddOption("--svg", options->svg, "Draw " + what + " into this SVG file");
-  command.AddOption("--png", options->png, "Draw " + what + " into this PNG file");
+  const auto is_png = [](const std::string& word) {
+    return word.ends_with(".png") || word.ends_with(".PNG") ? "figures are SVG files; give a name that ends in .svg"
+                                                            : "";
+  };
+  command.AddOption("--svg", options->svg, "Draw " + what + " into this SVG file").Check({is_png, ""});
+  command.AddOption("--png", options->removed_png, "").Group("");
 }
 
-void RequireTextForPlot(const PlotOptions& options, bool is_text) {
+void CheckPlotOptions(const PlotOptions& options, bool is_text) {
+  if (!options.removed_png.empty()) {
+    throw ClientError(ExitCode::kUsage, "--png: figures are SVG files; give --svg FILE.svg instead");
+  }
   if (!options.text || is_text) return;
-  throw ClientError(ExitCode::kUsage,
-                    "--plot draws below the text table; with another --format give --svg FILE or --png FILE");
+  throw ClientError(ExitCode::kUsage, "--plot draws below the text table; with another --format give --svg FILE");
 }
 
 std::string DrawPlot(const Plot& plot, const PlotOptions& options, const TextLayout& layout) {
-  if (!options.svg.empty() && options.svg == options.png) {
-    throw ClientError(ExitCode::kUsage, "--svg and --png name the same file, '" + options.svg + "'; give two");
-  }
-  if (!options.svg.empty()) ReplaceFile(options.svg, RenderPlotImage(plot, ImageFormat::kSvg));
-  if (!options.png.empty()) ReplaceFile(options.png, RenderPlotImage(plot, ImageFormat::kPng));
+  if (!options.svg.empty()) ReplaceFile(options.svg, RenderPlotSvg(plot));
   return options.text ? "\n" + RenderPlotText(plot, layout) : "";
 }
 

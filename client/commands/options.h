@@ -50,15 +50,16 @@ std::optional<std::chrono::duration<double>> GiveUpOf(const std::optional<double
 /// Destinations of figures.
 struct PlotOptions {
   bool text = false;
-  std::string svg, png;  ///< file names; empty: none
+  std::string svg;          ///< file name; empty: none
+  std::string removed_png;  ///< value of the removed option --png, for its error
 
-  bool any() const { return text || !svg.empty() || !png.empty(); }
+  bool any() const { return text || !svg.empty(); }
 };
-/// Adds --plot, --svg FILE, --png FILE; `what` describes the figure, e.g. "performance profiles".
+/// Adds --plot and --svg FILE; `what` describes the figure, e.g. "performance profiles".
 void AddPlotOptions(const app::Command& command, const std::string& what, PlotOptions* options);
-/// Throws ClientError (kUsage) for --plot with a format other than text.
-void RequireTextForPlot(const PlotOptions& options, bool is_text);
-/// Writes the files, and returns the text to be printed; empty without --plot. Throws the errors of RenderPlotImage and
+/// Throws ClientError (kUsage) for --plot with a format other than text, and for --png.
+void CheckPlotOptions(const PlotOptions& options, bool is_text);
+/// Writes the file, and returns the text to be printed; empty without --plot. Throws the errors of RenderPlotSvg and
 /// ReplaceFile.
 std::string DrawPlot(const Plot& plot, const PlotOptions& options, const TextLayout& layout);
 /// Adds --charge SECONDS: the time charged for a failed run in mean times.

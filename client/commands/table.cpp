@@ -63,13 +63,12 @@ std::string RenderTable(const TableOptions& options, ResultSource* source) {
 
 // Renders the profiles; empty if they are not printed.
 std::string RenderPlot(const TableOptions& options, ResultSource* source) {
+  CheckPlotOptions(options.plot, options.format == TableFormat::kText);
   if (!options.plot.any()) return {};
   if (options.interpolation) {
     throw ClientError(ExitCode::kUsage,
-                      "performance profiles are of solves: --plot, --svg and --png go without "
-                      "--interpolation");
+                      "performance profiles are of solves: give --plot and --svg without --interpolation");
   }
-  RequireTextForPlot(options.plot, options.format == TableFormat::kText);
   const StatisticsTable table = ReadStatisticsTable(*source, options.selection);
   return DrawPlot(ProfilePlot(table), options.plot, LayoutOf(options.output));
 }

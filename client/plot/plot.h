@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-/// Figures as data, rendered as text (plot_text.h) or as SVG and PNG (plot_image.h).
+/// Figures as data, rendered as text (plot_text.h) or as SVG (plot_svg.h).
 namespace legopt::client {
 
 /// An axis of a panel.

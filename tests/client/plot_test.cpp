@@ -12,7 +12,7 @@
 
 #include "client/client_error.h"
 #include "client/compare/figures.h"
-#include "client/plot/plot_image.h"
+#include "client/plot/plot_svg.h"
 #include "client/plot/plot_text.h"
 #include "toy_experiment.h"
 
@@ -146,25 +146,18 @@ TEST_F(PlotOfDatabase, AMethodThatHasNotBegunIsNamedAndHasNoCurve) {
   EXPECT_THAT(text, testing::AllOf(HasSubstr("a  A: best"), HasSubstr("C: best"), testing::Not(HasSubstr("B: best"))));
 }
 
-// Returns the colours of curves: all strokes that are not grey.
+// Returns the colours of the curves.
 std::set<std::string> CurveColors(const tinyxml2::XMLElement* element) {
   std::set<std::string> colors;
   for (; element != nullptr; element = element->NextSiblingElement()) {
     colors.merge(CurveColors(element->FirstChildElement()));
-    const char* style = element->Attribute("style");
-    if (style == nullptr) continue;
-    const std::string text = style;
-    const std::size_t at = text.find("stroke:rgb(");
-    if (at == std::string::npos) continue;
-    const std::string rgb = text.substr(at, text.find(')', at) - at);
-    const std::string first = rgb.substr(11, rgb.find(',') - 11);
-    if (rgb != "stroke:rgb(" + first + "," + first + "," + first) colors.insert(rgb);
+    if (std::string(element->Name()) == "polyline") colors.insert(element->Attribute("stroke"));
   }
   return colors;
 }
 
 TEST_F(PlotOfDatabase, AnSvgParsesAloneAndHasACurveOfEachMethod) {
-  const std::string bytes = RenderPlotImage(Profiles(ToyPool()), ImageFormat::kSvg);
+  const std::string bytes = RenderPlotSvg(Profiles(ToyPool()));
   tinyxml2::XMLDocument document;
   ASSERT_EQ(document.Parse(bytes.data(), bytes.size()), tinyxml2::XML_SUCCESS) << document.ErrorStr();
   const tinyxml2::XMLElement* root = document.RootElement();
@@ -174,24 +167,41 @@ TEST_F(PlotOfDatabase, AnSvgParsesAloneAndHasACurveOfEachMethod) {
   EXPECT_EQ(CurveColors(root).size(), 3u);
 }
 
-TEST_F(PlotOfDatabase, APngHasItsSizeInItsHead) {
-  const std::string bytes = RenderPlotImage(Scatter(Discordant(3, 1, 1, 0)), ImageFormat::kPng);
-  EXPECT_EQ(bytes.substr(0, 8), "\x89PNG\r\n\x1a\n");
-  const auto number = [&](std::size_t at) {
-    unsigned value = 0;
-    for (std::size_t i = 0; i < 4; ++i) value = value * 256 + static_cast<unsigned char>(bytes[at + i]);
-    return value;
-  };
-  EXPECT_EQ(number(16), 1440u);
-  EXPECT_GT(number(20), 400u);
-  EXPECT_EQ(bytes.substr(bytes.size() - 8, 4), "IEND");
+// Returns the texts of a figure, separated by newlines.
+std::string TextsOf(const tinyxml2::XMLElement* element) {
+  std::string texts;
+  for (; element != nullptr; element = element->NextSiblingElement()) {
+    if (std::string(element->Name()) == "text") texts += element->GetText() + std::string("\n");
+    texts += TextsOf(element->FirstChildElement());
+  }
+  return texts;
 }
 
-TEST(PlotImage, MorePanelsThanAPageHoldsAreRefused) {
+TEST_F(PlotOfDatabase, AnSvgHasAxesLegendAndCaptionAsText) {
+  const Plot plot = Scatter(Discordant(3, 1, 1, 0));
+  tinyxml2::XMLDocument document;
+  ASSERT_EQ(document.Parse(RenderPlotSvg(plot).c_str()), tinyxml2::XML_SUCCESS) << document.ErrorStr();
+  const std::string texts = TextsOf(document.RootElement());
+  EXPECT_THAT(texts, HasSubstr(plot.panels[0].x.title));
+  EXPECT_THAT(texts, HasSubstr(plot.panels[0].y.title));
+  EXPECT_THAT(texts, HasSubstr("failed\n"));
+  for (const PlotTick& tick : TicksOf(plot.panels[0].x, 7)) EXPECT_THAT(texts, HasSubstr(tick.label + "\n"));
+  EXPECT_THAT(texts, HasSubstr(plot.caption.substr(0, plot.caption.find(' '))));
+}
+
+TEST(PlotSvg, NamesAreEscaped) {
+  Plot plot;
+  plot.entries = {"<b>&\"x\"", "bell\a", "broken\xff"};
+  tinyxml2::XMLDocument document;
+  ASSERT_EQ(document.Parse(RenderPlotSvg(plot).c_str()), tinyxml2::XML_SUCCESS) << document.ErrorStr();
+  EXPECT_EQ(TextsOf(document.RootElement()), "<b>&\"x\"\nbell\\x07\nbroken\\xff\n");
+}
+
+TEST(PlotSvg, MorePanelsThanAPageHoldsAreRefused) {
   Plot plot;
   plot.panels.resize(kMaxPanels + 1);
   try {
-    RenderPlotImage(plot, ImageFormat::kPng);
+    RenderPlotSvg(plot);
     FAIL() << "was drawn";
   } catch (const ClientError& error) {
     EXPECT_EQ(error.code(), ExitCode::kUsage);

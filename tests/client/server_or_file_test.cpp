@@ -47,7 +47,6 @@ const std::vector<Words> kCommands = {
     {"table", "1", "--interpolation"},
     {"table", "1", "--paper"},
     {"table", "1", "--plot", "--svg", "FILE.svg"},
-    {"table", "1", "--png", "FILE.png"},
     {"table", "9"},
     {"compare", "A", "B"},
     {"compare", "A", "B", "--format", "markdown"},

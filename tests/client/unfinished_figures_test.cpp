@@ -11,7 +11,7 @@
 #include "client/compare/figures.h"
 #include "client/compare/statistics_table.h"
 #include "client/page/page_curves.h"
-#include "client/plot/plot_image.h"
+#include "client/plot/plot_svg.h"
 #include "client/plot/plot_text.h"
 #include "test_database.h"
 
@@ -80,7 +80,7 @@ Figures FiguresOf(const TestExperiment& experiment) {
   }
   const Plot profiles = ProfilePlot(figures.table);
   figures.texts.push_back(RenderPlotText(profiles));
-  figures.texts.push_back(RenderPlotImage(profiles, ImageFormat::kSvg));
+  figures.texts.push_back(RenderPlotSvg(profiles));
   ComparisonRequest request;
   request.a = "A";
   request.b = "B";
@@ -90,7 +90,7 @@ Figures FiguresOf(const TestExperiment& experiment) {
     figures.texts.push_back(RenderComparison(comparison, TableFormat::kText));
     figures.texts.push_back(ComparisonJson(comparison).dump());
     figures.texts.push_back(RenderPlotText(ScatterPlot(comparison, kMilliseconds)));
-    figures.texts.push_back(RenderPlotImage(ScatterPlot(comparison, kMilliseconds), ImageFormat::kSvg));
+    figures.texts.push_back(RenderPlotSvg(ScatterPlot(comparison, kMilliseconds)));
   } catch (const ClientError& error) {
     figures.texts.emplace_back(error.what());  // no problem that both have finished
   }
