@@ -70,7 +70,7 @@ NamedCommand FindCommand(CLI::App& app, const Words& words) {
     const Words names = CommandNames(*command.app);
     command.complete = names.empty();
     for (; !command.complete && next < words.size() && IsOption(words[next]); ++next) {
-      if (command.app->get_option_no_throw(OptionName(words[next])) != nullptr) continue;
+      if (words[next] == kNetworkHelp || command.app->get_option_no_throw(OptionName(words[next])) != nullptr) continue;
       command.fault = UnknownOption(*command.app, words[next]);
       return command;
     }

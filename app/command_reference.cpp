@@ -15,11 +15,9 @@ namespace {
 constexpr char kHelpFlag[] = "help";
 constexpr char kVerboseFlag[] = "verbose";
 
-// Escapes the character that ends a cell of a table, and joins lines.
-std::string Cell(const std::string& text) {
-  std::string cell;
-  for (const char c : text) cell += c == '|' ? std::string("\\|") : std::string(1, c == '\n' ? ' ' : c);
-  return cell;
+std::string OneLine(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
 }
 
 // Returns "`--port` INT", "`ID` INT:[1 .. ]" or, for a flag, "`--yes`".
@@ -27,14 +25,14 @@ std::string NameOf(const CLI::Option& option) {
   std::string names = "`" + option.get_name(option.get_positional(), true) + "`";
   std::replace(names.begin(), names.end(), ',', ' ');
   if (option.get_items_expected_max() == 0) return names;
-  return Cell(names + " " + option.get_type_name());
+  return names + " " + option.get_type_name();
 }
 
 std::string MeaningOf(const CLI::Option& option) {
   std::string text = option.get_description();
   if (!option.get_default_str().empty()) text += " (default: " + option.get_default_str() + ")";
   if (option.get_required()) text += "; required";
-  return Cell(text);
+  return OneLine(text);
 }
 
 class Writer {
@@ -80,7 +78,7 @@ class Writer {
     const std::string path = parent + " " + command.get_name();
     text_ += "### " + path + "\n\n" + command.get_description() + ".\n\n";
     const std::string footer = command.get_footer();
-    if (footer != inherited_footer_) text_ += Cell(footer) + "\n\n";
+    if (footer != inherited_footer_) text_ += OneLine(footer) + "\n\n";
     Options(path, command);
     for (const CLI::App* below : command.get_subcommands({})) Command(path, *below);
   }
@@ -102,19 +100,18 @@ class Writer {
       if (positional)
         usage += option->get_required() ? " " + option->get_name(true) : " [" + option->get_name(true) + "]";
       has_options = has_options || !positional;
-      rows += "| " + NameOf(*option) + " | " + MeaningOf(*option) + " |\n";
+      rows += "* " + NameOf(*option) + ": " + MeaningOf(*option) + "\n";
     }
     if (command.get_require_subcommand_min() > 0) usage += " COMMAND";
     if (!path.empty()) text_ += "    " + usage + (has_options || !network.empty() ? " [OPTIONS]" : "") + "\n\n";
-    if (!rows.empty()) text_ += "| argument or option | meaning |\n| --- | --- |\n" + rows + "\n";
+    if (!rows.empty()) text_ += rows + "\n";
     if (!network.empty()) text_ += "[Network options](#network-options): " + network + ".\n\n";
   }
 
   std::string NetworkOptions(const std::string& level) const {
     if (network_.empty()) return "";
-    std::string text =
-        level + " Network options\n\n`--help-network` prints them.\n\n| option | meaning |\n| --- | --- |\n";
-    for (const CLI::Option* option : network_) text += "| " + NameOf(*option) + " | " + MeaningOf(*option) + " |\n";
+    std::string text = level + " Network options\n\n`--help-network` prints them.\n\n";
+    for (const CLI::Option* option : network_) text += "* " + NameOf(*option) + ": " + MeaningOf(*option) + "\n";
     return text;
   }
 

@@ -182,6 +182,8 @@ TEST_F(Arguments, NetworkOptionsHaveAHelpOfTheirOwn) {
   const Said network = Parse({"run", "--help-network"});
   EXPECT_EQ(network.status, 0);
   EXPECT_THAT(network.out, AllOf(HasSubstr("--host"), Not(HasSubstr("--methods"))));
+  EXPECT_EQ(Parse({"--help-network", "run"}).out, network.out);
+  EXPECT_EQ(Parse({"--help-network"}).out, "'prog' has no network options\n");
   EXPECT_EQ(Parse({"list", "--help-network"}).out, "'prog list' has no network options\n");
   EXPECT_FALSE(Parse({"run", "quick", "--host", "here"}).status);
   EXPECT_EQ(host_, "here");
@@ -196,10 +198,10 @@ TEST_F(Arguments, TheReferenceDescribesVisibleCommandsAndOptions) {
   EXPECT_EQ(said.status, 0);
   EXPECT_THAT(said.out,
               AllOf(HasSubstr("## Jobs\n"), HasSubstr("### prog run\n\nRuns.\n"),
-                    HasSubstr("    prog run SUITE [OPTIONS]\n"), HasSubstr("| `SUITE` TEXT | Suite; required |\n"),
+                    HasSubstr("    prog run SUITE [OPTIONS]\n"), HasSubstr("* `SUITE` TEXT: Suite; required\n"),
                     HasSubstr("### prog data check\n"), HasSubstr("[Network options](#network-options): `--host`.\n"),
-                    HasSubstr("## Network options\n"), HasSubstr("| `--host` TEXT | Host \\| address |\n")));
-  EXPECT_THAT(said.out, AllOf(Not(HasSubstr("secret")), HasSubstr("| `--fast` | Fast |\n")));
+                    HasSubstr("## Network options\n"), HasSubstr("* `--host` TEXT: Host | address\n")));
+  EXPECT_THAT(said.out, AllOf(Not(HasSubstr("secret")), HasSubstr("* `--fast`: Fast\n")));
 }
 
 TEST_F(Arguments, HelpBehindAnOptionIsItsValue) {
