@@ -17,6 +17,7 @@
 #include "legopt/geometry/collision_query.h"
 #include "legopt/problem/terms/initial_guess.h"
 #include "legopt/problem/terms/task_program.h"
+#include "legopt/solvers/best_options.h"
 #include "legopt/solvers/methods/method.h"
 #include "legopt/solvers/solver.h"
 #include "legopt/types/input_error.h"
@@ -44,7 +45,7 @@ double JointSteps(const Eigen::VectorXd& x, Eigen::Index size, int num_joints) {
 legopt::Method Descent() {
   legopt::Method method = legopt::Method::Of("best");
   // Free iterations would enable the disabled terms again.
-  std::get<legopt::BestOptions>(method.options).free_iterations = 0;
+  method.options.As<legopt::BestOptions>().free_iterations = 0;
   return method;
 }
 

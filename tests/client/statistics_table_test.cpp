@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "client/client_error.h"
+#include "legopt/solvers/best_options.h"
 #include "legopt/solvers/methods/method.h"
 #include "toy_experiment.h"
 

@@ -85,8 +85,8 @@ TEST(EmbeddedMotions, AreSolvedAndJudged) {
 TEST_F(Motion, AFailedWindowEndsTheProblemAndSaysWhich) {
   Method method;
   method.multi_starts = 2;
-  std::get<SqpOptions>(method.options).max_iterations = 1;
-  std::get<SqpOptions>(method.options).max_penalty_iterations = 1;
+  method.options.As<SqpOptions>().max_iterations = 1;
+  method.options.As<SqpOptions>().max_penalty_iterations = 1;
   const SolveOutcome outcome = solver_.Solve(Task::kMotion, 0, Initialization::kInCollision, method, {});
   EXPECT_EQ(outcome.windows_solved, 0);
   EXPECT_EQ(outcome.restarts, 2);

@@ -8,6 +8,7 @@
 
 #include "legopt/dataset/content_hash.h"
 #include "legopt/judge/judge.h"
+#include "legopt/solvers/best_options.h"
 #include "legopt/types/input_error.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
@@ -28,8 +29,8 @@ class Solve : public ::testing::Test {
   static Method FailingMethod(int multi_starts) {
     Method method;
     method.multi_starts = multi_starts;
-    std::get<SqpOptions>(method.options).max_iterations = 1;
-    std::get<SqpOptions>(method.options).max_penalty_iterations = 1;
+    method.options.As<SqpOptions>().max_iterations = 1;
+    method.options.As<SqpOptions>().max_penalty_iterations = 1;
     return method;
   }
 
@@ -112,7 +113,7 @@ TEST_F(Solve, EffortIsCounted) {
   EXPECT_LT(once.collision_queries, once.term_evaluations) << "one term of a waypoint is that of collisions";
   const SolveOutcome hopeless = Run(FailingMethod(4));
   EXPECT_EQ(hopeless.starts, 5) << "the first attempt and its restarts";
-  EXPECT_EQ(Run(Method::Of("best")).starts, 1 + std::get<BestOptions>(Method::Of("best").options).refinements);
+  EXPECT_EQ(Run(Method::Of("best")).starts, 1 + Method::Of("best").options.As<BestOptions>().refinements);
 }
 
 TEST_F(Solve, SeedRepetitionAndStartChangeTheNoiseButNotTheFirstAttempt) {

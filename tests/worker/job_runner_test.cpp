@@ -85,8 +85,8 @@ TEST_F(JobRunnerTest, TheFirstWindowWithoutASolutionIsKeptJudgedAndNamed) {
     job_.task = task;
     job_.problem_id = 0;
     job_.initialization = Initialization::kInCollision;
-    std::get<SqpOptions>(job_.method.options).max_iterations = 1;
-    std::get<SqpOptions>(job_.method.options).max_penalty_iterations = 1;
+    job_.method.options.As<SqpOptions>().max_iterations = 1;
+    job_.method.options.As<SqpOptions>().max_penalty_iterations = 1;
     const JobResult result = RunJob(dataset_, job_);
     const Evaluation& evaluation = result.evaluation;
     for (const Verdict verdict : {evaluation.literal, evaluation.strict, evaluation.solid}) {

@@ -34,7 +34,7 @@ void VisitAllOptions(auto& method, auto& fields) {
   fields.Require(method.contact_range_m > method.collision_margin_m, "contact_range_m", "collision_margin_m",
                  Dump(json(method.contact_range_m)), "must exceed collision_margin_m",
                  "raise it or lower collision_margin_m");
-  VisitOptions(method.options, fields);
+  method.options.Visit(fields);
 }
 
 Method DefaultsOf(const SolverEntry& entry) {
@@ -113,7 +113,7 @@ void Method::CheckValues(OptionDiagnostics& faults) const {
 void Method::CheckSolver(const SolverRegistry& registry, OptionDiagnostics& faults) const {
   const SolverEntry* entry = registry.Find(solver);
   if (entry == nullptr) return ReportUnknownSolver(solver, registry, faults);
-  if (!HaveSameType(options, entry->defaults)) {
+  if (!options.HasTypeOf(entry->defaults)) {
     faults.Add(kOptions, "", "are those of another solver than " + solver, "begin with the defaults of " + solver);
   }
   if (entry->samples) return;

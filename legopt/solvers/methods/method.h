@@ -6,6 +6,7 @@
 
 #include "legopt/solvers/methods/registry.h"
 #include "legopt/solvers/methods/solver_options.h"
+#include "legopt/solvers/sqp_options.h"
 #include "legopt/types/collision.h"
 
 namespace legopt {

@@ -28,7 +28,7 @@ struct SolverProperties {
 /// A solver that a method may name, with its defaults and its factory.
 struct SolverEntry : SolverProperties {
   SolverOptions defaults;  ///< defaults, of the type that `make` takes
-  /// Creates a solver with options of the type of `defaults`. Throws std::bad_variant_access for other types.
+  /// Creates a solver with options of the type of `defaults`. Throws std::bad_any_cast for other types.
   std::function<std::unique_ptr<Solver>(const SolverOptions& options, const Sampling& sampling)> make;
 };
 
@@ -45,8 +45,7 @@ struct SolverEntry : SolverProperties {
 /// The registry is a value that is passed to code that reads or solves methods; it is not a global list. Hence parts of
 /// a program cannot disturb each other, nothing depends on the order of static initialisation, and a statically linked
 /// library loses no entries. Custom options are any struct with a Visit (option_fields.h). They are read, checked,
-/// written and hashed like those of the library. The library's own options are alternatives of a variant, so that code
-/// can use them without a cast. Reading is thread-safe.
+/// written and hashed like those of the library. Reading is thread-safe.
 class SolverRegistry {
  public:
   /// Creates a registry with the solvers of the library, in the order of the documentation.
@@ -57,9 +56,9 @@ class SolverRegistry {
   /// empty or taken.
   template <class Options, class Make>
   void Register(SolverProperties facts, Make make, Options defaults = Options()) {
-    SolverEntry entry{std::move(facts), MakeSolverOptions(std::move(defaults)), nullptr};
+    SolverEntry entry{std::move(facts), std::move(defaults), nullptr};
     entry.make = [make = std::move(make)](const SolverOptions& options, const Sampling& sampling) {
-      return std::unique_ptr<Solver>(make(OptionsAs<Options>(options), sampling));
+      return std::unique_ptr<Solver>(make(options.As<Options>(), sampling));
     };
     Add(std::move(entry));
   }

@@ -9,6 +9,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "legopt/solvers/gradient_options.h"
 #include "legopt/solvers/solver.h"
 #include "legopt/types/input_error.h"
 
@@ -54,8 +55,8 @@ TEST(Method, DefaultsAreThePapers) {
   const Method method = Method::FromJson(json::parse(R"({"solver": "sqp"})"), "");
   EXPECT_EQ(method.name, "SQP");
   EXPECT_EQ(method.multi_starts, 0);
-  EXPECT_EQ(std::get<SqpOptions>(method.options).initial_penalty, 1e2);
-  EXPECT_EQ(std::get<SqpOptions>(method.options).max_penalty_iterations, 11);  // up to 1e12
+  EXPECT_EQ(method.options.As<SqpOptions>().initial_penalty, 1e2);
+  EXPECT_EQ(method.options.As<SqpOptions>().max_penalty_iterations, 11);  // up to 1e12
 }
 
 TEST(Method, IncrementalVariantsCarryThePapersPrefix) {
@@ -71,7 +72,7 @@ TEST(Method, CanonicalFormRoundTrips) {
       json::parse(R"({"solver": "sqp", "name": "mine", "multi_starts": 10, "options": {"trust_box_size": 0.5}})"), "");
   const Method again = Method::FromJson(method.ToJson(), "");
   EXPECT_EQ(again.ToJson(), method.ToJson());
-  EXPECT_EQ(std::get<SqpOptions>(again.options).trust_box_size, 0.5);
+  EXPECT_EQ(again.options.As<SqpOptions>().trust_box_size, 0.5);
   EXPECT_EQ(again.Hash(), method.Hash());
 }
 
@@ -187,9 +188,9 @@ TEST(Method, ALaterNumberIsReadBackWhateverTheSolversDefaultIs) {
 }
 
 TEST(Method, TheMemoryOfGradientsIsAChoice) {
-  EXPECT_EQ(std::get<MomentGradientOptions>(Method::Of("adam").options).gradient.memory, GradientMemory::kGradients);
+  EXPECT_EQ(Method::Of("adam").options.As<MomentGradientOptions>().gradient.memory, GradientMemory::kGradients);
   const Method models = Method::FromJson({{"solver", "adam"}, {"options", {{"memory", "models"}}}}, "");
-  EXPECT_EQ(std::get<MomentGradientOptions>(models.options).gradient.memory, GradientMemory::kModels);
+  EXPECT_EQ(models.options.As<MomentGradientOptions>().gradient.memory, GradientMemory::kModels);
   EXPECT_NE(models.Hash(), Method::Of("adam").Hash());
 }
 
@@ -252,7 +253,7 @@ TEST(Method, WhatIsMadeHereIsCheckedLikeAText) {
   method.sample_size_percent = 0;
   method.restart_noise_deg = std::numeric_limits<double>::infinity();
   method.collision = static_cast<SceneRepresentation>(7);
-  auto& sqp = std::get<SqpOptions>(method.options);
+  auto& sqp = method.options.As<SqpOptions>();
   sqp.trust_box_size = std::nan("");
   sqp.trust_rule = static_cast<TrustRule>(2);
   sqp.max_iterations = 0;
@@ -271,7 +272,7 @@ TEST(Method, WhatIsMadeHereIsCheckedLikeAText) {
 
 TEST(Method, ConditionsBetweenFieldsAreCheckedHere) {
   Method method = Method::Of("sgd");
-  std::get<GradientOptions>(method.options).line_search.curvature = 1e-5;
+  method.options.As<GradientOptions>().line_search.curvature = 1e-5;
   method.contact_range_m = 1e-3;
   method.collision_margin_m = 2e-3;
   EXPECT_THAT(FaultsOf(method), ElementsAre("options.contact_range_m: must exceed collision_margin_m",

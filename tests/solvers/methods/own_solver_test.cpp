@@ -119,13 +119,13 @@ TEST(OwnSolver, IsReadWrittenAndHashedLikeTheOthers) {
   const json description = {{"solver", "compass"}, {"multi_starts", 3}, {"options", {{"step", 2}, {"rule", "fixed"}}}};
   const Method method = Method::FromJson(description, "mine.json", registry);
   EXPECT_EQ(method.name, "Compass search");
-  EXPECT_EQ(legopt::OptionsAs<CompassOptions>(method.options).step, 2.0);
-  EXPECT_EQ(legopt::OptionsAs<CompassOptions>(method.options).rule, StepRule::kFixed);
+  EXPECT_EQ(method.options.As<CompassOptions>().step, 2.0);
+  EXPECT_EQ(method.options.As<CompassOptions>().rule, StepRule::kFixed);
   EXPECT_EQ(method.ToJson()["options"]["rule"], "fixed");
   const Method again = Method::FromJson(method.ToJson(), "mine.json", registry);
   EXPECT_EQ(again.Hash(), method.Hash());
   EXPECT_NE(again.Hash(), Method::Of("compass", registry).Hash());
-  EXPECT_THROW(legopt::OptionsAs<StepRule>(method.options), std::bad_variant_access);
+  EXPECT_THROW(method.options.As<StepRule>(), std::bad_any_cast);
 }
 
 TEST(OwnSolver, FaultsAreToldAllTogether) {
