@@ -100,7 +100,10 @@ Words WithoutHelpCommand(Words words) {
 }
 
 std::string UnknownCommand(const CLI::App& app, const NamedCommand& command, std::span<const Synonym> synonyms) {
-  const Words names = CommandNames(*command.app);
+  Words names;
+  for (const auto* known : command.app->get_subcommands({})) {
+    if (!known->get_group().empty()) names.push_back(known->get_name());
+  }
   std::string typed = command.unknown;
   for (const auto& synonym : synonyms) {
     if (typed != synonym.typed) continue;

@@ -179,9 +179,6 @@ void AddCommands(const app::Command& program, Invocation* invocation) {
   AddServiceCommands(program, invocation);
   program.GroupCommands("Service");
 
-  // app::ParseCommandLine handles these two; as commands they are known to suggestions.
-  program.AddCommand("help", "Show the help of a command: legopt help run");
-  program.AddCommand("version", "Show the version, as --version does");
   AddReferenceCommand(program, invocation);
   program.GroupCommands("");
 }
