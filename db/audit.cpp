@@ -153,7 +153,7 @@ void CheckForeignKeys(Connection& connection, std::vector<AuditDiagnostic>& defe
 }
 
 void CheckSchema(Connection& connection, std::vector<AuditDiagnostic>& defects) {
-  const std::vector<SchemaDiagnostic> found = DiagnoseSchema(connection, SchemaVersion());
+  const std::vector<SchemaDiagnostic> found = DiagnoseSchema(connection);
   if (found.empty()) return;
   const bool foreign = found.front().kind == SchemaDiagnostic::Kind::kForeign;
   defects.push_back(

@@ -90,9 +90,9 @@ BackupReport Describe(Connection& copy) {
 
 BackupReport BackUp(const std::filesystem::path& source, const std::filesystem::path& target) {
   const std::unique_ptr<Connection> live = OpenForReading(source);
-  const Identity identity = Identify(*live, SchemaVersion());
+  const Identity identity = Identify(*live);
   if (identity.empty) Fail(StoreErrorCode::kNotLegopt, source, "empty, not a legopt database; check the path");
-  RequireIntact(*live, identity);
+  if (identity.version == SchemaVersion()) RequireIntact(*live);
   return BackUp(*live, target);
 }
 
@@ -113,6 +113,10 @@ BackupReport BackUp(Connection& source, const std::filesystem::path& target) {
                "), so the database is not either; restore an older backup");
     }
     report = Describe(copy);
+  }
+  if (report.schema_version < SchemaVersion()) {
+    Connection copy(partial.path(), Connection::Mode::kReadWriteCreate, source.path());
+    RequireUpgradable(copy);
   }
   partial.Finish();
   return report;

@@ -10,28 +10,38 @@
 
 namespace legopt::db {
 
-int SchemaVersion() { return Migrations().back().version; }
+int SchemaVersion() { return Upgrades().back().from + 1; }
 
-Identity Identify(Connection& connection, int newest) {
+int OldestSchemaVersion() { return Upgrades().front().from; }
+
+Identity Identify(Connection& connection) {
   const std::int64_t application = connection.QueryInt("PRAGMA application_id");
   Identity identity;
   identity.version = connection.QueryInt("PRAGMA user_version");
   identity.empty =
       application == 0 && identity.version == 0 && connection.QueryInt("SELECT count(*) FROM sqlite_schema") == 0;
   if (identity.empty) return identity;
-  const std::string file = connection.path().string();
+  const std::string file = connection.path().string(), version = std::to_string(identity.version);
   if (application != kApplicationId) {
     throw StoreError(StoreErrorCode::kNotLegopt, file + ": this is the database of another program (application_id " +
                                                      std::to_string(application) + "); choose another file");
   }
   if (identity.version < 1) {
-    throw StoreError(StoreErrorCode::kCorrupt, file + ": not an intact legopt database: its schema version is " +
-                                                   std::to_string(identity.version) + "; restore a backup");
+    throw StoreError(StoreErrorCode::kCorrupt,
+                     file + ": not an intact legopt database: its schema version is " + version + "; restore a backup");
   }
-  if (identity.version > newest) {
-    throw StoreError(StoreErrorCode::kNewerSchema,
-                     file + ": written by a newer legopt (schema " + std::to_string(identity.version) +
-                         ", this program knows up to " + std::to_string(newest) + "); use that legopt or a newer one");
+  if (identity.version > SchemaVersion()) {
+    throw StoreError(StoreErrorCode::kNewerSchema, file + ": written by a newer legopt (schema " + version +
+                                                       ", this program knows up to " + std::to_string(SchemaVersion()) +
+                                                       "); use that legopt or a newer one");
+  }
+  if (identity.version < OldestSchemaVersion()) {
+    throw StoreError(
+        StoreErrorCode::kOlderSchema,
+        file + ": written by an old legopt (schema " + version + ", this program upgrades schema " +
+            std::to_string(OldestSchemaVersion()) +
+            " and newer); upgrade it first with an earlier legopt, built from sources of 24 to 27 November "
+            "2026: start its legopt-server --db on the file once");
   }
   return identity;
 }
@@ -50,6 +60,52 @@ struct Schema {
   std::vector<std::string> columns;  // e.g. "column 'state' of table 'jobs'"
 };
 
+bool IsSpace(char c) { return std::string_view(" \t\n\r\f").find(c) != std::string_view::npos; }
+
+bool IsWord(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+         static_cast<unsigned char>(c) >= 0x80 || std::string_view("_'\"`[]").find(c) != std::string_view::npos;
+}
+
+// Returns the length of the token at the start of `sql`: a quoted text, a comment or one character.
+std::size_t TokenLength(std::string_view sql) {
+  const auto up_to = [&](std::string_view end) {
+    const std::size_t at = sql.find(end, 1);
+    return at == std::string_view::npos ? sql.size() : at + end.size();
+  };
+  if (sql.starts_with("--")) return up_to("\n");
+  if (sql.starts_with("/*")) return up_to("*/");
+  switch (sql.front()) {
+    case '\'':
+    case '"':
+    case '`':
+      return up_to(sql.substr(0, 1));
+    case '[':
+      return up_to("]");
+    default:
+      return 1;
+  }
+}
+
+// Returns SQL without comments, and with white space only where it separates words. python/legopt/read_only_file.py
+// does the same.
+std::string Normalized(std::string_view sql) {
+  std::string text;
+  bool space = false;
+  while (!sql.empty()) {
+    const std::string_view token = sql.substr(0, TokenLength(sql));
+    sql.remove_prefix(token.size());
+    if (IsSpace(token.front()) || token.starts_with("--") || token.starts_with("/*")) {
+      space = true;
+      continue;
+    }
+    if (space && !text.empty() && IsWord(text.back()) && IsWord(token.front())) text += ' ';
+    space = false;
+    text += token;
+  }
+  return text;
+}
+
 // Returns all entries except SQLite's own tables and the indexes created for UNIQUE and PRIMARY KEY.
 Schema SchemaOf(Connection& connection) {
   Schema schema;
@@ -59,7 +115,7 @@ Schema SchemaOf(Connection& connection) {
                     false);
   while (entries.Step()) {
     schema.entries.push_back(
-        {entries.column_text(0), entries.column_text(1), entries.column_text(2), entries.column_text(3)});
+        {entries.column_text(0), entries.column_text(1), entries.column_text(2), Normalized(entries.column_text(3))});
   }
   Statement columns(connection,
                     "SELECT 'column ' || quote(c.name) || ' of table ' || quote(t.name) FROM sqlite_schema AS t, "
@@ -83,36 +139,74 @@ bool IsIntrusive(const Entry& entry, const std::vector<Entry>& schema) {
   return has_its_name || (entry.type == "index" && is_on_ours && entry.sql.starts_with("CREATE UNIQUE"));
 }
 
-// Brings an empty or older database from its version to the last of `migrations`.
-void Upgrade(Connection& connection, std::span<const Migration> migrations) {
-  for (const Migration& migration : migrations) {
-    Transaction transaction(connection);
-    // Read again under the write lock: no other process can be migrating now.
-    if (connection.QueryInt("PRAGMA user_version") >= migration.version) continue;
-    connection.ExecuteUndefended(std::string(migration.sql));
-    connection.Execute("PRAGMA application_id = " + std::to_string(kApplicationId));
-    connection.Execute("PRAGMA user_version = " + std::to_string(migration.version));
-    transaction.Commit();
+const Schema& CurrentSchema() {
+  static const Schema schema = [] {
+    Connection fresh(":memory:", Connection::Mode::kMemory);
+    fresh.Execute(std::string(Tables()));
+    fresh.Execute(std::string(Views()));
+    return SchemaOf(fresh);
+  }();
+  return schema;
+}
+
+// Throws the StoreError of a defect in a file of schema version `version`.
+[[noreturn]] void ThrowNotIntact(Connection& connection, const SchemaDiagnostic& defect, std::int64_t version) {
+  const std::string start = connection.path().string() + kNotIntact + defect.entry;
+  const std::string advice =
+      defect.view ? "; start legopt-server --db on it once, it restores the view" : "; restore a backup";
+  switch (defect.kind) {
+    case SchemaDiagnostic::Kind::kMissing:
+      throw StoreError(StoreErrorCode::kCorrupt, start + " is missing" + advice);
+    case SchemaDiagnostic::Kind::kChanged:
+      throw StoreError(StoreErrorCode::kCorrupt,
+                       start + " is not that of schema version " + std::to_string(version) + advice);
+    case SchemaDiagnostic::Kind::kForeign:
+      break;
+  }
+  throw StoreError(StoreErrorCode::kCorrupt, start + " is not legopt's; restore a backup, or drop it");
+}
+
+// To be called in a transaction.
+void CreateOrUpgrade(Connection& connection) {
+  // Read again under the write lock: no other process can be upgrading now.
+  const std::int64_t version = Identify(connection).version;
+  if (version == 0) connection.Execute(std::string(Tables()));
+  for (const Upgrade& upgrade : Upgrades()) {
+    if (version != 0 && version <= upgrade.from) connection.ExecuteUndefended(std::string(upgrade.sql));
+  }
+  connection.Execute(std::string(Views()));
+  if (version == SchemaVersion()) return;
+  connection.Execute("PRAGMA application_id = " + std::to_string(kApplicationId));
+  connection.Execute("PRAGMA user_version = " + std::to_string(SchemaVersion()));
+  // The upgrades are correct, so a difference was there before.
+  if (const auto defects = DiagnoseSchema(connection); !defects.empty()) {
+    ThrowNotIntact(connection, defects.front(), version);
   }
 }
 
-// Returns the schema of a version. The newest one is cached, because running all migrations takes longer than a check.
-Schema SchemaOfVersion(std::int64_t version) {
-  const auto make = [version] {
-    Connection fresh(":memory:", Connection::Mode::kMemory);
-    Upgrade(fresh, Migrations().first(static_cast<std::size_t>(version)));
-    return SchemaOf(fresh);
-  };
-  if (version != SchemaVersion()) return make();
-  static const Schema newest = make();
-  return newest;
+enum class End { kCommit, kRollBack };
+
+void CreateOrUpgrade(Connection& connection, End end) {
+  const std::int64_t version = Identify(connection).version;
+  try {
+    Transaction transaction(connection);
+    CreateOrUpgrade(connection);
+    if (end == End::kCommit) transaction.Commit();
+  } catch (const StoreError& error) {
+    // As above: the schema must differ from its declared version.
+    if (error.code() != StoreErrorCode::kBadQuery && error.code() != StoreErrorCode::kConstraint) throw;
+    throw StoreError(StoreErrorCode::kCorrupt,
+                     connection.path().string() + kNotIntact + "it cannot be upgraded from schema version " +
+                         std::to_string(version) + " (" + error.what() + "); restore a backup");
+  }
 }
 
 }  // namespace
 
-std::vector<SchemaDiagnostic> DiagnoseSchema(Connection& connection, std::int64_t version) {
+std::vector<SchemaDiagnostic> DiagnoseSchema(Connection& connection) {
   using Kind = SchemaDiagnostic::Kind;
-  const Schema found = SchemaOf(connection), schema = SchemaOfVersion(version);
+  const Schema found = SchemaOf(connection);
+  const Schema& schema = CurrentSchema();
   std::vector<SchemaDiagnostic> missing, others;
   const std::set<std::string> columns(found.columns.begin(), found.columns.end());
   const std::set<Entry> entries(found.entries.begin(), found.entries.end()),
@@ -122,49 +216,36 @@ std::vector<SchemaDiagnostic> DiagnoseSchema(Connection& connection, std::int64_
     const bool changed = std::any_of(entries.begin(), entries.end(), [&](const Entry& other) {
       return other.type == entry.type && other.name == entry.name;
     });
-    (changed ? others : missing).push_back({changed ? Kind::kChanged : Kind::kMissing, Named(entry)});
+    (changed ? others : missing)
+        .push_back({changed ? Kind::kChanged : Kind::kMissing, Named(entry), entry.type == "view"});
   }
   for (const std::string& column : schema.columns) {
-    if (!columns.contains(column)) missing.push_back({Kind::kMissing, column});
+    if (!columns.contains(column)) missing.push_back({Kind::kMissing, column, false});
   }
   for (const Entry& entry : found.entries) {
     if (own.contains(entry) || !IsIntrusive(entry, schema.entries)) continue;
     const bool changed = std::any_of(own.begin(), own.end(), [&](const Entry& other) {
       return other.type == entry.type && other.name == entry.name;
     });
-    if (!changed) others.push_back({Kind::kForeign, Named(entry) + " on table '" + entry.table + "'"});
+    if (!changed) others.push_back({Kind::kForeign, Named(entry) + " on table '" + entry.table + "'", false});
   }
   missing.insert(missing.end(), others.begin(), others.end());
   return missing;
 }
 
-void RequireIntact(Connection& connection, const Identity& identity) {
-  const std::vector<SchemaDiagnostic> defects = DiagnoseSchema(connection, identity.version);
-  if (defects.empty()) return;
-  const SchemaDiagnostic& defect = defects.front();
-  const std::string start = connection.path().string() + kNotIntact + defect.entry;
-  switch (defect.kind) {
-    case SchemaDiagnostic::Kind::kMissing:
-      throw StoreError(StoreErrorCode::kCorrupt, start + " is missing; restore a backup");
-    case SchemaDiagnostic::Kind::kChanged:
-      throw StoreError(StoreErrorCode::kCorrupt, start + " is not that of schema version " +
-                                                     std::to_string(identity.version) + "; restore a backup");
-    case SchemaDiagnostic::Kind::kForeign:
-      throw StoreError(StoreErrorCode::kCorrupt, start + " is not legopt's; restore a backup, or drop it");
+void RequireIntact(Connection& connection) {
+  const std::vector<SchemaDiagnostic> defects = DiagnoseSchema(connection);
+  if (!defects.empty()) ThrowNotIntact(connection, defects.front(), SchemaVersion());
+}
+
+void RequireIntactTables(Connection& connection) {
+  for (const SchemaDiagnostic& defect : DiagnoseSchema(connection)) {
+    if (!defect.view) ThrowNotIntact(connection, defect, SchemaVersion());
   }
 }
 
-void Migrate(Connection& connection, std::span<const Migration> migrations) {
-  Identify(connection, migrations.back().version);
-  try {
-    Upgrade(connection, migrations);
-  } catch (const StoreError& error) {
-    // The migrations are correct, so the schema must differ from its declared version.
-    if (error.code() != StoreErrorCode::kBadQuery && error.code() != StoreErrorCode::kConstraint) throw;
-    throw StoreError(StoreErrorCode::kCorrupt,
-                     connection.path().string() + kNotIntact + "it cannot be upgraded from schema version " +
-                         connection.QueryText("PRAGMA user_version") + " (" + error.what() + "); restore a backup");
-  }
-}
+void Migrate(Connection& connection) { CreateOrUpgrade(connection, End::kCommit); }
+
+void RequireUpgradable(Connection& connection) { CreateOrUpgrade(connection, End::kRollBack); }
 
 }  // namespace legopt::db

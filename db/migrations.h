@@ -13,16 +13,21 @@ class Connection;
 /// "LGOP" in the file header; identifies a legopt database (also for file(1)).
 inline constexpr std::int64_t kApplicationId = 0x4C474F50;
 
-/// Schema migration from version - 1 to version. Released migrations never change.
-struct Migration {
-  int version;
+/// Upgrade of the tables from schema version `from` to from + 1. Released upgrades never change.
+struct Upgrade {
+  int from;
   std::string_view sql;
 };
 
-/// Returns all migrations, version 1 first: db/schema/*.sql, embedded by the build.
-std::span<const Migration> Migrations();
+/// SQL of db/schema, embedded by the build: tables.sql, views.sql, and upgrade_from_N.sql, oldest first.
+std::string_view Tables();
+std::string_view Views();
+std::span<const Upgrade> Upgrades();
 
+/// The version of tables.sql and views.sql together. A change of either needs a new version.
 int SchemaVersion();
+/// The oldest version that Migrate upgrades.
+int OldestSchemaVersion();
 
 /// Type of a database file, determined without changing it.
 struct Identity {
@@ -30,10 +35,10 @@ struct Identity {
   std::int64_t version = 0;
 };
 
-/// Throws StoreError: kNotLegopt, kNewerSchema (newer than `newest`), kCorrupt (no version).
-Identity Identify(Connection& connection, int newest);
+/// Throws StoreError: kNotLegopt, kNewerSchema, kOlderSchema (before OldestSchemaVersion()), kCorrupt (no version).
+Identity Identify(Connection& connection);
 
-/// An entry of `sqlite_schema` that differs from the schema version of the file.
+/// An entry of `sqlite_schema` that differs from the current schema.
 struct SchemaDiagnostic {
   enum class Kind {
     kMissing,  ///< an entry or a column of the schema is missing
@@ -42,18 +47,25 @@ struct SchemaDiagnostic {
   };
   Kind kind{};
   std::string entry;  ///< "view 'benchmark_table'", "column 'state' of table 'jobs'", "trigger 'x' on table 'jobs'"
+  bool view = false;  ///< a missing or changed view: a server restores it at its start
 };
 
-/// Compares the text of every entry with the given schema version. Additional tables, views and non-unique indexes of
-/// the user are allowed; triggers, and unique indexes on legopt's tables, are not.
-std::vector<SchemaDiagnostic> DiagnoseSchema(Connection& connection, std::int64_t version);
+/// Compares the text of every entry with the current schema, ignoring comments and white space, which differ between a
+/// new and an upgraded file. Additional tables, views and non-unique indexes of the user are allowed; triggers, and
+/// unique indexes on legopt's tables, are not.
+std::vector<SchemaDiagnostic> DiagnoseSchema(Connection& connection);
 
 /// Throws StoreError (kCorrupt) with the first of DiagnoseSchema, if any.
-void RequireIntact(Connection& connection, const Identity& identity);
+void RequireIntact(Connection& connection);
+/// As RequireIntact, but accepts missing and changed views.
+void RequireIntactTables(Connection& connection);
 
-/// Upgrades the database to the last of `migrations`; each migration and its version number are written in one
-/// transaction. Throws StoreError: the codes of Identify, and SQLite's errors. After an error the schema is that of the
-/// last complete migration.
-void Migrate(Connection& connection, std::span<const Migration> migrations);
+/// Creates the tables of an empty file or upgrades those of an older one, and creates all views anew, in one
+/// transaction: a process that ends meanwhile leaves the file as it was. Throws StoreError: the codes of Identify,
+/// kCorrupt (the upgraded file does not have the current schema), and SQLite's errors.
+void Migrate(Connection& connection);
+
+/// Throws the errors of Migrate, and leaves the file as it is. An older file is intact if it can be upgraded.
+void RequireUpgradable(Connection& connection);
 
 }  // namespace legopt::db

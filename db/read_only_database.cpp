@@ -143,12 +143,12 @@ std::unique_ptr<Connection> OpenForReading(const std::filesystem::path& path, Lo
 
 void RequireCurrentSchema(Connection& connection) {
   RequireCurrentVersion(connection);
-  RequireIntact(connection, Identify(connection, SchemaVersion()));
+  RequireIntact(connection);
 }
 
 void RequireCurrentVersion(Connection& connection) {
   const std::string file = connection.path().string();
-  const Identity identity = Identify(connection, SchemaVersion());
+  const Identity identity = Identify(connection);
   if (identity.empty) {
     throw StoreError(StoreErrorCode::kNotLegopt, file + ": empty, not a legopt database; check the path");
   }

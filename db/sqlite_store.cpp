@@ -52,11 +52,9 @@ SqliteStore::SqliteStore(const std::filesystem::path& path)
 
 void SqliteStore::OpenForWriting(const std::filesystem::path& path) {
   // Change nothing before the file is identified as a legopt database.
-  const Identity identity = Identify(connection_, SchemaVersion());
-  if (!identity.empty) {
-    RequireIntact(connection_, identity);
-    RequireSound(connection_);
-  }
+  const Identity identity = Identify(connection_);
+  if (identity.version == SchemaVersion()) RequireIntactTables(connection_);
+  if (!identity.empty) RequireSound(connection_);
   if (connection_.read_only()) {
     throw StoreError(StoreErrorCode::kUnwritable,
                      path.string() + ": the database file is read-only; check permissions");
@@ -69,7 +67,7 @@ void SqliteStore::OpenForWriting(const std::filesystem::path& path) {
   connection_.Execute(
       "PRAGMA synchronous = FULL; PRAGMA journal_size_limit = 67108864; PRAGMA wal_autocheckpoint = 4000;"
       "PRAGMA cache_size = -16384; PRAGMA temp_store = MEMORY");
-  Migrate(connection_, Migrations());
+  Migrate(connection_);
   BeginSession(connection_, file_.lock());
   statements_.emplace(connection_);
   connection_.QueryInt("SELECT count(*) FROM experiments");  // the first read opens the side files

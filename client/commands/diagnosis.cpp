@@ -18,6 +18,7 @@
 #include "client/service/experiment_status.h"
 #include "client/suite/chosen_files.h"
 #include "db/audit.h"
+#include "db/named_queries.h"
 #include "db/read_only_database.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/types/input_error.h"
@@ -217,7 +218,7 @@ std::vector<DoctorDiagnostic> CheckInside(const std::string& file) {
 
 DoctorDiagnostic Summarise(const std::string& file) {
   db::ReadOnlyDatabase database(file);
-  const auto result = database.Query("SELECT count(*), coalesce(sum(num_jobs), 0) FROM experiments", 1);
+  const auto result = database.Query(db::Sql(db::Query::kDatabaseSummary), 1);
   const auto number = [&](std::size_t column) {
     return std::to_string(std::get<std::int64_t>(result.rows.at(0).at(column)));
   };

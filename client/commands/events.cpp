@@ -13,6 +13,7 @@
 #include "client/commands/options.h"
 #include "client/report/listing.h"
 #include "client/service/interrupt.h"
+#include "db/named_queries.h"
 #include "legopt/input/json.h"
 
 namespace legopt::client {
@@ -30,17 +31,6 @@ struct EventsOptions {
   SourceOptions source;
 };
 
-std::string Condition(const EventsOptions& options) {
-  std::string condition;
-  if (options.experiment) condition += " AND experiment_id = " + std::to_string(*options.experiment);
-  std::string kinds;
-  for (const std::string& list : options.kinds) {
-    for (const std::string& kind : app::SplitValues(list)) kinds += (kinds.empty() ? "'" : ", '") + kind + "'";
-  }
-  if (!kinds.empty()) condition += " AND kind IN (" + kinds + ")";
-  return condition;
-}
-
 // Allows only characters that are safe in SQL.
 std::string CheckKind(const std::string& kind) {
   const bool word = !kind.empty() && kind.find_first_not_of("abcdefghijklmnopqrstuvwxyz_,") == std::string::npos;
@@ -48,11 +38,13 @@ std::string CheckKind(const std::string& kind) {
 }
 
 Listing Read(ResultSource& source, const EventsOptions& options, std::int64_t after, std::int64_t limit) {
+  std::vector<std::string> kinds;
+  for (const std::string& list : options.kinds) {
+    for (const std::string& kind : app::SplitValues(list)) kinds.push_back(kind);
+  }
   return source.Query(
-      "SELECT * FROM (SELECT event_id, strftime('%Y-%m-%d %H:%M:%S', at_us / 1000000, 'unixepoch') AS utc, kind, "
-      "experiment_id AS experiment, job_id AS job, worker_id AS worker, detail FROM events WHERE event_id > " +
-      std::to_string(after) + Condition(options) + " ORDER BY event_id DESC LIMIT " + std::to_string(limit) +
-      ") ORDER BY event_id");
+      db::Sql(db::Query::kLatestEvents,
+              {{"after", after}, {"experiment_id", options.experiment}, {"kinds", kinds}, {"limit", limit}}));
 }
 
 std::int64_t LastOf(const Listing& events, std::int64_t before) {

@@ -3,6 +3,8 @@
 #include <map>
 #include <tuple>
 
+#include "db/named_queries.h"
+
 namespace legopt::client {
 namespace {
 
@@ -20,15 +22,9 @@ struct Mean {
 using CostKey = std::tuple<std::string, Task, bool>;
 
 std::map<CostKey, Mean> ReadMeans(const nlohmann::json& spec, ResultSource& source) {
-  std::string hashes;
-  for (const auto& method : spec.at("methods")) {
-    hashes += (hashes.empty() ? "" : ", ") + SqlText(method.at("hash").get<std::string>());
-  }
-  const Listing rows = source.Query(
-      "SELECT m.hash AS method, c.task, d.hash AS dataset, count(*) AS results, avg(r.cpu_us) / 1e6 AS cpu_s FROM "
-      "methods AS m JOIN cells AS c USING (method_id) JOIN experiments AS e USING (experiment_id) JOIN datasets AS d "
-      "USING (dataset_id) JOIN results AS r USING (cell_id) WHERE m.hash IN (" +
-      hashes + ") GROUP BY m.hash, c.task, d.hash");
+  std::vector<std::string> hashes;
+  for (const auto& method : spec.at("methods")) hashes.push_back(method.at("hash").get<std::string>());
+  const Listing rows = source.Query(db::Sql(db::Query::kMeanCpuTimes, {{"method_hashes", hashes}}));
   std::map<CostKey, Mean> means;
   const auto dataset = spec.at("dataset").at("hash").get<std::string>();
   for (std::size_t i = 0; i < rows.rows.size(); ++i) {

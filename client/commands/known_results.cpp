@@ -6,6 +6,7 @@
 #include <set>
 #include <tuple>
 
+#include "db/named_queries.h"
 #include "legopt/input/json.h"
 #include "legopt/types/job.h"
 
@@ -17,36 +18,28 @@ const nlohmann::json& LimitOf(const nlohmann::json& limit, const std::string& ta
   return limit.is_object() ? limit.at(task) : limit;
 }
 
-// Returns the SQL condition for reusable results of the task.
-std::string TaskCondition(const nlohmann::json& spec, const std::string& task) {
-  constexpr double kMicrosecondsPerSecond = 1e6;
+// Returns the reusable results of the task.
+Listing ReadReusable(const nlohmann::json& spec, const std::string& task, ResultSource& source) {
+  constexpr double kMicrosecondsPerSecond = 1e6, kBytesPerMb = 1 << 20;
   const nlohmann::json& limits = spec.at("limits");
-  const double wall_s = LimitOf(limits.at("wall_time_s"), task).get<double>();
+  std::vector<std::string> hashes;
+  for (const auto& method : spec.at("methods")) hashes.push_back(method.at("hash").get<std::string>());
   const auto effort = limits.find("effort_limit");
-  return "(task = " + SqlText(task) +
-         " AND wall_us <= " + std::to_string(std::llround(kMicrosecondsPerSecond * wall_s)) + " AND effort_limit IS " +
-         (effort == limits.end() ? "NULL" : Dump(LimitOf(*effort, task))) + ")";
-}
-
-std::string Joined(const std::vector<std::string>& parts, const char* between) {
-  std::string text;
-  for (const std::string& part : parts) text += (text.empty() ? "" : between) + part;
-  return text;
-}
-
-std::string Sql(const nlohmann::json& spec) {
-  constexpr double kBytesPerMb = 1 << 20;
-  std::vector<std::string> hashes, starts, tasks;
-  for (const auto& method : spec.at("methods")) hashes.push_back(SqlText(method.at("hash").get<std::string>()));
-  for (const auto& start : spec.at("initializations")) starts.push_back(SqlText(start.get<std::string>()));
-  for (const auto& task : spec.at("tasks")) tasks.push_back(TaskCondition(spec, task.at("task").get<std::string>()));
-  const double memory_bytes = kBytesPerMb * spec.at("limits").at("memory_mb").get<double>();
-  return "SELECT DISTINCT build_id, method_hash, task, initialization, problem_id, repetition FROM reusable_results "
-         "WHERE method_hash IN (" +
-         Joined(hashes, ", ") + ") AND dataset_hash = " + SqlText(spec.at("dataset").at("hash").get<std::string>()) +
-         " AND seed = " + Dump(spec.at("seed")) + " AND repetition < " + Dump(spec.at("repetitions")) +
-         " AND peak_memory_bytes <= " + std::to_string(std::llround(memory_bytes)) + " AND initialization IN (" +
-         Joined(starts, ", ") + ") AND (" + Joined(tasks, " OR ") + ")";
+  const auto effort_limit =
+      effort == limits.end() ? std::nullopt : std::optional(LimitOf(*effort, task).get<std::int64_t>());
+  const double wall_s = LimitOf(limits.at("wall_time_s"), task).get<double>();
+  const double memory_bytes = kBytesPerMb * limits.at("memory_mb").get<double>();
+  return source.Query(db::Sql(db::Query::kReusableJobs,
+                              {{"method_hashes", hashes},
+                               {"dataset_hash", spec.at("dataset").at("hash").get<std::string>()},
+                               {"seed", spec.at("seed").get<std::int64_t>()},
+                               {"repetitions", spec.at("repetitions").get<std::int64_t>()},
+                               {"memory_bytes", std::llround(memory_bytes)},
+                               {"initializations", spec.at("initializations").get<std::vector<std::string>>()},
+                               {"task", task},
+                               {"wall_us", std::llround(kMicrosecondsPerSecond * wall_s)},
+                               {"effort_limit", effort_limit}}),
+                      ResultSource::kAllRows);
 }
 
 std::map<std::string, std::set<std::int64_t>> ProblemsOfTasks(const nlohmann::json& spec) {
@@ -65,21 +58,22 @@ std::map<std::string, std::int64_t> RowsOfMethods(const nlohmann::json& spec) {
 }
 
 void ReadKnownJobs(const nlohmann::json& spec, ResultSource& source, KnownResults* known) {
-  const Listing results = source.Query(Sql(spec), ResultSource::kAllRows);
-  known->truncated = results.truncated;
-  const auto problems = ProblemsOfTasks(spec);
   auto methods = RowsOfMethods(spec);
-  std::set<std::tuple<std::string, std::string, std::string, std::int64_t, std::int64_t>> jobs;
   std::map<std::string, std::int64_t> builds;
-  for (std::size_t i = 0; i < results.rows.size(); ++i) {
-    const std::string method = results.Text(i, "method_hash"), task = results.Text(i, "task");
-    const auto problem = results.At(i, "problem_id").get<std::int64_t>();
-    if (!problems.at(task).contains(problem)) continue;
-    builds[results.Text(i, "build_id")] += methods[method];
-    const bool is_new = jobs.emplace(method, task, results.Text(i, "initialization"), problem,
-                                     results.At(i, "repetition").get<std::int64_t>())
-                            .second;
-    known->jobs += is_new ? methods[method] : 0;
+  for (const auto& [task, problems] : ProblemsOfTasks(spec)) {
+    const Listing results = ReadReusable(spec, task, source);
+    known->truncated = known->truncated || results.truncated;
+    std::set<std::tuple<std::string, std::string, std::int64_t, std::int64_t>> jobs;
+    for (std::size_t i = 0; i < results.rows.size(); ++i) {
+      const std::string method = results.Text(i, "method_hash");
+      const auto problem = results.At(i, "problem_id").get<std::int64_t>();
+      if (!problems.contains(problem)) continue;
+      builds[results.Text(i, "build_id")] += methods[method];
+      const bool is_new = jobs.emplace(method, results.Text(i, "initialization"), problem,
+                                       results.At(i, "repetition").get<std::int64_t>())
+                              .second;
+      known->jobs += is_new ? methods[method] : 0;
+    }
   }
   for (const auto& [build, count] : builds) known->builds.push_back({build, count});
   std::stable_sort(known->builds.begin(), known->builds.end(),
@@ -93,8 +87,7 @@ KnownResults FindKnownResults(const Submission& submission, ResultSource* source
   known.again = submission.spec.value("again", false);
   known.any_build = submission.spec.value("builds", "") == ToString(BuildPolicy::kAny);
   if (source == nullptr || known.again) return known;
-  const Listing same =
-      source->Query("SELECT experiment_id FROM experiments WHERE submission_id = " + SqlText(submission.id));
+  const Listing same = source->Query(db::Sql(db::Query::kExperimentOfSubmission, {{"submission_id", submission.id}}));
   if (!same.rows.empty()) known.experiment = same.At(0, "experiment_id").get<std::int64_t>();
   ReadKnownJobs(submission.spec, *source, &known);
   return known;

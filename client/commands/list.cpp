@@ -11,6 +11,7 @@
 #include "client/report/benchmark_table.h"
 #include "client/report/method_filter.h"
 #include "client/service/experiment_status.h"
+#include "db/named_queries.h"
 #include "legopt/input/json.h"
 #include "legopt/types/job.h"
 #include "legopt/types/nearest_name.h"
@@ -42,18 +43,10 @@ std::string FaultOfVerdict(const std::string& word) {
   return "'" + word + "' is no verdict; " + SuggestName(word, app::EnumNamesOf<Verdict>());
 }
 
-template <NamedEnum Enum>
-std::string SqlWord(Enum value) {
-  return SqlText(std::string(ToString(value)));
-}
-
 // Throws if the experiment does not have the problem; otherwise the empty list would look like a problem without jobs.
 void RequireProblem(ResultSource& source, std::int64_t experiment_id, int problem) {
-  const Listing found = source.Query(
-      "SELECT task, min(problem_id) AS first, max(problem_id) AS last, count(*) FILTER (WHERE problem_id = " +
-      std::to_string(problem) + ") AS n FROM (SELECT DISTINCT c.task, p.problem_id FROM cells AS c JOIN jobs AS j " +
-      "USING (cell_id) JOIN problems AS p USING (problem_key) WHERE c.experiment_id = " +
-      std::to_string(experiment_id) + ") GROUP BY task");
+  const Listing found =
+      source.Query(db::Sql(db::Query::kProblemRanges, {{"experiment_id", experiment_id}, {"problem_id", problem}}));
   EnumArray<Task, std::string> known;
   for (std::size_t i = 0; i < found.rows.size(); ++i) {
     if (found.At(i, "n").get<int>() > 0) return;
@@ -68,38 +61,22 @@ void RequireProblem(ResultSource& source, std::int64_t experiment_id, int proble
                                           std::to_string(experiment_id) + " has no such problem" + text);
 }
 
-// Returns SQL for the verdict by a rule. Results of old releases have no verdict by the physical rule: the one by the
-// strict rule is shown.
-std::string VerdictSql(Rule rule) {
-  const std::string column = "verdict_" + std::string(ToString(rule));
-  return rule == Rule::kSolid ? "coalesce(" + column + ", verdict_strict)" : column;
-}
-
 std::string Sql(const ListOptions& options, const ExperimentInfo& experiment, const ExperimentMethods& methods) {
-  const std::string verdict = VerdictSql(options.rule.value_or(experiment.rule));
-  std::string telling;
-  for (const std::string& column : methods.DistinguishingColumns()) telling += column + ", ";
-  std::string sql = "SELECT job_id AS job, method, " + telling +
-                    "task, initialization, problem_id AS problem, repetition, state, attempts, " + verdict +
-                    " AS verdict, solver_status, cost, time_s, worker FROM job_list WHERE "
-                    "experiment_id = " +
-                    std::to_string(experiment.id);
-  const auto restrict = [&sql](const std::string& column, const auto& value) {
-    if (value) sql += " AND " + column + " = " + SqlWord(*value);
-  };
-  restrict("state", options.state);
-  restrict("task", options.task);
-  restrict("initialization", options.initialization);
-  restrict(verdict, options.verdict);
-  if (const std::string condition = methods.Condition(options.methods); !condition.empty()) {
-    sql += " AND job_id IN (SELECT job_id FROM jobs JOIN cells USING (cell_id) WHERE " + condition + ")";
-  }
-  if (options.problem) sql += " AND problem_id = " + std::to_string(*options.problem);
-  if (options.unsolved) {
-    sql += " AND (state IN (" + SqlWord(JobState::kFailed) + ", " + SqlWord(JobState::kDead) + ") OR " + verdict +
-           " <> " + SqlWord(Verdict::kSuccess) + ")";
-  }
-  return sql + " ORDER BY job_id";
+  const std::vector<std::string> columns = methods.DistinguishingColumns();
+  const auto shown = [&](const char* column) { return std::ranges::find(columns, column) != columns.end(); };
+  return db::Sql(db::Query::kJobListing, {{"experiment_id", experiment.id},
+                                          {"rule", options.rule.value_or(experiment.rule)},
+                                          {"show_multi_starts", shown("multi_starts")},
+                                          {"show_sample_size", shown("sample_size")},
+                                          {"show_incremental", shown("incremental")},
+                                          {"show_collision", shown("collision")},
+                                          {"state", options.state},
+                                          {"task", options.task},
+                                          {"initialization", options.initialization},
+                                          {"verdict", options.verdict},
+                                          {"method_ids", methods.Ids(options.methods)},
+                                          {"problem_id", options.problem},
+                                          {"unsolved", options.unsolved}});
 }
 
 // Adds the progress of leased jobs, which only the server knows. Without any, the listing equals that of the server's
@@ -122,8 +99,7 @@ void AddProgress(const ListOptions& options, std::int64_t experiment_id, Listing
 
 // Warns about jobs that were stopped by the wall-time limit, perhaps due to a busy machine, and suggests a remedy.
 void WarnAboutTimeLimitedJobs(ResultSource& source, std::int64_t experiment_id) {
-  const Listing stopped =
-      source.Query("SELECT count(*) AS n FROM clock_stopped WHERE experiment_id = " + std::to_string(experiment_id));
+  const Listing stopped = source.Query(db::Sql(db::Query::kClockStoppedCount, {{"experiment_id", experiment_id}}));
   const std::string warning = ClockWarning(stopped.At(0, "n").get<std::int64_t>(), experiment_id);
   if (!warning.empty()) std::cerr << "legopt: " << warning << "\n";
 }

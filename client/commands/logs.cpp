@@ -5,6 +5,7 @@
 #include "client/commands/show.h"
 #include "client/report/attempt_list.h"
 #include "client/report/json_text.h"
+#include "db/named_queries.h"
 #include "legopt/input/json.h"
 #include "legopt/types/job.h"
 
@@ -44,11 +45,7 @@ std::string AttemptText(const Listing& attempts, std::size_t row) {
 }
 
 Listing ReadEvents(ResultSource& source, std::int64_t job_id) {
-  return source.Query(
-      "SELECT strftime('%Y-%m-%d %H:%M:%S', at_us / 1000000, 'unixepoch') AS utc, kind, detail FROM events WHERE "
-      "job_id "
-      "= " +
-      std::to_string(job_id) + " ORDER BY event_id");
+  return source.Query(db::Sql(db::Query::kEventsOfJob, {{"job_id", job_id}}));
 }
 
 }  // namespace
@@ -56,10 +53,7 @@ Listing ReadEvents(ResultSource& source, std::int64_t job_id) {
 ExitCode ShowLogs(const ShowOptions& options) {
   const auto source = OpenResults(options.source);
   const std::string id = std::to_string(options.job);
-  const Listing job = source->Query(
-      "SELECT job_id, experiment_id, method, task, initialization, problem_id, repetition, state, attempts FROM "
-      "job_list WHERE job_id = " +
-      id);
+  const Listing job = source->Query(db::Sql(db::Query::kJobHeading, {{"job_id", options.job}}));
   if (job.rows.empty()) {
     throw ClientError(ExitCode::kUsage, "there is no job " + id + "; 'legopt list" + source->flags() + "' lists them");
   }

@@ -6,6 +6,7 @@
 
 #include "client/report/result_source.h"
 #include "db/lock_file.h"
+#include "db/named_queries.h"
 #include "legopt/files/written_file.h"
 
 namespace legopt::client {
@@ -14,7 +15,7 @@ namespace {
 bool HoldsExperiments(const std::filesystem::path& file) {
   try {
     const auto source = OpenResults({file.string(), {}});
-    return source->Query("SELECT count(*) AS n FROM experiments").At(0, "n").get<std::int64_t>() > 0;
+    return source->Query(db::Sql(db::Query::kExperimentCount)).At(0, "n").get<std::int64_t>() > 0;
   } catch (const std::exception&) {
     return false;  // no database was created
   }

@@ -12,6 +12,7 @@
 #include "client/commands/options.h"
 #include "client/report/attempt_list.h"
 #include "client/report/json_text.h"
+#include "db/named_queries.h"
 #include "db/result_record.h"
 #include "legopt/input/json.h"
 #include "legopt/types/input_error.h"
@@ -19,16 +20,6 @@
 namespace legopt::client {
 namespace {
 
-constexpr char kJobSql[] =
-    "SELECT j.job_id, c.experiment_id, e.name AS experiment, e.submitter, d.name AS dataset, d.hash AS dataset_hash, "
-    "d.joint_names, m.name AS method, m.hash AS method_hash, m.multi_starts, m.sample_size, m.incremental, "
-    "m.collision, c.task, c.initialization, p.problem_id, j.repetition, e.seed, m.options_json AS method_options, "
-    "j.state, j.attempts, j.max_attempts, j.taken_from, c.effort_limit, coalesce(c.wall_limit_us, e.wall_limit_us) / "
-    "1e6 AS "
-    "wall_limit_s, "
-    "e.memory_limit_bytes FROM jobs AS j JOIN cells AS c USING (cell_id) JOIN experiments AS e USING (experiment_id) "
-    "JOIN datasets AS d USING (dataset_id) JOIN methods AS m USING (method_id) JOIN problems AS p USING (problem_key) "
-    "WHERE j.job_id = ";
 
 // Parses a column that contains JSON as text.
 nlohmann::ordered_json ParseText(const nlohmann::json& cell) {
@@ -59,7 +50,7 @@ std::string RenderText(const Listing& job, const Listing& result, const Listing&
 ExitCode ShowJob(const ShowOptions& options) {
   const auto source = OpenResults(options.source);
   const std::string id = std::to_string(options.job);
-  const Listing job = source->Query(kJobSql + id);
+  const Listing job = source->Query(db::Sql(db::Query::kJobDetails, {{"job_id", options.job}}));
   if (job.rows.empty()) {
     throw ClientError(ExitCode::kUsage, "there is no job " + id + "; 'legopt list" + source->flags() + "' lists them");
   }

@@ -11,6 +11,7 @@
 #include "client/report/progress.h"
 #include "client/report/status_table.h"
 #include "client/report/terminal.h"
+#include "db/named_queries.h"
 
 namespace legopt::client {
 namespace {
@@ -44,16 +45,8 @@ void RequireFound(const Listing& experiments, const StatusOptions& options) {
 
 ExitCode StatusOfFile(const StatusOptions& options) {
   const auto source = OpenResults(options.source);
-  std::string sql =
-      "SELECT experiment_id AS experiment, name, iif(state <> 'active' OR hold = 'none', state, "
-      "'paused' || iif(hold_reason = '', '', ': ' || hold_reason)) AS state, priority, jobs, queued, leased, done, "
-      "failed, "
-      "dead, cancelled, solved, submitter, dataset, (SELECT group_concat(name, ', ') FROM (SELECT m.name FROM cells AS "
-      "c "
-      "JOIN methods AS m USING (method_id) WHERE c.experiment_id = l.experiment_id GROUP BY m.name ORDER BY "
-      "min(c.cell_id))) AS methods, tags FROM experiment_list AS l";
-  if (options.experiment) sql += " WHERE experiment_id = " + std::to_string(*options.experiment);
-  const Listing experiments = source->Query(sql + " ORDER BY experiment_id");
+  const Listing experiments =
+      source->Query(db::Sql(db::Query::kExperimentListing, {{"experiment_id", options.experiment}}));
   RequireFound(experiments, options);
   Print(RenderListing(experiments, options.format, LayoutOf(options.output)), options.output);
   return ExitCode::kOk;

@@ -13,6 +13,7 @@
 #include "client/report/watching.h"
 #include "client/service/interrupt.h"
 #include "client/suite/experiment_spec.h"
+#include "db/named_queries.h"
 #include "legopt/dataset/dataset_archive.h"
 #include "legopt/input/json.h"
 #include "legopt/types/input_error.h"
@@ -89,7 +90,7 @@ std::unique_ptr<ResultSource> OpenEarlierResults(NetworkOptions network) {
   network.timeout_s = std::min(network.timeout_s, kPatience_s);
   try {
     auto source = OpenResults({std::nullopt, network});
-    source->Query("SELECT 1");
+    source->Query(db::Sql(db::Query::kExperimentCount));
     return source;
   } catch (const ClientError&) {
     return nullptr;

@@ -20,6 +20,7 @@
 #include "client/report/replaced_file.h"
 #include "client/report/result_dataset.h"
 #include "client/suite/chosen_files.h"
+#include "db/named_queries.h"
 #include "legopt/files/file_error.h"
 #include "legopt/files/written_file.h"
 
@@ -78,10 +79,7 @@ void Open(const std::string& file) {
 std::shared_ptr<const Dataset> DatasetToShow(const ViewOptions& options) {
   if (options.job && !options.dataset) {
     const auto source = OpenResults(options.source);
-    const Listing found = source->Query(
-        "SELECT d.hash FROM jobs JOIN cells USING (cell_id) JOIN experiments USING (experiment_id) JOIN datasets AS d "
-        "USING (dataset_id) WHERE job_id = " +
-        std::to_string(*options.job));
+    const Listing found = source->Query(db::Sql(db::Query::kDatasetOfJob, {{"job_id", *options.job}}));
     if (!found.rows.empty()) {
       if (auto dataset = FindResultDataset(*source, found.Text(0, "hash"))) return dataset;
     }

@@ -8,6 +8,7 @@
 
 #include "client/client_error.h"
 #include "client/compare/method_choice.h"
+#include "db/named_queries.h"
 #include "legopt/input/utf8.h"
 #include "legopt/types/number_text.h"
 
@@ -50,7 +51,7 @@ std::optional<std::int64_t> ExperimentOf(const std::string& text, ResultSource& 
                       std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
   if (number) return ParseInteger<std::int64_t>(text);
   if (FirstInvalidByte(text) < text.size()) return std::nullopt;  // names are UTF-8
-  const Listing found = source.Query("SELECT max(experiment_id) AS id FROM experiments WHERE name = " + SqlText(text));
+  const Listing found = source.Query(db::Sql(db::Query::kNewestExperimentOfName, {{"name", text}}));
   const nlohmann::json& id = found.At(0, "id");
   return id.is_null() ? std::nullopt : std::optional(id.get<std::int64_t>());
 }

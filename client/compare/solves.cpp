@@ -6,6 +6,7 @@
 
 #include "client/report/inner_starts.h"
 #include "client/report/reading.h"
+#include "db/named_queries.h"
 #include "legopt/types/job.h"
 
 namespace legopt::client {
@@ -48,16 +49,6 @@ Solve SolveAt(const Listing& jobs, std::size_t row, double limit_ms) {
   return solve;
 }
 
-std::string CellsSql(std::int64_t experiment_id) {
-  return "SELECT c.cell_id, c.task, c.initialization, coalesce(c.wall_limit_us, e.wall_limit_us) AS wall_limit_us, "
-         "c.effort_limit IS NOT NULL AS effort_limited, e.seed, e.repetitions, m.method_id, m.name, m.multi_starts, "
-         "m.sample_size, m.incremental, m.collision, m.hash, " +
-         InnerStartsSql("m") +
-         " AS inner_starts FROM cells AS c JOIN experiments AS e USING (experiment_id) JOIN methods AS m USING "
-         "(method_id) WHERE c.experiment_id = " +
-         std::to_string(experiment_id);
-}
-
 MethodIdentity MethodAt(const Listing& cells, std::size_t row) {
   MethodIdentity method;
   method.method_id = cells.At(row, "method_id").get<std::int64_t>();
@@ -96,7 +87,7 @@ std::vector<MethodIdentity> SolvedExperiment::Methods() const {
 SolvedExperiment ReadCells(ResultSource& source, std::optional<std::int64_t> experiment) {
   SolvedExperiment read;
   read.info = FindExperiment(source, experiment);
-  const Listing cells = source.Query(CellsSql(read.info.id) + " ORDER BY c.cell_id");
+  const Listing cells = source.Query(db::Sql(db::Query::kSolveCells, {{"experiment_id", read.info.id}}));
   for (std::size_t i = 0; i < cells.rows.size(); ++i) {
     read.seed = cells.At(i, "seed").get<std::int64_t>();
     read.repetitions = cells.At(i, "repetitions").get<std::int64_t>();
@@ -108,8 +99,9 @@ SolvedExperiment ReadCells(ResultSource& source, std::optional<std::int64_t> exp
     cell.limit_ms = cells.At(i, "wall_limit_us").get<double>() / kMicrosecondsPerMs;
   }
   read.origins = ReadOrigins(source, read.info.id);
-  const std::string stopped = "SELECT count(*) AS n FROM clock_stopped WHERE experiment_id = ";
-  read.clock_stopped = source.Query(stopped + std::to_string(read.info.id)).At(0, "n").get<std::int64_t>();
+  read.clock_stopped = source.Query(db::Sql(db::Query::kClockStoppedCount, {{"experiment_id", read.info.id}}))
+                           .At(0, "n")
+                           .get<std::int64_t>();
   read.taken_over = CountReusedResults(source, read.info.id);
   return read;
 }
@@ -117,12 +109,7 @@ SolvedExperiment ReadCells(ResultSource& source, std::optional<std::int64_t> exp
 void ReadSolves(ResultSource& source, Rule rule, SolvedExperiment* experiment) {
   RequireVerdicts(source, experiment->info, rule);
   for (SolveCell& cell : experiment->cells) {
-    const Listing jobs = source.Query(
-        "SELECT j.job_id, p.problem_id, p.waypoints AS num_waypoints, j.state, r.verdict_" +
-        std::string(ToString(rule)) + " = " + SqlText(std::string(ToString(Verdict::kSuccess))) +
-        " AS solved, r.cost, r.wall_us, r.cpu_us, r.involuntary_context_switches, r.solver_status FROM jobs AS j JOIN "
-        "problems AS p USING (problem_key) LEFT JOIN results AS r ON r.job_id = j.job_id WHERE j.cell_id = " +
-        std::to_string(cell.cell_id) + " ORDER BY p.problem_id, j.repetition");
+    const Listing jobs = source.Query(db::Sql(db::Query::kSolvesOfCell, {{"cell_id", cell.cell_id}, {"rule", rule}}));
     cell.solves.clear();
     cell.solves.reserve(jobs.rows.size());
     for (std::size_t i = 0; i < jobs.rows.size(); ++i) cell.solves.push_back(SolveAt(jobs, i, cell.limit_ms));

@@ -9,6 +9,7 @@
 #include "client/page/page_curves.h"
 #include "client/report/certified_counts.h"
 #include "client/report/reading.h"
+#include "db/named_queries.h"
 #include "legopt/input/json.h"
 #include "legopt/types/job.h"
 
@@ -42,8 +43,7 @@ Json MethodsJson(ResultSource& source, const std::vector<MethodIdentity>& method
   Json list = Json::array();
   for (std::size_t i = 0; i < methods.size(); ++i) {
     const MethodIdentity& method = methods[i];
-    const Listing row =
-        source.Query("SELECT options_json FROM methods WHERE method_id = " + std::to_string(method.method_id));
+    const Listing row = source.Query(db::Sql(db::Query::kMethodOptions, {{"method_id", method.method_id}}));
     const auto options = TryParseJson(row.Text(0, "options_json"));
     list.push_back({{"id", method.method_id},
                     {"name", method.name},
@@ -59,22 +59,10 @@ Json MethodsJson(ResultSource& source, const std::vector<MethodIdentity>& method
   return list;
 }
 
-std::string EndedStates() {
-  std::string states;
-  for (const JobState state : {JobState::kDone, JobState::kFailed, JobState::kDead}) {
-    states += (states.empty() ? "" : ", ") + SqlText(std::string(ToString(state)));
-  }
-  return states;
-}
-
 // Counts the jobs that ended without a solution by cause: the judge's verdict, or the state of jobs without a result.
 // Queued, running and cancelled jobs are not failures.
 Json CausesJson(ResultSource& source, const SolveCell& cell, Rule rule) {
-  const Listing rows = source.Query("SELECT j.state, r.verdict_" + std::string(ToString(rule)) +
-                                    " AS verdict, count(*) AS n FROM jobs AS j LEFT JOIN results AS r ON r.job_id = "
-                                    "j.job_id WHERE j.state IN (" +
-                                    EndedStates() + ") AND j.cell_id = " + std::to_string(cell.cell_id) +
-                                    " GROUP BY 1, 2 ORDER BY 3 DESC, 2, 1");
+  const Listing rows = source.Query(db::Sql(db::Query::kFailureCauses, {{"cell_id", cell.cell_id}, {"rule", rule}}));
   Json causes = Json::object();
   for (std::size_t i = 0; i < rows.rows.size(); ++i) {
     const auto& verdict = rows.At(i, "verdict");
@@ -90,16 +78,8 @@ Json CausesJson(ResultSource& source, const SolveCell& cell, Rule rule) {
 Json JobsJson(ResultSource& source, const SolvedExperiment& experiment, const std::vector<MethodIdentity>& methods,
               const std::vector<BenchmarkColumn>& columns) {
   constexpr double kNoLimit_s = ResultSource::kDefaultLimit_s;
-  const Listing rows = source.Query(
-      "SELECT j.job_id AS job, c.method_id AS method, c.task, c.initialization, p.problem_id AS problem, j.repetition, "
-      "j.state, r.solver_status AS status, r.verdict_literal AS literal, r.verdict_strict AS strict, r.verdict_solid "
-      "AS "
-      "solid, r.cost, r.wall_us, r.cpu_us, r.involuntary_context_switches AS switches, r.iterations, r.restarts, "
-      "r.term_evaluations, r.failed_waypoint, r.verdict_detail AS detail FROM jobs AS j JOIN cells AS c USING "
-      "(cell_id) "
-      "JOIN problems AS p USING (problem_key) LEFT JOIN results AS r ON r.job_id = j.job_id WHERE c.experiment_id = " +
-          std::to_string(experiment.info.id) + " ORDER BY j.job_id",
-      ResultSource::kAllRows, kNoLimit_s);
+  const Listing rows = source.Query(db::Sql(db::Query::kPageJobs, {{"experiment_id", experiment.info.id}}),
+                                    ResultSource::kAllRows, kNoLimit_s);
   Json jobs = Json::object();
   for (const char* column :
        {"job", "method", "column", "problem", "repetition", "state", "status", "literal", "strict", "solid", "cost",
@@ -205,11 +185,7 @@ PageExperiment DescribeExperiment(ResultSource& source, const SourceOptions& sou
   const StatisticsTable statistics = ComputeStatistics(experiment, rule);
   const auto methods = experiment.Methods();
   const auto columns = ColumnsOf(experiment);
-  const Listing times = source.Query(
-      "SELECT datetime(submitted_at_us / 1000000, 'unixepoch') AS submitted, datetime((SELECT max(a.ended_at_us) FROM "
-      "attempts AS a JOIN jobs AS j USING (job_id) JOIN cells AS c USING (cell_id) WHERE c.experiment_id = "
-      "e.experiment_id) / 1000000, 'unixepoch') AS newest FROM experiments AS e WHERE experiment_id = " +
-      std::to_string(experiment.info.id));
+  const Listing times = source.Query(db::Sql(db::Query::kExperimentTimes, {{"experiment_id", experiment.info.id}}));
   page.json = {{"place", place},
                {"id", experiment.info.id},
                {"name", experiment.info.name},

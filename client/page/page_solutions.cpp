@@ -7,6 +7,7 @@
 #include "client/page/page_block.h"
 #include "client/page/page_findings.h"
 #include "client/replay/stored_trace.h"
+#include "db/named_queries.h"
 #include "legopt/input/json.h"
 #include "legopt/judge/interpolation.h"
 #include "legopt/planning/trace.h"
@@ -59,15 +60,8 @@ Json BetweenOf(const std::vector<Eigen::VectorXd>& waypoints, WaypointInspector*
 }  // namespace
 
 std::vector<PageJob> JobsWithSolutions(ResultSource& source, std::int64_t experiment_id, Rule rule) {
-  const Listing rows = source.Query(
-      "SELECT j.job_id, c.method_id, c.task, p.problem_id, r.failed_waypoint, r.verdict_" +
-      std::string(ToString(rule)) + " = " + SqlText(std::string(ToString(Verdict::kSuccess))) +
-      " AS solved FROM results AS r JOIN jobs AS j USING (job_id) JOIN cells AS c ON c.cell_id = j.cell_id JOIN "
-      "problems AS p USING (problem_key) WHERE c.experiment_id = " +
-      std::to_string(experiment_id) +
-      " AND (r.trace IS NOT NULL OR EXISTS (SELECT 1 FROM waypoints AS w WHERE w.job_id = r.job_id) OR EXISTS (SELECT "
-      "1 "
-      "FROM unsolved_waypoints AS u WHERE u.job_id = r.job_id)) ORDER BY c.cell_id, p.problem_id, j.repetition");
+  const Listing rows =
+      source.Query(db::Sql(db::Query::kPageSolutions, {{"experiment_id", experiment_id}, {"rule", rule}}));
   std::vector<PageJob> jobs;
   std::int64_t first = -1, second = -1;
   for (std::size_t i = 0; i < rows.rows.size(); ++i) {
@@ -86,7 +80,7 @@ std::vector<PageJob> JobsWithSolutions(ResultSource& source, std::int64_t experi
 }
 
 Json TraceJson(ResultSource& source, std::int64_t job_id) {
-  const Listing row = source.Query("SELECT trace FROM results WHERE job_id = " + std::to_string(job_id));
+  const Listing row = source.Query(db::Sql(db::Query::kTraceOfResult, {{"job_id", job_id}}));
   if (row.rows.empty()) return {};
   const auto all = TraceRecords(row, job_id);
   if (all.empty()) return {};

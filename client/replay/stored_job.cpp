@@ -6,36 +6,24 @@
 
 #include "client/client_error.h"
 #include "client/replay/stored_trace.h"
+#include "db/named_queries.h"
 #include "legopt/input/json.h"
 #include "legopt/types/input_error.h"
 
 namespace legopt::client {
 namespace {
 
-constexpr char kStoredJobSql[] =
-    "SELECT c.experiment_id, c.task, c.initialization, p.problem_id, j.repetition, j.state, e.seed, "
-    "coalesce(c.wall_limit_us, e.wall_limit_us) / 1e6 AS wall_limit_s, c.effort_limit, m.name AS method, m.hash AS "
-    "method_hash, "
-    "m.options_json, d.name AS dataset, d.hash AS dataset_hash, coalesce(w.build_id, '') AS build_id, "
-    "r.solver_status, r.verdict_literal, r.verdict_strict, r.verdict_solid, r.iterations, r.restarts, r.starts, "
-    "r.term_evaluations, "
-    "r.collision_queries, r.solver_cost, r.solver_violation, r.cost, r.trace FROM jobs AS "
-    "j JOIN cells AS c USING (cell_id) JOIN experiments AS e USING (experiment_id) JOIN datasets AS d USING "
-    "(dataset_id) JOIN methods AS m USING (method_id) JOIN problems AS p USING (problem_key) LEFT JOIN results AS r ON "
-    "r.job_id = j.job_id LEFT JOIN attempts AS a ON a.job_id = r.job_id AND a.attempt = r.attempt LEFT JOIN workers AS "
-    "w ON w.worker_id = a.worker_id WHERE j.job_id = ";
-
 // Returns whether a result is reproducible: neither a user nor the wall-time limit stopped the solve.
 constexpr bool IsRepeatable(SolveStatus status) {
   return status != SolveStatus::kTimeLimit && status != SolveStatus::kCancelled && status != SolveStatus::kNotRun;
 }
 
-std::string RepeatableWords() {
-  std::string words;
+std::vector<SolveStatus> RepeatableStatuses() {
+  std::vector<SolveStatus> statuses;
   for (const auto& row : kEnumNames<SolveStatus>) {
-    if (IsRepeatable(row.value)) words += (words.empty() ? "" : ", ") + SqlText(std::string(row.word));
+    if (IsRepeatable(row.value)) statuses.push_back(row.value);
   }
-  return words;
+  return statuses;
 }
 
 template <class Number>
@@ -82,7 +70,7 @@ void RequireRepeatable(const Listing& row, std::int64_t job_id) {
 }  // namespace
 
 StoredJob ReadStoredJob(ResultSource& source, std::int64_t job_id, const SolverRegistry& registry) {
-  const Listing row = source.Query(kStoredJobSql + std::to_string(job_id));
+  const Listing row = source.Query(db::Sql(db::Query::kStoredJob, {{"job_id", job_id}}));
   if (row.rows.empty()) {
     throw ClientError(ExitCode::kUsage,
                       "there is no job " + std::to_string(job_id) + "; 'legopt list" + source.flags() + "' lists them");
@@ -124,8 +112,7 @@ StoredJob ReadStoredJob(ResultSource& source, std::int64_t job_id, const SolverR
 
 std::vector<std::int64_t> DrawJobs(ResultSource& source, std::int64_t experiment_id, int count, std::uint64_t seed) {
   const Listing rows = source.Query(
-      "SELECT r.job_id, r.cell_id FROM results AS r JOIN cells AS c USING (cell_id) WHERE c.experiment_id = " +
-      std::to_string(experiment_id) + " AND r.solver_status IN (" + RepeatableWords() + ") ORDER BY r.job_id");
+      db::Sql(db::Query::kRepeatableResults, {{"experiment_id", experiment_id}, {"statuses", RepeatableStatuses()}}));
   std::map<std::int64_t, std::vector<std::int64_t>> by_cell;
   for (std::size_t i = 0; i < rows.rows.size(); ++i) {
     by_cell[rows.At(i, "cell_id").get<std::int64_t>()].push_back(rows.At(i, "job_id").get<std::int64_t>());

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "client/client_error.h"
+#include "db/named_queries.h"
 #include "legopt/input/json.h"
 #include "legopt/planning/trace.h"
 #include "legopt/types/input_error.h"
@@ -47,10 +48,7 @@ std::vector<IterationRecord> TraceRecords(const Listing& row, std::int64_t job) 
 
 StoredTrace ReadTrace(ResultSource& source, std::int64_t job) {
   const std::string id = std::to_string(job);
-  const Listing found = source.Query(
-      "SELECT j.state, r.job_id, r.trace, r.history_json FROM jobs AS j LEFT JOIN results AS r "
-      "ON r.job_id = j.job_id WHERE j.job_id = " +
-      id);
+  const Listing found = source.Query(db::Sql(db::Query::kTraceOfJob, {{"job_id", job}}));
   if (found.rows.empty()) RefuseTrace(job, "does not exist; 'legopt list" + source.flags() + "' lists those that do");
   if (found.At(0, "job_id").is_null()) {
     RefuseTrace(job, "is " + found.Text(0, "state") + " and has no result; 'legopt show " + id + source.flags() +

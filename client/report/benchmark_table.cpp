@@ -6,6 +6,7 @@
 #include <set>
 
 #include "client/report/inner_starts.h"
+#include "db/named_queries.h"
 #include "legopt/types/job.h"
 #include "legopt/types/number_text.h"
 
@@ -128,27 +129,7 @@ std::vector<TableColumn> MethodColumns() {
 }
 
 std::string BenchmarkCellsSql(std::int64_t experiment_id, Rule rule) {
-  // Finished jobs without a result are dead, failed or cancelled. If all have a result, jobs need not be counted, which
-  // would be slow for a million jobs.
-  const auto count = [](JobState job_state) {
-    const std::string state(ToString(job_state));
-    return "iif(finished = results, 0, (SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id AND j.state = '" +
-           state + "')) AS " + state + ", ";
-  };
-  return "WITH s AS MATERIALIZED (SELECT b.*, c.cell_id, e.repetitions, (SELECT count(*) FROM results AS r WHERE "
-         "r.cell_id = c.cell_id) AS results FROM benchmark_cells AS b JOIN cells AS c USING (experiment_id, method_id, "
-         "task, initialization) JOIN experiments AS e USING (experiment_id) WHERE experiment_id = " +
-         std::to_string(experiment_id) + " AND b.rule = '" + std::string(ToString(rule)) +
-         "') SELECT method_id, method, multi_starts, sample_size, collision, task, initialization, n, finished, "
-         "solved, cost, time_s, experiment, " +
-         count(JobState::kDead) + count(JobState::kFailed) + count(JobState::kCancelled) +
-         "n / repetitions AS problems, repetitions, (SELECT count(*) FROM clock_stopped AS k WHERE k.cell_id = "
-         "s.cell_id) AS clock_stopped, (SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id AND j.taken_from IS "
-         "NOT NULL) AS taken_over, (SELECT " +
-         InnerStartsSql("m") +
-         " FROM methods AS m WHERE m.method_id = s.method_id) AS inner_starts FROM s ORDER BY (SELECT min(cell_id) "
-         "FROM s AS m WHERE m.method_id "
-         "= s.method_id), task, initialization";
+  return db::Sql(db::Query::kBenchmarkCellsOfExperiment, {{"experiment_id", experiment_id}, {"rule", rule}});
 }
 
 BenchmarkTable BuildBenchmarkTable(const Listing& cells, std::int64_t experiment_id, Rule rule) {

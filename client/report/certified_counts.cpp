@@ -7,21 +7,11 @@
 #include <utility>
 
 #include "app/data_folder.h"
+#include "db/named_queries.h"
 #include "legopt/types/feasibility.h"
 
 namespace legopt::client {
 namespace {
-
-/// Returns SQL with a row per method, task, initialization and problem.
-std::string JobsByProblemSql(std::int64_t experiment_id, Rule rule) {
-  return "SELECT c.method_id, c.task, c.initialization, p.problem_id, count(*) AS n, count(*) FILTER (WHERE "
-         "r.verdict_" +
-         std::string(ToString(rule)) +
-         " = 'success') AS solved FROM cells AS c JOIN jobs AS j USING (cell_id) JOIN problems AS p USING "
-         "(problem_key) "
-         "LEFT JOIN results AS r ON r.job_id = j.job_id WHERE c.experiment_id = " +
-         std::to_string(experiment_id) + " GROUP BY c.cell_id, p.problem_id";
-}
 
 /// Returns the feasibility of a problem; tasks may share the problems of another task.
 Feasibility Known(const certify::ProblemFeasibility& certificate, Task task, int problem_id) {
@@ -58,7 +48,8 @@ std::optional<certify::ProblemFeasibility> FindEmbeddedCertificate(const Experim
 void AddCertifiedCounts(ResultSource& source, const TableSelection& selection,
                         const certify::ProblemFeasibility& certificate, BenchmarkTable* table) {
   table->certified = true;
-  const Listing jobs = source.Query(JobsByProblemSql(table->experiment_id, selection.rule));
+  const Listing jobs = source.Query(
+      db::Sql(db::Query::kJobsByProblem, {{"experiment_id", table->experiment_id}, {"rule", selection.rule}}));
   const auto integer = [&](std::size_t row, const char* column) { return jobs.At(row, column).get<std::int64_t>(); };
   for (std::size_t i = 0; i < jobs.rows.size(); ++i) {
     const auto row = std::find_if(table->rows.begin(), table->rows.end(), [&](const BenchmarkRow& candidate) {

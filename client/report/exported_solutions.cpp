@@ -6,6 +6,7 @@
 
 #include "client/client_error.h"
 #include "client/report/result_origins.h"
+#include "db/named_queries.h"
 #include "legopt/robot/dof_names.h"
 #include "legopt/types/result.h"
 
@@ -28,26 +29,17 @@ struct ResultRow {
   std::optional<UnsolvedPart> unsolved;
 };
 
-std::string Where(ResultSource& source, std::int64_t experiment_id, const ExportFilter& filter) {
-  std::string where = " WHERE c.experiment_id = " + std::to_string(experiment_id);
-  const std::string methods = ExperimentMethods(source, experiment_id).Condition(filter.methods);
-  if (!methods.empty()) where += " AND c." + methods;
-  if (filter.initialization)
-    where += " AND c.initialization = " + SqlText(std::string(ToString(*filter.initialization)));
-  if (filter.task) where += " AND c.task = " + SqlText(std::string(ToString(*filter.task)));
-  return where;
+// Returns the SQL of kExportedResults or kExportedResultCount.
+std::string SqlOf(db::Query query, std::int64_t experiment_id, const std::vector<std::int64_t>& method_ids,
+                  const ExportFilter& filter) {
+  return db::Sql(query, {{"experiment_id", experiment_id},
+                         {"method_ids", method_ids},
+                         {"initialization", filter.initialization},
+                         {"task", filter.task}});
 }
 
-constexpr char kJoins[] =
-    " FROM jobs AS j JOIN cells AS c USING (cell_id) JOIN methods AS m USING (method_id) JOIN problems AS p USING "
-    "(problem_key) LEFT JOIN results AS r ON r.job_id = j.job_id";
-
-std::vector<ResultRow> ReadRows(ResultSource& source, const std::string& where) {
-  const Listing listing = source.Query(
-      "SELECT j.job_id, c.method_id, m.name AS method, m.multi_starts, m.sample_size, m.collision, c.initialization, "
-      "j.repetition, "
-      "c.task, p.problem_id, r.wall_us, r.verdict_literal, r.num_waypoints" +
-      std::string(kJoins) + where + " AND r.job_id IS NOT NULL ORDER BY j.job_id");
+std::vector<ResultRow> ReadRows(ResultSource& source, const std::string& sql) {
+  const Listing listing = source.Query(sql);
   std::vector<ResultRow> rows;
   for (std::size_t i = 0; i < listing.rows.size(); ++i) {
     const auto integer = [&](const char* column) { return listing.At(i, column).get<std::int64_t>(); };
@@ -66,10 +58,10 @@ std::vector<ResultRow> ReadRows(ResultSource& source, const std::string& where) 
   return rows;
 }
 
-// `jobs`: comma-separated job ids. A window has few waypoints.
-void ReadUnsolved(ResultSource& source, const std::string& jobs, const std::map<std::int64_t, ResultRow*>& by_job) {
-  const Listing listing = source.Query("SELECT job_id, waypoint, x FROM unsolved_waypoints WHERE job_id IN (" + jobs +
-                                       ") ORDER BY job_id, waypoint");
+// A window has few waypoints.
+void ReadUnsolved(ResultSource& source, const std::vector<std::int64_t>& jobs,
+                  const std::map<std::int64_t, ResultRow*>& by_job) {
+  const Listing listing = source.Query(db::Sql(db::Query::kUnsolvedWaypointsOfJobs, {{"job_ids", jobs}}));
   for (std::size_t i = 0; i < listing.rows.size(); ++i) {
     const auto job_id = listing.At(i, "job_id").get<std::int64_t>();
     std::optional<UnsolvedPart>& unsolved = by_job.at(job_id)->unsolved;
@@ -83,13 +75,12 @@ void ReadWaypoints(ResultSource& source, std::vector<ResultRow>* rows) {
   for (auto& row : *rows) by_job[row.job_id] = &row;
   for (std::size_t first = 0; first < rows->size();) {
     std::size_t last = first;
-    std::string jobs;
+    std::vector<std::int64_t> jobs;
     for (std::int64_t waypoints = 0; last < rows->size() && (last == first || waypoints < kWaypointsPerQuery); ++last) {
       waypoints += (*rows)[last].num_waypoints;
-      jobs += (jobs.empty() ? "" : ",") + std::to_string((*rows)[last].job_id);
+      jobs.push_back((*rows)[last].job_id);
     }
-    const Listing listing =
-        source.Query("SELECT job_id, x FROM waypoints WHERE job_id IN (" + jobs + ") ORDER BY job_id, waypoint");
+    const Listing listing = source.Query(db::Sql(db::Query::kWaypointsOfJobs, {{"job_ids", jobs}}));
     for (std::size_t i = 0; i < listing.rows.size(); ++i) {
       const auto job_id = listing.At(i, "job_id").get<std::int64_t>();
       by_job.at(job_id)->waypoints.push_back(WaypointAt(listing, i, "x", "job " + std::to_string(job_id)));
@@ -164,9 +155,9 @@ std::vector<std::string> MethodStrings(const std::vector<ResultKey>& keys) {
 
 ExportedSolutions ReadSolutionsOf(ResultSource& source, std::int64_t experiment_id, const Dataset& dataset,
                                   const ExportFilter& filter) {
-  const std::string where = Where(source, experiment_id, filter);
-  auto rows = ReadRows(source, where);
-  const Listing count = source.Query("SELECT count(*) AS n" + std::string(kJoins) + where);
+  const std::vector<std::int64_t> method_ids = ExperimentMethods(source, experiment_id).Ids(filter.methods);
+  auto rows = ReadRows(source, SqlOf(db::Query::kExportedResults, experiment_id, method_ids, filter));
+  const Listing count = source.Query(SqlOf(db::Query::kExportedResultCount, experiment_id, method_ids, filter));
   ReadWaypoints(source, &rows);
 
   std::vector<ResultKey> keys;

@@ -7,10 +7,6 @@
 
 namespace legopt::client {
 
-/// Returns SQL for the number of internal restarts of a method in one attempt; `alias` is the alias of its row in
-/// `methods`. LegOpt-best's option `rescues` (docs/reference/suites.md), 0 for other methods.
-std::string InnerStartsSql(const std::string& alias);
-
 /// Formats the number of starts: "10", or "0 + 8 inside" with internal restarts.
 std::string FormatStarts(std::int64_t multi_starts, std::int64_t inner_starts);
 /// Returns a cell with the number of starts, as formatted by FormatStarts.

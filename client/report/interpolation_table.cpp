@@ -5,6 +5,7 @@
 
 #include "client/report/inner_starts.h"
 #include "client/report/json_text.h"
+#include "db/named_queries.h"
 
 namespace legopt::client {
 namespace {
@@ -98,16 +99,8 @@ bool InterpolationTable::shows_collision() const {
 }
 
 std::string InterpolationCellsSql(std::int64_t experiment_id, Rule rule) {
-  return "SELECT b.*, e.name AS experiment, " + InnerStartsSql("m") +
-         " AS inner_starts, (SELECT count(*) FROM clock_stopped AS k JOIN cells AS c USING (cell_id) "
-         "WHERE c.experiment_id = b.experiment_id AND c.method_id = b.method_id AND c.initialization = "
-         "b.initialization AND c.task = " +
-         SqlText(std::string(ToString(kInterpolatedTask.task))) +
-         ") AS clock_stopped FROM interpolation_cells AS b JOIN experiments AS e USING (experiment_id) "
-         "JOIN methods AS m USING (method_id) WHERE b.experiment_id = " +
-         std::to_string(experiment_id) + " AND b.rule = '" + std::string(ToString(rule)) +
-         "' ORDER BY (SELECT min(cell_id) FROM cells AS c WHERE c.experiment_id = b.experiment_id AND "
-         "c.method_id = b.method_id), initialization";
+  return db::Sql(db::Query::kInterpolationOfExperiment,
+                 {{"experiment_id", experiment_id}, {"rule", rule}, {"task", kInterpolatedTask.task}});
 }
 
 InterpolationTable BuildInterpolationTable(const Listing& cells, std::int64_t experiment_id, Rule rule) {

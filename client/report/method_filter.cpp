@@ -8,6 +8,7 @@
 #include "app/checks.h"
 #include "app/command_line.h"
 #include "client/client_error.h"
+#include "db/named_queries.h"
 #include "legopt/input/json.h"
 #include "legopt/types/method_name.h"
 #include "legopt/types/nearest_name.h"
@@ -56,14 +57,11 @@ void AddCollisionOption(const app::Command& command, std::optional<SceneRepresen
 }
 
 ExperimentMethods::ExperimentMethods(ResultSource& source, std::int64_t experiment_id)
-    : methods_(source.Query("SELECT DISTINCT m.method_id, m.name AS method, m.multi_starts, m.sample_size, "
-                            "m.incremental, m.collision FROM cells AS c JOIN methods AS m USING (method_id) WHERE "
-                            "c.experiment_id = " +
-                            std::to_string(experiment_id) + " ORDER BY m.method_id")),
+    : methods_(source.Query(db::Sql(db::Query::kMethodsOfExperiment, {{"experiment_id", experiment_id}}))),
       experiment_id_(experiment_id) {}
 
 // Applies the flags one by one, so that an error names the flag without matches and the values remaining at that point.
-std::string ExperimentMethods::Condition(const MethodFilter& filter) const {
+std::vector<std::int64_t> ExperimentMethods::Ids(const MethodFilter& filter) const {
   std::vector<std::size_t> kept(methods_.rows.size());
   for (std::size_t i = 0; i < kept.size(); ++i) kept[i] = i;
   const Wanted wanted[] = {{"method", "--method", filter.method},
@@ -90,9 +88,9 @@ std::string ExperimentMethods::Condition(const MethodFilter& filter) const {
     so_far += std::string(so_far.empty() ? " among those of " : ", ") + flag + " " + *value;
   }
   if (so_far.empty()) return {};
-  std::string ids;
-  for (const std::size_t row : kept) ids += (ids.empty() ? "" : ", ") + Dump(methods_.At(row, "method_id"));
-  return "method_id IN (" + ids + ")";
+  std::vector<std::int64_t> ids;
+  for (const std::size_t row : kept) ids.push_back(methods_.At(row, "method_id").get<std::int64_t>());
+  return ids;
 }
 
 std::vector<std::string> ExperimentMethods::DistinguishingColumns() const {

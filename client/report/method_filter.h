@@ -30,9 +30,9 @@ class ExperimentMethods {
  public:
   ExperimentMethods(ResultSource& source, std::int64_t experiment_id);
 
-  /// Returns SQL that selects the cells of the kept methods, e.g. "method_id IN (1, 4)"; empty if the filter keeps all.
-  /// Throws ClientError (kUsage) with the most similar or the known values if it keeps none.
-  std::string Condition(const MethodFilter& filter) const;
+  /// Returns the ids of the kept methods; empty if the filter is empty. Throws ClientError (kUsage) with the most
+  /// similar or the known values if it keeps none.
+  std::vector<std::int64_t> Ids(const MethodFilter& filter) const;
 
   /// Those of the columns multi_starts, sample_size, incremental and collision in which methods of the same name
   /// differ.

@@ -1,5 +1,7 @@
 #include "client/report/reading.h"
 
+#include "db/named_queries.h"
+
 namespace legopt::client {
 namespace {
 
@@ -15,20 +17,15 @@ void KeepCollision(const TableSelection& selection, const ExperimentInfo& experi
 // Returns whether all results of an experiment have a verdict by the rule.
 bool HasVerdicts(ResultSource& source, std::int64_t experiment_id, Rule rule) {
   if (rule != Rule::kSolid) return true;
-  return source
-      .Query("SELECT job_id FROM results JOIN cells USING (cell_id) WHERE experiment_id = " +
-             std::to_string(experiment_id) + " AND verdict_solid IS NULL LIMIT 1")
-      .rows.empty();
+  return source.Query(db::Sql(db::Query::kResultsWithoutSolidVerdict, {{"experiment_id", experiment_id}})).rows.empty();
 }
 
 // Adds counts by a second rule: the physical rule if the table's is weaker, else the original evaluator's rule.
 void AddOtherRule(ResultSource& source, BenchmarkTable* table) {
   const Rule other = table->rule == Rule::kSolid ? Rule::kLiteral : Rule::kSolid;
   if (!HasVerdicts(source, table->experiment_id, other)) return;
-  const Listing counts = source.Query(
-      "SELECT method_id, task, initialization, solved FROM benchmark_cells WHERE "
-      "experiment_id = " +
-      std::to_string(table->experiment_id) + " AND rule = " + SqlText(std::string(ToString(other))));
+  const Listing counts =
+      source.Query(db::Sql(db::Query::kSolvedByRule, {{"experiment_id", table->experiment_id}, {"rule", other}}));
   for (std::size_t i = 0; i < counts.rows.size(); ++i) {
     const BenchmarkColumn column{counts.EnumAt<Task>(i, "task"), counts.EnumAt<Initialization>(i, "initialization")};
     const auto method_id = counts.At(i, "method_id").get<std::int64_t>();

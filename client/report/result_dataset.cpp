@@ -14,6 +14,7 @@
 #include "app/printable.h"
 #include "client/client_error.h"
 #include "client/report/submitted_datasets.h"
+#include "db/named_queries.h"
 #include "legopt/dataset/dataset_archive.h"
 #include "legopt/types/input_error.h"
 
@@ -86,8 +87,7 @@ std::shared_ptr<const Dataset> FindSubmitted(const std::string& hash) {
 
 // The sender of the archive may have sent other content, so it is hashed.
 std::shared_ptr<const Dataset> FindStored(ResultSource& source, const std::string& hash) {
-  const Listing found = source.Query(
-      "SELECT archive FROM dataset_archives JOIN datasets USING (dataset_id) WHERE hash = " + SqlText(hash));
+  const Listing found = source.Query(db::Sql(db::Query::kDatasetArchive, {{"hash", hash}}));
   if (found.rows.empty()) return nullptr;
   const std::optional<std::string> archive = BlobAt(found, 0, "archive");
   if (!archive) return nullptr;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "db/named_queries.h"
 #include "legopt/types/number_text.h"
 
 namespace legopt::client {
@@ -50,10 +51,8 @@ std::string MachineOf(const ResultProvenance& origin) {
 }  // namespace
 
 std::vector<ResultProvenance> ReadOrigins(ResultSource& source, std::int64_t experiment_id) {
-  const Listing listing = source.Query(
-      "SELECT coalesce(build_id, '') AS build_id, build, hostname, processor, processors, memory_bytes, load, workers, "
-      "results FROM result_origins WHERE experiment_id = " +
-      std::to_string(experiment_id) + " ORDER BY results DESC, hostname, build_id, processor");
+  const Listing listing =
+      source.Query(db::Sql(db::Query::kResultOriginsOfExperiment, {{"experiment_id", experiment_id}}));
   std::vector<ResultProvenance> origins;
   for (std::size_t i = 0; i < listing.rows.size(); ++i) {
     const nlohmann::json& load = listing.At(i, "load");
@@ -74,9 +73,9 @@ std::string DescribeOrigins(const std::vector<ResultProvenance>& origins) {
 }
 
 std::int64_t CountReusedResults(ResultSource& source, std::int64_t experiment_id) {
-  const std::string count =
-      "SELECT count(*) AS n FROM jobs JOIN cells USING (cell_id) WHERE taken_from IS NOT NULL AND experiment_id = ";
-  return source.Query(count + std::to_string(experiment_id)).At(0, "n").get<std::int64_t>();
+  return source.Query(db::Sql(db::Query::kReusedResultCount, {{"experiment_id", experiment_id}}))
+      .At(0, "n")
+      .get<std::int64_t>();
 }
 
 std::string ReusedResultsSentence(std::int64_t results) {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "client/client_error.h"
+#include "db/named_queries.h"
 #include "db/query_json.h"
 #include "db/read_only_database.h"
 #include "db/store_error.h"
@@ -147,7 +148,7 @@ Eigen::VectorXd WaypointAt(const Listing& listing, std::size_t row, std::string_
 
 std::vector<Eigen::VectorXd> ReadWaypointsOf(ResultSource& source, std::int64_t job_id) {
   const std::string job = std::to_string(job_id);
-  const Listing rows = source.Query("SELECT x FROM waypoints WHERE job_id = " + job + " ORDER BY waypoint");
+  const Listing rows = source.Query(db::Sql(db::Query::kWaypointsOfJobs, {{"job_ids", job_id}}));
   std::vector<Eigen::VectorXd> waypoints;
   for (std::size_t i = 0; i < rows.rows.size(); ++i) {
     waypoints.push_back(WaypointAt(rows, i, "x", "job " + job + ", waypoint " + std::to_string(i)));
@@ -157,8 +158,7 @@ std::vector<Eigen::VectorXd> ReadWaypointsOf(ResultSource& source, std::int64_t 
 
 UnsolvedWaypoints ReadUnsolvedOf(ResultSource& source, std::int64_t job_id) {
   const std::string job = std::to_string(job_id);
-  const Listing rows =
-      source.Query("SELECT waypoint, x FROM unsolved_waypoints WHERE job_id = " + job + " ORDER BY waypoint");
+  const Listing rows = source.Query(db::Sql(db::Query::kUnsolvedWaypointsOfJobs, {{"job_ids", job_id}}));
   UnsolvedWaypoints unsolved;
   for (std::size_t i = 0; i < rows.rows.size(); ++i) {
     if (i == 0) unsolved.first_waypoint = rows.At(i, "waypoint").get<int>();
@@ -167,21 +167,8 @@ UnsolvedWaypoints ReadUnsolvedOf(ResultSource& source, std::int64_t job_id) {
   return unsolved;
 }
 
-std::string SqlText(const std::string& text) {
-  std::string literal = "'";
-  for (const char c : text) {
-    if (c == '\'') literal += '\'';
-    literal += c;
-  }
-  return literal + "'";
-}
-
 ExperimentInfo FindExperiment(ResultSource& source, std::optional<std::int64_t> id) {
-  const std::string where = id ? " WHERE e.experiment_id = " + std::to_string(*id) : "";
-  const Listing found = source.Query(
-      "SELECT e.experiment_id, e.name, e.state, d.name AS dataset, d.hash, coalesce(json_extract(e.spec_json, "
-      "'$.split'), 'all') AS split, e.rule FROM experiments AS e JOIN datasets AS d USING (dataset_id)" +
-      where + " ORDER BY e.experiment_id DESC LIMIT 1");
+  const Listing found = source.Query(db::Sql(db::Query::kExperiment, {{"experiment_id", id}}));
   if (found.rows.empty()) {
     throw ClientError(ExitCode::kUsage, id ? "there is no experiment " + std::to_string(*id) + "; 'legopt status" +
                                                  source.flags() + "' lists them"

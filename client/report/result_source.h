@@ -81,9 +81,6 @@ struct UnsolvedWaypoints {
 /// Reads the unsolved window of a job. Throws the errors of WaypointAt.
 UnsolvedWaypoints ReadUnsolvedOf(ResultSource& source, std::int64_t job_id);
 
-/// Returns a text as an SQL literal.
-std::string SqlText(const std::string& text);
-
 /// The experiment of a command.
 struct ExperimentInfo {
   std::int64_t id = 0;

@@ -7,6 +7,7 @@
 #include "client/page/page_block.h"
 #include "client/page/page_file.h"
 #include "client/page/page_view.h"
+#include "db/named_queries.h"
 #include "legopt/input/json.h"
 
 namespace legopt::client {
@@ -40,24 +41,18 @@ HttpReply Static(const std::string& type, std::string text, std::string etag) {
 
 // Returns the number of ended jobs per experiment: figures change with it.
 std::string ProgressOf(ResultSource& source, const std::vector<PageSource>& shown) {
-  std::string where;
+  std::vector<std::int64_t> experiments;
   for (const PageSource& one : shown) {
-    if (one.experiment) where += (where.empty() ? " WHERE experiment_id IN (" : ", ") + std::to_string(*one.experiment);
+    if (one.experiment) experiments.push_back(*one.experiment);
   }
-  if (!where.empty()) where += ")";
   const Listing row = source.Query(
-      "SELECT coalesce(group_concat(experiment_id || ':' || state || ':' || (jobs - queued - leased)), '') AS progress "
-      "FROM (SELECT * FROM experiment_list" +
-      where + " ORDER BY experiment_id DESC" + (where.empty() ? " LIMIT 1" : "") + ")");
+      db::Sql(db::Query::kExperimentProgress, {{"experiment_ids", experiments}, {"newest", experiments.empty()}}));
   return row.Text(0, "progress");
 }
 
 // Returns all problems of an experiment, solved or not.
 ProblemIds ProblemsOf(ResultSource& source, std::int64_t experiment) {
-  const Listing rows = source.Query(
-      "SELECT DISTINCT c.task, p.problem_id AS problem FROM jobs AS j JOIN cells AS c USING (cell_id) JOIN problems AS "
-      "p USING (problem_key) WHERE c.experiment_id = " +
-      std::to_string(experiment));
+  const Listing rows = source.Query(db::Sql(db::Query::kProblemsOfExperiment, {{"experiment_id", experiment}}));
   ProblemIds problems;
   for (std::size_t i = 0; i < rows.rows.size(); ++i) {
     problems[rows.EnumAt<Task>(i, "task")].insert(rows.At(i, "problem").get<int>());

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "client/service/experiment_status.h"
+#include "db/named_queries.h"
 #include "legopt/input/json.h"
 
 namespace legopt::client {
@@ -121,33 +122,14 @@ Json LiveState::ReadAll(double now_s) {
   return json;
 }
 
-Json LiveState::ExperimentsOfFile() {
-  return RowsOf(
-      source_->Query("SELECT experiment_id AS id, name, iif(state <> 'active' OR hold = 'none', state, hold) AS state, "
-                     "jobs, queued, leased, done, failed, dead, cancelled, solved, '' AS waiting_for, NULL AS eta_s "
-                     "FROM experiment_list ORDER BY experiment_id"));
-}
+Json LiveState::ExperimentsOfFile() { return RowsOf(source_->Query(db::Sql(db::Query::kLiveExperiments))); }
 
 // Returns the workers with running jobs; a file does not show whether other workers are online.
-Json LiveState::WorkersOfFile() {
-  return RowsOf(source_->Query(
-      "SELECT w.worker_id AS id, w.name, w.hostname, w.slots, count(*) AS leases, 1 AS online, 0 AS draining, "
-      "NULL AS silent_s, NULL AS load, w.build_id FROM attempts AS a JOIN workers AS w USING (worker_id) WHERE "
-      "a.outcome = "
-      "'running' GROUP BY w.worker_id ORDER BY w.worker_id"));
-}
+Json LiveState::WorkersOfFile() { return RowsOf(source_->Query(db::Sql(db::Query::kLiveWorkers))); }
 
 void LiveState::ReadFailures() {
-  const std::string verdict = "r.verdict_" + std::string(ToString(rule_));
   const Listing rows = source_->Query(
-      "SELECT a.job_id AS job, c.experiment_id AS experiment, m.name AS method, c.task, c.initialization, "
-      "p.problem_id AS problem, coalesce(" +
-      verdict +
-      ", j.state) AS outcome, a.ended_at_us AS at_us FROM attempts AS a JOIN jobs AS j ON j.job_id = a.job_id AND "
-      "j.attempts = a.attempt JOIN cells AS c USING (cell_id) JOIN methods AS m USING (method_id) JOIN problems AS p "
-      "USING (problem_key) LEFT JOIN results AS r ON r.job_id = j.job_id WHERE a.ended_at_us > " +
-      std::to_string(failures_until_us_) + " AND j.state IN ('done', 'failed', 'dead') AND coalesce(" + verdict +
-      ", '') <> 'success' ORDER BY a.ended_at_us DESC, a.job_id LIMIT " + std::to_string(kMaxFailures));
+      db::Sql(db::Query::kLiveFailures, {{"after_us", failures_until_us_}, {"rule", rule_}, {"limit", kMaxFailures}}));
   Json all = RowsOf(rows);
   if (all.empty()) return;
   failures_until_us_ = all.front().at("at_us").get<std::int64_t>();
@@ -160,12 +142,7 @@ void LiveState::ReadFailures() {
 // Returns the newest events that may change a user's plans.
 Json LiveState::ReadEvents() {
   constexpr int kMost = 20;
-  return RowsOf(source_->Query(
-      "SELECT at_us, kind, experiment_id AS experiment, job_id AS job, worker_id AS worker, detail FROM events WHERE "
-      "kind "
-      "IN ('worker_lost', 'job_dead', 'job_failed', 'jobs_refused', 'disk_low', 'no_progress', 'experiment_finished') "
-      "ORDER BY event_id DESC LIMIT " +
-      std::to_string(kMost)));
+  return RowsOf(source_->Query(db::Sql(db::Query::kLiveEvents, {{"limit", kMost}})));
 }
 
 // Adds the rate of ended jobs over the last minute, or since the first call.

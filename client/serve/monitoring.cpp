@@ -7,6 +7,7 @@
 #include "client/client_error.h"
 #include "client/service/experiment_status.h"
 #include "client/service/server_connection.h"
+#include "db/named_queries.h"
 #include "legopt/input/json.h"
 #include "legopt/types/job.h"
 
@@ -129,8 +130,7 @@ void WriteServer(const json& server, MetricsWriter& metrics) {
 // Returns a status reply with the information available in a file.
 json StatusOfFile(const SourceOptions& source) {
   const auto results = OpenResults(source);
-  const Listing rows =
-      results->Query("SELECT experiment_id, state, queued, leased, done, failed, dead, cancelled FROM experiment_list");
+  const Listing rows = results->Query(db::Sql(db::Query::kExperimentStates));
   json experiments = json::array();
   for (std::size_t i = 0; i < rows.rows.size(); ++i) {
     json jobs = json::object();

@@ -6,6 +6,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import re
 import shutil
 import sqlite3
 import tempfile
@@ -20,9 +21,13 @@ from .schema_digests import SCHEMA_DIGESTS
 
 APPLICATION_ID = 0x4C474F50  # "LGOP"
 SCHEMA_VERSION = 12
+_OLDEST_UPGRADABLE = 9
 _OLDEST_SQLITE = (3, 37)  # the first that supports STRICT tables; earlier ones report a malformed schema
 
 _INSTRUCTIONS_PER_CHECK = 10_000
+
+# Comments, quoted texts and single characters of SQL.
+_TOKEN = re.compile(r"--[^\n]*|/\*.*?(?:\*/|$)|'[^']*'?|\"[^\"]*\"?|`[^`]*`?|\[[^\]]*\]?|.", re.DOTALL)
 
 _READING = {sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ, sqlite3.SQLITE_RECURSIVE, sqlite3.SQLITE_FUNCTION}
 _FORBIDDEN = {sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY, sqlite3.SQLITE_PERM}
@@ -240,7 +245,9 @@ class ReadOnlyFile:
         missing = [entry for entry in SCHEMA_DIGESTS if entry not in found]
         fault = unexpected[0] if unexpected else f"{missing[0]} is missing" if missing else ""
         if fault:
-            raise DatabaseError(f"{self.path}: not an intact legopt database: {fault}; restore a backup")
+            advice = f"start 'legopt-server --db {self.path}' once, it restores the view" if fault.startswith("view ") \
+                else "restore a backup"
+            raise DatabaseError(f"{self.path}: not an intact legopt database: {fault}; {advice}")
 
     def _require_legopt(self) -> None:
         connection = self._connection
@@ -256,6 +263,10 @@ class ReadOnlyFile:
         if application != APPLICATION_ID:
             raise DatabaseError(f"{self.path}: this is the database of another program (application_id {application}); "
                                 "choose another file")
+        if version < _OLDEST_UPGRADABLE:
+            raise DatabaseError(f"{self.path}: written by an old legopt (schema {version}, the server upgrades schema "
+                                f"{_OLDEST_UPGRADABLE} and newer); upgrade it first with an earlier legopt, built from "
+                                "sources of 24 to 27 November 2026: start its legopt-server --db on the file once")
         if version < SCHEMA_VERSION:
             raise DatabaseError(f"{self.path}: written by an older legopt (schema {version}); start "
                                 f"'legopt-server --db {self.path}' once, it upgrades the file")
@@ -293,8 +304,22 @@ class ReadOnlyFile:
 
 
 def digest_of(sql: str) -> str:
-    """Returns a digest as in SCHEMA_DIGESTS."""
-    return hashlib.sha256(sql.encode()).hexdigest()[:16]
+    """Returns a digest as in SCHEMA_DIGESTS. It does not depend on comments and white space, like DiagnoseSchema in
+    db/migrations.h: they differ between a new and an upgraded file."""
+    text, space = "", False
+    for token in _TOKEN.findall(sql):
+        if token[0] in " \t\n\r\f" or token.startswith(("--", "/*")):
+            space = True
+            continue
+        if space and text and _is_word(text[-1]) and _is_word(token[0]):
+            text += " "
+        space = False
+        text += token
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _is_word(character: str) -> bool:
+    return (character.isascii() and character.isalnum()) or character in "_'\"`[]" or not character.isascii()
 
 
 def _uri(path: str, mode: str) -> str:

@@ -25,17 +25,20 @@ class MethodFilterTest : public testing::Test {
 
   // Returns names and restarts of the selected methods.
   std::string Kept(const MethodFilter& filter) {
-    const std::string condition = ExperimentMethods(*source_, 1).Condition(filter);
+    std::string ids;
+    for (const std::int64_t id : ExperimentMethods(*source_, 1).Ids(filter)) {
+      ids += (ids.empty() ? " WHERE method_id IN (" : ", ") + std::to_string(id);
+    }
     return source_
         ->Query("SELECT group_concat(name || ' ' || multi_starts, ', ') AS kept FROM methods" +
-                (condition.empty() ? "" : " WHERE " + condition))
+                (ids.empty() ? ids : ids + ")"))
         .At(0, "kept")
         .get<std::string>();
   }
 
   void ExpectRefused(const MethodFilter& filter, const std::string& words) {
     try {
-      ExperimentMethods(*source_, 1).Condition(filter);
+      ExperimentMethods(*source_, 1).Ids(filter);
       ADD_FAILURE() << "an empty choice";
     } catch (const ClientError& error) {
       EXPECT_EQ(error.code(), ExitCode::kUsage);

@@ -167,7 +167,5 @@ TEST(ResultSource, MissingFileIsADatabaseError) {
   EXPECT_THROW(OpenResults({"/nowhere/results.sqlite", {}}), db::StoreError);
 }
 
-TEST(SqlText, CannotBeEscaped) { EXPECT_EQ(SqlText("a'b; DROP TABLE jobs"), "'a''b; DROP TABLE jobs'"); }
-
 }  // namespace
 }  // namespace legopt::client

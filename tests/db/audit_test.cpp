@@ -66,7 +66,7 @@ const std::vector<Planted>& Plants() {
 class AuditTest : public testing::Test {
  protected:
   void SetUp() override {
-    MakeReleased(3, path_);
+    MakeReleased(9, path_);
     OpenSqliteStore(path_);
   }
 

@@ -100,7 +100,7 @@ TEST_F(Backup, ReadsTheLogOfADeadServerAndChangesNothing) {
 }
 
 TEST_F(Backup, IsRestoredByOpeningIt) {
-  MakeReleased(3, path_);
+  MakeReleased(9, path_);
   BackUp(path_, copy_);
   EXPECT_FALSE(std::filesystem::exists(copy_.string() + "-wal")) << "one file";
   const auto store = OpenSqliteStore(copy_);
@@ -131,7 +131,7 @@ TEST_F(Backup, WrongSourcesAreNamed) {
 }
 
 TEST_F(Backup, ADamagedDatabaseMakesNoCopy) {
-  MakeReleased(3, path_);
+  MakeReleased(9, path_);
   { OpenSqliteStore(path_); }
   {
     std::fstream file(path_, std::ios::binary | std::ios::in | std::ios::out);
@@ -144,7 +144,7 @@ TEST_F(Backup, ADamagedDatabaseMakesNoCopy) {
 
 // The disk of the copy is full or fails at any call: there is no copy, and nothing is left behind.
 TEST_F(Backup, AFullDiskLeavesNothingBehind) {
-  MakeReleased(3, path_);
+  MakeReleased(9, path_);
   { OpenSqliteStore(path_); }
   BackUp(path_, copy_);  // the first reader creates the side files of the log
   std::filesystem::remove(copy_);

@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <fstream>
 
 #include "db/audit.h"
@@ -31,13 +30,6 @@ class SqliteStoreFile : public testing::Test {
   std::int64_t QueryInt(const std::string& sql) {
     Connection connection(path_, Connection::Mode::kReadWriteCreate);
     return connection.QueryInt(sql);
-  }
-
-  // Creates a database of schema version 1 with one experiment.
-  void MakeVersion1() {
-    Connection connection(path_, Connection::Mode::kReadWriteCreate);
-    Migrate(connection, Migrations().first(1));
-    connection.Execute("INSERT INTO datasets VALUES (1, 'old', '" + HashOf('d') + "')");
   }
 
   TemporaryFolder folder_;
@@ -143,70 +135,6 @@ TEST_F(SqliteStoreFile, NewerSchemaIsRefusedAndUntouched) {
   }
   ExpectRefused(path_, StoreErrorCode::kNewerSchema);
   EXPECT_EQ(QueryInt("PRAGMA user_version"), newer);
-}
-
-TEST_F(SqliteStoreFile, OlderSchemaIsUpgradedWithItsRows) {
-  MakeVersion1();
-  EXPECT_EQ(QueryInt("SELECT count(*) FROM sqlite_schema WHERE type = 'view'"), 0);
-  OpenSqliteStore(path_);
-  EXPECT_EQ(QueryInt("PRAGMA user_version"), SchemaVersion());
-  EXPECT_EQ(QueryInt("SELECT count(*) FROM datasets"), 1);
-  EXPECT_EQ(QueryInt("SELECT count(*) FROM benchmark_table"), 0);
-}
-
-// Columns added by version 3 are derived from the results of version 2, or unknown.
-TEST_F(SqliteStoreFile, ResultsOfVersion2GetTheNewColumns) {
-  {
-    Connection connection(path_, Connection::Mode::kReadWriteCreate);
-    Migrate(connection, Migrations().first(2));
-    connection.Execute(
-        "INSERT INTO datasets VALUES (1, 'old', '" + HashOf('d') +
-        "');"
-        "INSERT INTO methods VALUES (1, 'A', '" +
-        HashOf('a') + R"(', '{"options":{"collision":"surface"}}', 0, 100, 0);)" +
-        "INSERT INTO methods VALUES (2, 'B', '" + HashOf('b') + R"(', '{"solver":"sqp"}', 0, 100, 0);)" +
-        "INSERT INTO methods VALUES (3, 'C', '" + HashOf('c') + R"(', '{no json}', 0, 100, 0);)" +
-        "INSERT INTO problems VALUES (1, 1, 'motion', 0, 4);"
-        "INSERT INTO experiments VALUES (1, 's', 'old', 'active', 1, 1, 1, 3, 5000000, 100000000, 1, 1, '{}', '" +
-        HashOf('e') +
-        "', 1, NULL);"
-        "INSERT INTO cells VALUES (1, 1, 1, 'motion', 'good', 1);"
-        "INSERT INTO workers (worker_id, endpoint, name, hostname, pid, slots, build, first_seen_at_us, "
-        "last_seen_at_us) VALUES (1, 7, 'w', 'h', 1, 1, 'b', 1, 1);"
-        "INSERT INTO jobs VALUES (1, 1, 1, 0, 'leased', 1, 0, 3);"
-        "INSERT INTO attempts (job_id, attempt, worker_id, token, leased_at_us) VALUES (1, 1, 1, 5, 1);"
-        "INSERT INTO results (job_id, cell_id, attempt, solver_status, iterations, restarts, wall_us, cpu_us, "
-        "involuntary_context_switches, peak_memory_bytes, verdict_literal, verdict_strict, cost, num_waypoints, "
-        "received_at_us) VALUES (1, 1, 1, 'converged_feasible', 1, 0, 8, 8, 0, 0, 'success', 'success', 0.5, 4, 1)");
-  }
-  OpenSqliteStore(path_);
-  Connection connection(path_, Connection::Mode::kReadWriteCreate);
-  EXPECT_EQ(connection.QueryText("SELECT group_concat(collision) FROM (SELECT * FROM methods ORDER BY method_id)"),
-            "surface,solid,solid");
-  EXPECT_EQ(QueryInt("SELECT wall_limit_us FROM cells"), 5'000'000);
-  EXPECT_EQ(QueryInt("SELECT count(*) FROM results WHERE windows IS NULL AND interpolation_free_share IS NULL"), 1);
-  EXPECT_EQ(QueryInt("SELECT solved FROM interpolation_cells WHERE rule = 'literal'"), 1);
-  EXPECT_EQ(QueryInt("SELECT scored FROM interpolation_cells WHERE rule = 'literal'"), 0);
-  EXPECT_EQ(connection.QueryText("SELECT collision FROM benchmark_table"), "surface");
-}
-
-TEST_F(SqliteStoreFile, FailingMigrationLeavesTheLastCompleteStep) {
-  MakeVersion1();
-  const std::array<Migration, 3> migrations{
-      Migrations()[0], Migration{2, "CREATE TABLE extra (x) STRICT"},
-      Migration{3, "CREATE TABLE more (x INTEGER) STRICT; INSERT INTO no_such_table VALUES (1)"}};
-  const std::array<Migration, 3> repaired{migrations[0], Migration{2, "CREATE TABLE extra (x INTEGER) STRICT"},
-                                          Migration{3, "CREATE TABLE more (x INTEGER) STRICT"}};
-  Connection connection(path_, Connection::Mode::kReadWriteCreate);
-  EXPECT_THROW(Migrate(connection, migrations), StoreError);  // STRICT needs a type, so step 2 fails
-  EXPECT_EQ(connection.QueryInt("PRAGMA user_version"), 1);
-  const std::array<Migration, 3> half{repaired[0], repaired[1], migrations[2]};
-  EXPECT_THROW(Migrate(connection, half), StoreError);
-  EXPECT_EQ(connection.QueryInt("PRAGMA user_version"), 2);
-  EXPECT_EQ(connection.QueryInt("SELECT count(*) FROM sqlite_schema WHERE name = 'more'"), 0);
-  Migrate(connection, repaired);
-  EXPECT_EQ(connection.QueryInt("PRAGMA user_version"), 3);
-  EXPECT_EQ(connection.QueryInt("SELECT count(*) FROM sqlite_schema WHERE name = 'more'"), 1);
 }
 
 TEST_F(SqliteStoreFile, JointNamesAreKeptFromWhoeverTellsThemFirst) {

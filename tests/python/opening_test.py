@@ -161,20 +161,24 @@ class WhatCannotBeOpened(unittest.TestCase):
         self.refused(folder / "cars.sqlite", "the database of another program .application_id 0.; choose another file")
 
     def test_other_versions(self):
-        self.refused(self.with_pragma("user_version = 7"),
-                     "an older legopt .schema 7.; start 'legopt-server --db .*' once, it upgrades")
+        self.refused(self.with_pragma("user_version = 9"),
+                     "an older legopt .schema 9.; start 'legopt-server --db .*' once, it upgrades")
+        self.refused(self.with_pragma("user_version = 8"),
+                     "an old legopt .schema 8, the server upgrades schema 9 and newer.; upgrade it first")
         self.refused(self.with_pragma("user_version = 9999"), "a newer legopt .schema 9999, this package knows")
 
     def test_the_version_is_the_newest_of_the_schema(self):
-        newest = max(int(path.name[:3]) for path in (results.SOURCE / "db" / "schema").glob("[0-9]*.sql"))
-        self.assertEqual(read_only_file.SCHEMA_VERSION, newest)
+        upgrades = [int(path.stem.rpartition("_")[2])
+                    for path in (results.SOURCE / "db" / "schema").glob("upgrade_from_*.sql")]
+        self.assertEqual(read_only_file.SCHEMA_VERSION, max(upgrades) + 1)
+        self.assertEqual(read_only_file._OLDEST_UPGRADABLE, min(upgrades))
 
     def test_what_is_damaged(self):
         path = results.experiments().copy()
         db = sqlite3.connect(path)
         db.execute("DROP VIEW job_list")
         db.close()
-        with self.assertRaisesRegex(legopt.DatabaseError, "view job_list is missing; restore a backup"):
+        with self.assertRaisesRegex(legopt.DatabaseError, "view job_list is missing; start .legopt-server --db"):
             legopt.open(path)
         path = results.experiments().copy()
         with open(path, "r+b") as file:

@@ -46,7 +46,7 @@ class TheSchema(unittest.TestCase):
                 ("CREATE TRIGGER t AFTER INSERT ON experiment_tags BEGIN SELECT 1; END", "trigger 't' on table"),
                 ("DROP VIEW benchmark_table; CREATE VIEW benchmark_table AS SELECT 1 AS solved",
                  "view 'benchmark_table' is not that of schema version"),
-                ("DROP VIEW job_list", "view job_list is missing"),
+                ("DROP VIEW job_list", "view job_list is missing; start 'legopt-server --db"),
                 ("CREATE UNIQUE INDEX i ON events (event_id, kind)", "index 'i' on table 'events'")]:
             with self.subTest(sql), self.assertRaisesRegex(legopt.DatabaseError, words):
                 legopt.open(self.changed(sql))

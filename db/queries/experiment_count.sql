@@ -1,0 +1,2 @@
+-- n: number of experiments.
+SELECT count(*) AS n FROM experiments

@@ -1,0 +1,227 @@
+-- All views. A server drops and creates them at each start, in one transaction. A change of this file needs a new
+-- schema version, as one of tables.sql does: readers accept only the views of their version.
+
+-- Success count, mean cost and mean time of a cell by one rule. n: jobs; solved: jobs judged "success"; cost and
+-- time_s: means per waypoint over the solved jobs, NULL if there are none. (Scalar subqueries, so that SQLite
+-- computes only the columns that a query reads.)
+DROP VIEW IF EXISTS literal_scores;
+CREATE VIEW literal_scores AS
+SELECT c.cell_id, c.experiment_id, c.method_id, c.task, c.initialization, c.num_jobs AS n,
+  (SELECT count(*) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_literal = 1) AS solved,
+  (SELECT avg(r.cost) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_literal = 1) AS cost,
+  (SELECT avg(r.time_s) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_literal = 1) AS time_s
+FROM cells AS c;
+
+DROP VIEW IF EXISTS strict_scores;
+CREATE VIEW strict_scores AS
+SELECT c.cell_id, c.experiment_id, c.method_id, c.task, c.initialization, c.num_jobs AS n,
+  (SELECT count(*) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_strict = 1) AS solved,
+  (SELECT avg(r.cost) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_strict = 1) AS cost,
+  (SELECT avg(r.time_s) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_strict = 1) AS time_s
+FROM cells AS c;
+
+DROP VIEW IF EXISTS solid_scores;
+CREATE VIEW solid_scores AS
+SELECT c.cell_id, c.experiment_id, c.method_id, c.task, c.initialization, c.num_jobs AS n,
+  (SELECT count(*) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_solid = 'success') AS solved,
+  (SELECT avg(r.cost) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_solid = 'success') AS cost,
+  (SELECT avg(r.time_s) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_solid = 'success') AS time_s
+FROM cells AS c;
+
+-- Success count, mean cost and mean time of a cell by its experiment's rule.
+DROP VIEW IF EXISTS rule_scores;
+CREATE VIEW rule_scores AS
+SELECT c.cell_id, c.experiment_id, c.method_id, c.task, c.initialization, e.rule, c.num_jobs AS n,
+  CASE e.rule
+    WHEN 'literal' THEN (SELECT count(*) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_literal = 1)
+    WHEN 'strict' THEN (SELECT count(*) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_strict = 1)
+    ELSE (SELECT count(*) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_solid = 'success')
+  END AS solved,
+  CASE e.rule
+    WHEN 'literal' THEN (SELECT avg(r.cost) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_literal = 1)
+    WHEN 'strict' THEN (SELECT avg(r.cost) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_strict = 1)
+    ELSE (SELECT avg(r.cost) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_solid = 'success')
+  END AS cost,
+  CASE e.rule
+    WHEN 'literal' THEN (SELECT avg(r.time_s) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_literal = 1)
+    WHEN 'strict' THEN (SELECT avg(r.time_s) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_strict = 1)
+    ELSE (SELECT avg(r.time_s) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_solid = 'success')
+  END AS time_s
+FROM cells AS c JOIN experiments AS e USING (experiment_id);
+
+-- One row per cell and rule. finished: jobs in a terminal state.
+DROP VIEW IF EXISTS benchmark_cells;
+CREATE VIEW benchmark_cells AS
+SELECT s.experiment_id, e.name AS experiment, s.method_id, m.name AS method, m.multi_starts, m.sample_size,
+  m.incremental, m.collision, s.task, s.initialization, 'literal' AS rule, s.n,
+  s.n - (SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id AND j.state IN ('queued', 'leased')) AS finished,
+  s.solved, s.cost, s.time_s
+FROM literal_scores AS s JOIN experiments AS e USING (experiment_id) JOIN methods AS m USING (method_id)
+UNION ALL
+SELECT s.experiment_id, e.name AS experiment, s.method_id, m.name AS method, m.multi_starts, m.sample_size,
+  m.incremental, m.collision, s.task, s.initialization, 'strict' AS rule, s.n,
+  s.n - (SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id AND j.state IN ('queued', 'leased')) AS finished,
+  s.solved, s.cost, s.time_s
+FROM strict_scores AS s JOIN experiments AS e USING (experiment_id) JOIN methods AS m USING (method_id)
+UNION ALL
+SELECT s.experiment_id, e.name AS experiment, s.method_id, m.name AS method, m.multi_starts, m.sample_size,
+  m.incremental, m.collision, s.task, s.initialization, 'solid' AS rule, s.n,
+  s.n - (SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id AND j.state IN ('queued', 'leased')) AS finished,
+  s.solved, s.cost, s.time_s
+FROM solid_scores AS s JOIN experiments AS e USING (experiment_id) JOIN methods AS m USING (method_id);
+
+-- Table I of the paper, by the experiment's rule: one row per method of an experiment, in the order of submission. The
+-- columns of a cell that the experiment does not have are NULL. A cell without solved jobs has NULL cost and time.
+DROP VIEW IF EXISTS benchmark_table;
+CREATE VIEW benchmark_table AS
+SELECT g.experiment_id, m.name AS method, m.multi_starts, m.sample_size, m.incremental, m.collision, e.rule,
+  pg.n AS posture_good_n, pg.solved AS posture_good_solved,
+  pg.cost AS posture_good_cost, pg.time_s AS posture_good_time_s,
+  pc.n AS posture_in_collision_n, pc.solved AS posture_in_collision_solved,
+  pc.cost AS posture_in_collision_cost, pc.time_s AS posture_in_collision_time_s,
+  mg.n AS motion_good_n, mg.solved AS motion_good_solved,
+  mg.cost AS motion_good_cost, mg.time_s AS motion_good_time_s,
+  mc.n AS motion_in_collision_n, mc.solved AS motion_in_collision_solved,
+  mc.cost AS motion_in_collision_cost, mc.time_s AS motion_in_collision_time_s
+FROM (SELECT experiment_id, method_id, min(cell_id) AS first_cell FROM cells GROUP BY experiment_id, method_id) AS g
+JOIN experiments AS e USING (experiment_id)
+JOIN methods AS m USING (method_id)
+LEFT JOIN rule_scores AS pg ON pg.experiment_id = g.experiment_id AND pg.method_id = g.method_id
+  AND pg.task = 'posture' AND pg.initialization = 'good'
+LEFT JOIN rule_scores AS pc ON pc.experiment_id = g.experiment_id AND pc.method_id = g.method_id
+  AND pc.task = 'posture' AND pc.initialization = 'in_collision'
+LEFT JOIN rule_scores AS mg ON mg.experiment_id = g.experiment_id AND mg.method_id = g.method_id
+  AND mg.task = 'motion' AND mg.initialization = 'good'
+LEFT JOIN rule_scores AS mc ON mc.experiment_id = g.experiment_id AND mc.method_id = g.method_id
+  AND mc.task = 'motion' AND mc.initialization = 'in_collision'
+ORDER BY g.experiment_id, g.first_cell;
+
+-- Collisions between the waypoints of the solved motions of a cell, by one rule. scored: solved motions that were
+-- checked; free: motions without penetration above 1 mm in any segment; free_share: mean share of such segments;
+-- depths: maxima.
+DROP VIEW IF EXISTS interpolation_cells;
+CREATE VIEW interpolation_cells AS
+SELECT c.experiment_id, c.method_id, m.name AS method, m.multi_starts, m.sample_size, m.incremental, m.collision,
+  c.initialization, u.rule, c.num_jobs AS n, count(r.job_id) AS solved, count(r.interpolation_free_share) AS scored,
+  count(*) FILTER (WHERE r.interpolation_free_share = 1) AS free, avg(r.interpolation_free_share) AS free_share,
+  max(r.interpolation_environment_depth_m) AS environment_depth_m, max(r.interpolation_self_depth_m) AS self_depth_m
+FROM cells AS c
+JOIN methods AS m USING (method_id)
+JOIN (SELECT 'literal' AS rule UNION ALL SELECT 'strict' UNION ALL SELECT 'solid') AS u
+LEFT JOIN results AS r ON r.cell_id = c.cell_id
+  AND CASE u.rule WHEN 'literal' THEN r.verdict_literal WHEN 'strict' THEN r.verdict_strict ELSE r.verdict_solid END
+    = 'success'
+WHERE c.task = 'motion'
+GROUP BY c.cell_id, u.rule;
+
+-- One row per job, with its result and worker.
+DROP VIEW IF EXISTS job_list;
+CREATE VIEW job_list AS
+SELECT j.job_id, c.experiment_id, m.name AS method, m.multi_starts, m.sample_size, m.incremental, m.collision, c.task,
+  c.initialization, p.problem_id, j.repetition, j.state, j.attempts, j.taken_from, r.solver_status, r.verdict_literal,
+  r.verdict_strict, r.verdict_solid, r.windows_solved, r.windows, r.cost, r.time_s, r.wall_us, r.cpu_us,
+  r.iterations, r.restarts, r.starts, r.term_evaluations, r.collision_queries, r.solid_depth_m, r.longest_step_m,
+  r.interpolation_environment_depth_m, r.interpolation_self_depth_m, r.interpolation_free_share, w.name AS worker,
+  w.hostname, w.processor, w.build_id
+FROM jobs AS j
+JOIN cells AS c USING (cell_id)
+JOIN methods AS m USING (method_id)
+JOIN problems AS p USING (problem_key)
+LEFT JOIN results AS r ON r.job_id = j.job_id
+LEFT JOIN attempts AS a ON a.job_id = j.job_id AND a.attempt = j.attempts
+LEFT JOIN workers AS w ON w.worker_id = a.worker_id;
+
+-- Jobs that failed, died, or are not solved by their experiment's rule.
+DROP VIEW IF EXISTS failures;
+CREATE VIEW failures AS
+SELECT c.experiment_id, j.job_id, m.name AS method, m.multi_starts, m.sample_size, m.incremental, m.collision, c.task,
+  c.initialization, p.problem_id, j.repetition, j.state, e.rule, r.solver_status, r.verdict_literal,
+  r.verdict_strict, r.verdict_solid, r.verdict_detail AS detail, a.message
+FROM jobs AS j
+JOIN cells AS c USING (cell_id)
+JOIN experiments AS e ON e.experiment_id = c.experiment_id
+JOIN methods AS m USING (method_id)
+JOIN problems AS p USING (problem_key)
+LEFT JOIN results AS r ON r.job_id = j.job_id
+LEFT JOIN attempts AS a ON a.job_id = j.job_id AND a.attempt = j.attempts
+WHERE j.state IN ('failed', 'dead') OR 'success' <>
+  CASE e.rule WHEN 'literal' THEN r.verdict_literal WHEN 'strict' THEN r.verdict_strict ELSE r.verdict_solid END;
+
+-- Results on which the solver and the rules disagree.
+DROP VIEW IF EXISTS disagreements;
+CREATE VIEW disagreements AS
+SELECT c.experiment_id, j.job_id, m.name AS method, m.multi_starts, m.sample_size, m.incremental, m.collision, c.task,
+  c.initialization, p.problem_id, j.repetition, r.solver_status, r.verdict_literal, r.verdict_strict, r.verdict_solid,
+  r.verdict_detail AS detail, r.solver_violation
+FROM results AS r
+JOIN jobs AS j ON j.job_id = r.job_id
+JOIN cells AS c ON c.cell_id = j.cell_id
+JOIN methods AS m USING (method_id)
+JOIN problems AS p USING (problem_key)
+WHERE (r.solver_status = 'converged_feasible') <> (r.verdict_literal = 'success')
+   OR (r.verdict_literal = 'success') <> (r.verdict_strict = 'success')
+   OR (r.verdict_strict = 'success') <> (r.verdict_solid = 'success');
+
+-- One row per experiment with the states of its jobs. tags: in alphabetical order, separated by commas; solved: by the
+-- experiment's rule.
+DROP VIEW IF EXISTS experiment_list;
+CREATE VIEW experiment_list AS
+SELECT e.experiment_id, e.name, e.submitter,
+  coalesce((SELECT group_concat(t.tag, ',') FROM (SELECT tag FROM experiment_tags
+    WHERE experiment_tags.experiment_id = e.experiment_id ORDER BY tag) AS t), '') AS tags,
+  e.state, e.hold, e.hold_reason, e.priority, e.builds, e.build_id, e.num_jobs AS jobs,
+  count(*) FILTER (WHERE j.state = 'queued') AS queued, count(*) FILTER (WHERE j.state = 'leased') AS leased,
+  count(*) FILTER (WHERE j.state = 'done') AS done, count(*) FILTER (WHERE j.state = 'failed') AS failed,
+  count(*) FILTER (WHERE j.state = 'dead') AS dead, count(*) FILTER (WHERE j.state = 'cancelled') AS cancelled,
+  count(j.taken_from) AS taken_over,
+  (SELECT sum(s.solved) FROM rule_scores AS s WHERE s.experiment_id = e.experiment_id) AS solved, e.rule,
+  d.name AS dataset, e.seed, e.repetitions, e.submitted_at_us, e.finished_at_us
+FROM experiments AS e
+JOIN datasets AS d USING (dataset_id)
+JOIN cells AS c USING (experiment_id)
+JOIN jobs AS j USING (cell_id)
+GROUP BY e.experiment_id;
+
+-- Builds and hosts that computed the accepted results of an experiment.
+DROP VIEW IF EXISTS result_origins;
+CREATE VIEW result_origins AS
+SELECT s.experiment_id, w.build_id, w.build, w.hostname, w.processor, max(w.processors) AS processors,
+  w.memory_bytes, max(w.load) AS load, count(*) AS workers, sum(s.results) AS results
+FROM result_workers AS s JOIN workers AS w USING (worker_id)
+WHERE s.results > 0
+GROUP BY s.experiment_id, w.build_id, w.build, w.hostname, w.processor, w.memory_bytes;
+
+-- Jobs stopped by the wall-time limit, which are not results of their method: dead jobs whose last attempt it
+-- stopped, and results that it ended, which only servers before schema version 7 accepted.
+DROP VIEW IF EXISTS clock_stopped;
+CREATE VIEW clock_stopped AS
+SELECT c.experiment_id, c.cell_id, j.job_id
+FROM jobs AS j
+JOIN cells AS c ON c.cell_id = j.cell_id
+JOIN attempts AS a ON a.job_id = j.job_id AND a.attempt = j.attempts
+WHERE j.state = 'dead' AND a.outcome = 'time_limit'
+UNION ALL
+SELECT c.experiment_id, c.cell_id, r.job_id
+FROM results AS r JOIN cells AS c ON c.cell_id = r.cell_id
+WHERE r.solver_status = 'time_limit';
+
+-- Results that an identical job may reuse, with all columns that identify it: dataset, method, task, initialisation,
+-- problem, repetition, seed, effort limit and build. A job within the time and memory limits would have ended the
+-- same way. Not included: runs stopped by the wall-time limit, and results without a build id or a verdict by the
+-- solid rule.
+DROP VIEW IF EXISTS reusable_results;
+CREATE VIEW reusable_results AS
+SELECT c.experiment_id, j.job_id, coalesce(j.taken_from, j.job_id) AS solved_as, d.hash AS dataset_hash,
+  m.hash AS method_hash, c.task, c.initialization, p.problem_id, j.repetition, e.seed, c.effort_limit, w.build_id,
+  r.wall_us, r.peak_memory_bytes, r.verdict_literal, r.verdict_strict, r.verdict_solid
+FROM methods AS m
+JOIN cells AS c ON c.method_id = m.method_id
+JOIN experiments AS e ON e.experiment_id = c.experiment_id
+JOIN datasets AS d ON d.dataset_id = e.dataset_id
+JOIN problems AS p ON p.dataset_id = d.dataset_id AND p.task = c.task
+JOIN jobs AS j ON j.cell_id = c.cell_id AND j.problem_key = p.problem_key
+JOIN results AS r ON r.job_id = j.job_id
+JOIN attempts AS a ON a.job_id = r.job_id AND a.attempt = r.attempt
+JOIN workers AS w ON w.worker_id = a.worker_id
+WHERE j.state = 'done' AND r.solver_status NOT IN ('not_run', 'time_limit', 'cancelled')
+  AND r.verdict_solid IS NOT NULL AND w.build_id IS NOT NULL;
