@@ -1,5 +1,5 @@
 -- Experiments as a server's status has them. Order: id.
-SELECT experiment_id AS id, name, iif(state <> 'active' OR hold = 'none', state, hold) AS state, jobs, queued, leased,
+SELECT experiment_id AS id, name, iif(state <> 'active' OR hold = 'none', state, 'paused') AS state, jobs, queued, leased,
   done, failed, dead, cancelled, solved, '' AS waiting_for, NULL AS eta_s
 FROM experiment_list
 ORDER BY experiment_id

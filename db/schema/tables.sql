@@ -1,4 +1,4 @@
--- Tables, indexes and triggers of a new legopt database. Views: views.sql. docs/database.md describes both.
+-- Tables, indexes and triggers of a new legopt database. Views: views.sql. docs/reference/database.md describes both.
 -- Times *_at_us are microseconds since 1970 (UTC); durations *_us are microseconds.
 -- A column's place must not change: upgraded files have the same order of columns.
 
@@ -176,7 +176,7 @@ CREATE TABLE results (
   starts INTEGER CHECK (starts >= 1),  -- number of initial points; LegOpt-best uses several inside an attempt
   term_evaluations INTEGER CHECK (term_evaluations >= 1),  -- calls of terms, for values or derivatives
   collision_queries INTEGER CHECK (collision_queries >= 1),  -- configurations at which the solver computed contacts
-  trace BLOB CHECK (length(trace) > 0),  -- convergence, compressed: docs/database.md, "Traces"
+  trace BLOB CHECK (length(trace) > 0),  -- convergence, compressed: docs/reference/database.md, "Traces"
   -- Verdict and figures of the solid rule. NULL: stored before schema version 7.
   verdict_solid TEXT CHECK (verdict_solid IN ('success', 'wrong_waypoint_count', 'window_unsolved', 'wrong_size',
     'not_finite', 'foot_pose', 'com', 'joint_limit', 'environment_collision', 'self_collision', 'containment', 'step')
