@@ -55,7 +55,7 @@ Json SolversJson() {
   Json solvers = Json::array();
   for (const SolverEntry& entry : SolverRegistry()) {
     OptionLister fields;
-    VisitOptions(entry.defaults, fields);
+    entry.defaults.Visit(fields);
     solvers.push_back({{"solver", entry.word},
                        {"name", entry.paper_name},
                        {"contact_range_m", entry.contact_range_m},
@@ -72,9 +72,10 @@ const char* OptionType(const nlohmann::json& value) {
 
 // Returns the options of every method: those in the canonical form that are not the solver's.
 Json CommonJson() {
-  const nlohmann::json method = Method().ToJson();
+  const Method defaults;
+  const nlohmann::json method = defaults.ToJson();
   OptionLister of_solver;
-  VisitOptions(Method().options, of_solver);
+  defaults.options.Visit(of_solver);
   std::set<std::string> known = {"name", "solver", "options"};
   for (const Json& option : of_solver.options()) known.insert(option.at("key").get<std::string>());
   Json common = Json::array();

@@ -20,7 +20,6 @@
 namespace legopt::client {
 namespace {
 
-
 // Parses a column that contains JSON as text.
 nlohmann::ordered_json ParseText(const nlohmann::json& cell) {
   if (!cell.is_string()) return nullptr;

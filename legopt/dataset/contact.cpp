@@ -10,10 +10,10 @@ Eigen::Isometry3d FrameOf(const ContactDescription& description) {
   frame.translation() = description.position;
   const Eigen::Vector3d& rpy = description.rpy_rad;
   if (!rpy.isZero(0.0)) {  // a product of unit quaternions is not exactly the identity
-    frame.linear() = (Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) *
-                      Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
-                      Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX()))
-                         .toRotationMatrix();
+    frame.linear() =
+        (Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
+         Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX()))
+            .toRotationMatrix();
   }
   return frame;
 }

@@ -19,24 +19,24 @@ struct ContactDescription {
   /// Friction coefficient if none is declared, as always in format 1.
   static constexpr double kDefaultFriction = 0.7;
 
-  std::string name;                                       ///< used by stances; unique in a dataset
-  std::string link;                                       ///< name of a link of the robot
+  std::string name;  ///< used by stances; unique in a dataset
+  std::string link;  ///< name of a link of the robot
   ContactKind kind = ContactKind::kSole;
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();     ///< origin of the contact frame in the link frame, m
-  Eigen::Vector3d rpy_rad = Eigen::Vector3d::Zero();      ///< its orientation: roll, pitch, yaw as in URDF
-  std::optional<std::vector<Eigen::Vector3d>> points;     ///< in the contact frame, m; default for a sole: the lower
-                                                          ///< corners of the link's box
-  double friction = kDefaultFriction;                     ///< Coulomb coefficient, in (0, 2]
-  std::optional<double> max_normal_N;                     ///< bound of the sum of the normal forces, > 0
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< origin of the contact frame in the link frame, m
+  Eigen::Vector3d rpy_rad = Eigen::Vector3d::Zero();   ///< its orientation: roll, pitch, yaw as in URDF
+  std::optional<std::vector<Eigen::Vector3d>> points;  ///< in the contact frame, m; default for a sole: the lower
+                                                       ///< corners of the link's box
+  double friction = kDefaultFriction;                  ///< Coulomb coefficient, in (0, 2]
+  std::optional<double> max_normal_N;                  ///< bound of the sum of the normal forces, > 0
 
   bool operator==(const ContactDescription&) const = default;
 };
 
 /// A part of the robot that may touch its environment; declared once per robot. Immutable and thread-safe.
 struct Contact {
-  std::string name;                       ///< used by stances
-  std::string link;                       ///< name of the link
-  int link_index = 0;                     ///< index into RobotModel::links()
+  std::string name;    ///< used by stances
+  std::string link;    ///< name of the link
+  int link_index = 0;  ///< index into RobotModel::links()
   ContactKind kind = ContactKind::kSole;
   Eigen::Isometry3d X_LC;                 ///< contact frame C in the link frame L, m
   std::vector<Eigen::Vector3d> points_L;  ///< points that touch the surface, in the link frame, m; not empty

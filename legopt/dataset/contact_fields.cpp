@@ -118,9 +118,8 @@ std::vector<ContactDescription> ReadContacts(const YamlFields& fields) {
                   "use '_' or '-'");
     }
     if (!names.insert(name).second) fields.Fail(key, "", "is declared twice", "rename or remove one");
-    contacts.push_back(
-        ReadContact(name, YamlFields(entry.second, fields.file(), key,
-                                     {"link", "kind", "frame", "points", "friction", "max_normal_N"})));
+    contacts.push_back(ReadContact(name, YamlFields(entry.second, fields.file(), key,
+                                                    {"link", "kind", "frame", "points", "friction", "max_normal_N"})));
   }
   return contacts;
 }

@@ -17,8 +17,10 @@ enum class ContactKind : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kEnumNames<ContactKind> = MakeEnumNames<ContactKind>(
-    {{ContactKind::kSole, "sole"}, {ContactKind::kPoint, "point"}, {ContactKind::kPalm, "palm"}, {ContactKind::kRail, "rail"}});
+inline constexpr auto kEnumNames<ContactKind> = MakeEnumNames<ContactKind>({{ContactKind::kSole, "sole"},
+                                                                            {ContactKind::kPoint, "point"},
+                                                                            {ContactKind::kPalm, "palm"},
+                                                                            {ContactKind::kRail, "rail"}});
 
 /// Forces that a contact can transmit.
 enum class ContactForces : std::uint8_t {
@@ -31,14 +33,14 @@ enum class ContactDrawing : std::uint8_t { kPatch, kPoint, kRail };
 
 /// What a kind of contact implies. Terms, judge, support polygon and page read it from this table.
 struct ContactKindDescription {
-  ContactKind kind{};         ///< the described kind
-  int position_rows = 0;      ///< number of constrained components of the position
-  int rotation_rows = 0;      ///< number of constrained components of the orientation
-  ContactForces forces{};     ///< transmitted forces
-  int least_points = 1;       ///< minimum number of points, >= 1
-  bool supports = false;      ///< its points are corners of the support polygon
-  ContactDrawing drawing{};   ///< picture
-  bool implemented = false;   ///< false: datasets with this kind are refused
+  ContactKind kind{};        ///< the described kind
+  int position_rows = 0;     ///< number of constrained components of the position
+  int rotation_rows = 0;     ///< number of constrained components of the orientation
+  ContactForces forces{};    ///< transmitted forces
+  int least_points = 1;      ///< minimum number of points, >= 1
+  bool supports = false;     ///< its points are corners of the support polygon
+  ContactDrawing drawing{};  ///< picture
+  bool implemented = false;  ///< false: datasets with this kind are refused
 };
 
 /// Descriptions in the order of the enumerators.
