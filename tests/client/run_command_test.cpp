@@ -77,7 +77,7 @@ TEST_F(RunCommand, ItsTableTakesTheOptionsOfTable) {
   const auto ran = Run(run);
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_EQ(ran.out, "\n" + RunLegopt(table, folder_.path()).out);
-  EXPECT_THAT(ran.out, AllOf(HasSubstr("\033["), HasSubstr("Time in s")));
+  EXPECT_THAT(ran.out, AllOf(HasSubstr("\033["), HasSubstr("Time (s)")));
 }
 
 // The server's key exists in memory only: no other program can talk to the server, and the key is never printed.

@@ -70,7 +70,7 @@ TEST_F(DatasetTest, CollisionModelIsBuiltOnceAlsoByManyThreads) {
   EXPECT_EQ(models[0]->num_links(), static_cast<int>(dataset->robot().links().size()));
 }
 
-TEST_F(DatasetTest, RobotAndMeshesAreReadUnderItsGuardNowAndLater) {
+TEST_F(DatasetTest, MeshesAreReadUnderItsGuardNowAndLater) {
   int calls = 0;
   bool fail = false;
   const ReadGuard guard = [&](const std::function<std::string()>& read, const ReadLimits&) {
@@ -79,15 +79,14 @@ TEST_F(DatasetTest, RobotAndMeshesAreReadUnderItsGuardNowAndLater) {
     return read();
   };
   const auto dataset = Dataset::Load(folder_.path(), guard);
-  EXPECT_EQ(calls, 2) << "robot.urdf and the rock";
+  EXPECT_EQ(calls, 1) << "the rock";
   EXPECT_EQ(dataset->content_hash(), Load()->content_hash());
   dataset->collision_model();
-  EXPECT_EQ(calls, 3);
+  EXPECT_EQ(calls, 2);
   fail = true;
   EXPECT_THAT(test::MessageOf([&] { dataset->collision_model(SceneRepresentation::kSurface); }),
               HasSubstr("meshes/rock.obj: "));
-  EXPECT_THAT(test::MessageOf([&] { Dataset::Load(folder_.path(), guard); }), HasSubstr("robot.urdf: "));
-  EXPECT_THAT(test::MessageOf([&] { ComputeManifest(folder_.path(), guard); }), HasSubstr("robot.urdf: "));
+  EXPECT_THAT(test::MessageOf([&] { Dataset::Load(folder_.path(), guard); }), HasSubstr("meshes/rock.obj: "));
 }
 
 TEST_F(DatasetTest, EachRepresentationOfTheSceneHasItsOwnModel) {

@@ -64,7 +64,7 @@ TEST_F(SceneFileTest, FaultsNameObjectKeyAndFix) {
   EXPECT_THAT(Message("objects:\n- {name: a, shape: box, sise: [1, 1, 1]}"),
               AllOf(HasSubstr("sise: unknown key"), HasSubstr("did you mean 'size'?")));
   EXPECT_THAT(Message("objects:\n- {name: a, shape: box}"), HasSubstr("objects[0].size: the key is missing"));
-  EXPECT_THAT(Message("objects:\n- {name: a, shape: box, size: [1, 1]}"), HasSubstr("three numbers"));
+  EXPECT_THAT(Message("objects:\n- {name: a, shape: box, size: [1, 1]}"), HasSubstr("three finite numbers"));
   EXPECT_THAT(Message("objects:\n- {name: a, shape: box, size: [1, -1, 1]}"), HasSubstr("greater than 0"));
   EXPECT_THAT(Message("objects:\n- {name: a, shape: box, size: [1, .nan, 1]}"), HasSubstr("finite"));
   EXPECT_THAT(Message("objects:\n- {name: a, shape: sphere, radius: 0}"), HasSubstr("greater than 0"));

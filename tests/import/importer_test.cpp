@@ -307,7 +307,7 @@ TEST(Import, ErrorsNameTheUsersFiles) {
   ImportOptions options = From(clone.path());
   options.feet = {"l_foot", "r_foot"};
   EXPECT_THAT(MessageOf([&] { ImportDataset(options, clone.StagedFolder("out")); }),
-              AllOf(HasSubstr(problems.string()), HasSubstr("l_hand"), HasSubstr("not a foot")));
+              AllOf(HasSubstr(problems.string()), HasSubstr("l_hand"), HasSubstr("no such contact")));
 }
 
 TEST(Import, OfTheLegOptDataFindsTheirKnownFaults) {

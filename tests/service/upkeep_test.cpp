@@ -120,7 +120,7 @@ TEST_F(UpkeepTest, NamesAndTags) {
   const std::string id = std::to_string(deployment_->Submit(StubSpec(1, 0), "a"));
   ExpectDone(Legopt({"edit", id, "--name", "night run", "--tag", "paper", "--tag", "draft"}), "named 'night run'");
   EXPECT_EQ(Number("SELECT name FROM experiments"), "night run");
-  EXPECT_EQ(Number("SELECT tags FROM experiment_list"), "draft, paper");
+  EXPECT_EQ(Number("SELECT tags FROM experiment_list"), "draft,paper");
   ExpectDone(Legopt({"edit", id, "--untag", "draft", "--priority", "3"}), "tag 'draft' removed");
   ExpectDone(Legopt({"edit", id, "--untag", "draft", "--priority", "3"}), "priority 3");
   EXPECT_EQ(Number("SELECT tags || ' ' || priority FROM experiment_list"), "paper 3");
