@@ -124,9 +124,10 @@ TEST_F(TerminalCommand, TimesAreInTheUnitAskedFor) {
 
 TEST_F(TerminalCommand, ColourIsForTerminals) {
   if (!HasTerminals()) GTEST_SKIP() << kNoTerminals;
-  EXPECT_THAT(Run({"table"}, {}).out, HasSubstr(kEscape));
-  EXPECT_THAT(Run({"table"}, {}, {{"NO_COLOR", "1"}}).out, Not(HasSubstr(kEscape)));
-  EXPECT_THAT(Run({"table", "--color", "never"}, {}).out, Not(HasSubstr(kEscape)));
+  const TerminalSize high{80, 200};  // no pager
+  EXPECT_THAT(Run({"table"}, high).out, HasSubstr(kEscape));
+  EXPECT_THAT(Run({"table"}, high, {{"NO_COLOR", "1"}}).out, Not(HasSubstr(kEscape)));
+  EXPECT_THAT(Run({"table", "--color", "never"}, high).out, Not(HasSubstr(kEscape)));
   const std::vector<std::string> table = {"table", "--db", file_.string(), "--color", "always"};
   EXPECT_THAT(RunLegopt(table, folder_.path()).out, HasSubstr(kEscape));
 }
