@@ -11,7 +11,7 @@ namespace legopt::client {
 
 /// The texts of a table as displayed: every text is printable, and every cell has its text.
 struct ShownTable {
-  explicit ShownTable(const Table& table);
+  explicit ShownTable(const Table& from);
 
   /// Returns the heading of a column with its unit.
   std::string Heading(std::size_t column) const;

@@ -40,7 +40,7 @@ class Record {
   }
   void OnSubmitted(const std::string& submission_id, std::int64_t experiment_id, std::int64_t num_jobs);
   /// Records the reply that no job of the experiment is leased any more or, with `held`, that none is running.
-  void OnStopped(std::int64_t experiment_id, bool held, const StoredState& state);
+  void OnStopped(std::int64_t experiment_id, bool now, const StoredState& state);
   /// Records that the experiment is about to be resumed.
   void OnResume(std::int64_t experiment_id, const StoredState& state);
   void OnCancelled(std::int64_t experiment_id, const StoredState& state);
