@@ -20,7 +20,7 @@ std::string_view NameAt(std::string_view text) {
 /// Replaces the parameters of one query.
 class Writer {
  public:
-  explicit Writer(std::initializer_list<QueryParameter> parameters) {
+  Writer(std::initializer_list<QueryParameter> parameters) {
     for (const auto& [name, value] : parameters) values_[name] = value.literal();
   }
 
@@ -41,7 +41,7 @@ class Writer {
     for (const auto& [name, value] : values_) {
       if (!used_.contains(name)) Fail("does not have the parameter", name, file);
     }
-    for (const std::string_view name : missing_) Fail("needs the parameter", name, file);
+    if (!missing_.empty()) Fail("needs the parameter", *missing_.begin(), file);
     return std::move(sql_);
   }
 

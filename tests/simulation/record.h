@@ -39,7 +39,7 @@ class Record {
     submissions[submission_id].num_jobs = num_jobs;
   }
   void OnSubmitted(const std::string& submission_id, std::int64_t experiment_id, std::int64_t num_jobs);
-  /// Records the reply that no job of the experiment is leased any more or, with `held`, that none is running.
+  /// Records the reply that no job of the experiment is leased any more or, with `now`, that none is running.
   void OnStopped(std::int64_t experiment_id, bool now, const StoredState& state);
   /// Records that the experiment is about to be resumed.
   void OnResume(std::int64_t experiment_id, const StoredState& state);
