@@ -13,8 +13,8 @@ struct Contact;
 
 /// A contact and the pose of its link, for the support polygon.
 struct ContactPlacement {
-  const Contact* contact;  ///< not null; must outlive the placement
-  Eigen::Isometry3d X_WL;  ///< link frame in the world
+  const Contact* contact = nullptr;  ///< not null; must outlive the placement
+  Eigen::Isometry3d X_WL;            ///< link frame in the world
 };
 
 /// The set { c : normal . c + offset <= 0 } in the world's xy plane.

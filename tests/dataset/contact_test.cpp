@@ -34,12 +34,12 @@ std::string Contacts(const std::string& left = "") {
 
 class ContactTest : public testing::Test {
  protected:
-  ContactTest() { test::SyntheticFolder{folder_.path()}; }
+  ContactTest() { const test::SyntheticFolder files(folder_.path()); }
 
   std::shared_ptr<const Dataset> Load() const { return Dataset::Load(folder_.path()); }
   /// Writes the contacts in format 2.
   void Use(const std::string& contacts) {
-    test::SyntheticFolder{folder_.path()};
+    const test::SyntheticFolder files(folder_.path());
     ReplaceInFile(folder_.path() / "dataset.yaml", "legopt-dataset/1", "legopt-dataset/2");
     ReplaceInFile(folder_.path() / "dataset.yaml", kFormat1, contacts);
   }
