@@ -31,7 +31,7 @@ enum class ContactForces : std::uint8_t {
 /// Picture of a contact on the page and in figures.
 enum class ContactDrawing : std::uint8_t { kPatch, kPoint, kRail };
 
-/// What a kind of contact implies. Terms, judge, support polygon and page read it from this table.
+/// What a kind of contact implies. A kind needs terms, a judge's check and a picture before it is `implemented`.
 struct ContactKindDescription {
   ContactKind kind{};        ///< the described kind
   int position_rows = 0;     ///< number of constrained components of the position
