@@ -41,7 +41,7 @@ bool SmoothContact(const ProximityPair& centre, const ProximityPair& moved) {
 
 class TermDerivatives {
  public:
-  TermDerivatives(const RobotModel& robot, WaypointProgram& program) : robot_(robot), program_(program) {}
+  explicit TermDerivatives(WaypointProgram& program) : program_(program) {}
 
   int contacts_compared() const { return contacts_compared_; }
 
@@ -110,7 +110,6 @@ class TermDerivatives {
     }
   }
 
-  const RobotModel& robot_;
   WaypointProgram& program_;
   AllContacts centre_;  ///< index: waypoint
   int contacts_compared_ = 0;
@@ -146,7 +145,7 @@ void CheckPostures(const Dataset& dataset, int num_problems, double range_m, int
     const Stance& stance = dataset.problems(Task::kPosture)[static_cast<size_t>(p)].stances[0];
     const auto program =
         MakeTaskProgram(Task::kPosture, dataset, query, {&stance, 1}, {.margin_m = 5e-4, .range_m = range_m});
-    TermDerivatives check(dataset.robot(), *program);
+    TermDerivatives check(*program);
     for (const Initialization start : {Initialization::kGood, Initialization::kInCollision}) {
       check.CheckAt(noisy(stance, start));
     }
@@ -167,7 +166,7 @@ void CheckWindow(const Dataset& dataset, double range_m) {
     x.segment(t * size, size) =
         noisy(stances[static_cast<size_t>(StanceOfWaypoint(Task::kMotion, t))], Initialization::kInCollision);
   }
-  TermDerivatives(dataset.robot(), *program).CheckAt(x);
+  TermDerivatives(*program).CheckAt(x);
 }
 
 TEST(Terms, SyntheticRobotMeetsFiniteDifferences) {
@@ -302,7 +301,7 @@ TEST(Terms, FeetAndCollisionsHaveMargins) {
     }
   }
   for (const auto& term : program->terms()) term->RelaxMargin(0.5);
-  TermDerivatives(dataset->robot(), *program).CheckAt(x);
+  TermDerivatives(*program).CheckAt(x);
   EXPECT_TRUE(with_reserve.contains("collision"));
   EXPECT_GE(with_reserve.size(), 2u);
 }
