@@ -41,6 +41,7 @@ ssh: {hosts: [here]}
 """
 # The programs of Slurm and ssh; ssh's host is lost at once, with a worker that has ended well.
 PLAYED = {"sbatch": "cat >/dev/null; echo 17", "squeue": "exit 0", "scancel": "exit 0", "ssh": "exit 0"}
+COPY = "garage"  # of the dataset, for the command that writes into it
 ACCESS = "lab.access"  # of the server that the bench runs
 GROUPS = {
     "descriptors": ("usual", "closed_", "descriptors_", "inherited_"),
@@ -104,7 +105,7 @@ def commands(dataset):
         Command("evaluate", "evaluate", "given.json", *of_dataset),
         Command("replay", "replay", "1", *stored, *of_dataset),
         Command("dataset info", "dataset", "info", dataset, often=True),
-        Command("dataset check", "dataset", "check", dataset), Command("dataset hash", "dataset", "hash", dataset),
+        Command("dataset check", "dataset", "check", dataset), Command("dataset hash", "dataset", "hash", COPY, writes=True),
         Command("dataset pack", "dataset", "pack", dataset, "--out", ".", creates=[r"\w+\.legopt-dataset"], writes=True),
         Command("import", "import", "no-folder", "--out", "imported"),
         Command("generate", "generate", "candidates", "--from", dataset, "--stances", "2", "--threads", "1", "--out", "generated",
@@ -309,6 +310,7 @@ class Bench:
         self.usual = {}
         self.template = os.path.join(self.scratch, "template")
         os.mkdir(self.template)
+        shutil.copytree(dataset, os.path.join(self.template, COPY))
         self.write("s.yaml", SUITE.format(dataset=dataset))
         self.write("long.yaml", LONG_SUITE.format(dataset=dataset))
         self.write("pool.yaml", POOL)

@@ -69,9 +69,10 @@ class LimitedProcesses(Limited):
         super().__init__(f"processes_{amount}", resource.RLIMIT_NPROC, amount, "Resource temporarily unavailable", (71,))
 
     def folder(self, folder):
-        os.chmod(folder, 0o777)
-        for name in os.listdir(folder):
-            os.chmod(os.path.join(folder, name), 0o666)
+        for place, _, files in os.walk(folder):
+            os.chmod(place, 0o777)
+            for name in files:
+                os.chmod(os.path.join(place, name), 0o666)
         return folder
 
     def prepare(self):
