@@ -72,9 +72,9 @@ TEST(Json, BrokenSyntaxIsRefusedWithItsPlace) {
 
 // The library regards NUL as the end of the text.
 TEST(Json, NothingIsReadPastBecauseOfNul) {
-  EXPECT_THAT(JsonFault(std::string("{\"a\": 1}\0\n{\"a\": 2}", 19)),
-              AllOf(HasSubstr("a.json:1: byte 8"), HasSubstr("NUL")));
-  EXPECT_THAT(JsonFault(std::string("[1]\n\0", 5)), HasSubstr("a.json:2: byte 4"));
+  using std::string_literals::operator""s;  // keeps the NUL
+  EXPECT_THAT(JsonFault("{\"a\": 1}\0\n{\"a\": 2}"s), AllOf(HasSubstr("a.json:1: byte 8"), HasSubstr("NUL")));
+  EXPECT_THAT(JsonFault("[1]\n\0"s), HasSubstr("a.json:2: byte 4"));
   EXPECT_EQ(JsonFault("[\"a\\u0000\"]"), "");
 }
 
