@@ -14,6 +14,7 @@ inline constexpr std::int64_t kLongestLease_us = 86'400 * kSecond_us;  ///< a da
 inline constexpr std::int64_t kMostSlots = 1024;                       ///< slots of a worker
 inline constexpr std::int64_t kMaxProcessors = 65'536;                 ///< granted to a worker
 inline constexpr std::int64_t kMaxCapabilities = 256;                  ///< capabilities announced by a worker
+inline constexpr std::int64_t kMaxViolations = 64;                     ///< values of checks in a result
 inline constexpr std::int64_t kMostLeases = 4096;                      ///< leases in one heartbeat
 inline constexpr std::int64_t kNameBytes = 256;     ///< length of the name of a host, worker, dataset or build
 inline constexpr std::int64_t kEnumNameBytes = 64;  ///< length of an enum name

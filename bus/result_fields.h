@@ -22,6 +22,18 @@ inline constexpr std::int64_t kMaxTraceBytes = std::int64_t{1} << 20;  ///< comp
 inline constexpr std::int64_t kMaxWaypointNumbers = 4096;              ///< numbers of a waypoint, n + 7
 
 template <>
+struct Description<legopt_msg::violation> {
+  using M = legopt_msg::violation;
+
+  static void ValueIsPossible(const M& m, FieldCheck& check) { check.Require(!(m.value < 0), "value: is negative"); }
+
+  static constexpr std::tuple kRows{
+      Field{"check", &M::check, Text{1, kEnumNameBytes}}, Field{"rule", &M::rule, Text{1, kEnumNameBytes}},
+      Field{"waypoint", &M::waypoint, Range{-1, kMaxWaypoints}}, Field{"subject", &M::subject, ForHumans(kTextBytes)},
+      Field{"value", &M::value, Finite{}, &ValueIsPossible}};
+};
+
+template <>
 struct Description<legopt_msg::result_request> {
   using M = legopt_msg::result_request;
 
@@ -77,14 +89,8 @@ struct Description<legopt_msg::result_request> {
       Field{"verdict_detail", &M::verdict_detail, ForHumans(kTextBytes)},
       Field{"failed_waypoint", &M::failed_waypoint, AtLeast{-1}},
       Field{"cost", &M::cost, NanOrFinite{}},
-      Field{"foot_violation", &M::foot_violation, NanOrFinite{}},
-      Field{"com_violation_m", &M::com_violation_m, NanOrFinite{}},
-      Field{"limit_violation", &M::limit_violation, NanOrFinite{}},
-      Field{"environment_depth_m", &M::environment_depth_m, NanOrFinite{}},
-      Field{"self_depth_literal_m", &M::self_depth_literal_m, NanOrFinite{}},
-      Field{"self_depth_strict_m", &M::self_depth_strict_m, NanOrFinite{}},
-      Field{"solid_depth_m", &M::solid_depth_m, NanOrFinite{}},
-      Field{"longest_step_m", &M::longest_step_m, NanOrFinite{}},
+      Field{"num_violations", &M::num_violations, CountOf{&M::violations, kMaxViolations}},
+      Field{"violations", &M::violations},
       Field{"interpolation_environment_depth_m", &M::interpolation_environment_depth_m, NanOrFinite{}},
       Field{"interpolation_self_depth_m", &M::interpolation_self_depth_m, NanOrFinite{}},
       Field{"interpolation_free_share", &M::interpolation_free_share, NanOrFinite{}, &InterpolationIsPossible},

@@ -94,7 +94,9 @@ constexpr std::array kRules{
          "r.solver_status <> s.solver_status OR r.iterations <> s.iterations OR r.verdict_literal <> s.verdict_literal "
          "OR r.cost IS NOT s.cost OR (SELECT count(*) FROM waypoints AS w WHERE w.job_id = r.job_id) <> (SELECT "
          "count(*) FROM waypoints AS w WHERE w.job_id = s.job_id) OR (SELECT count(*) FROM unsolved_waypoints AS w "
-         "WHERE w.job_id = r.job_id) <> (SELECT count(*) FROM unsolved_waypoints AS w WHERE w.job_id = s.job_id)"},
+         "WHERE w.job_id = r.job_id) <> (SELECT count(*) FROM unsolved_waypoints AS w WHERE w.job_id = s.job_id) OR "
+         "(SELECT count(*) FROM violations AS v WHERE v.job_id = r.job_id) <> (SELECT count(*) FROM violations AS v "
+         "WHERE v.job_id = s.job_id)"},
     Rule{"waypoints_have_no_gaps", "waypoints are missing or of different sizes: job ",
          "SELECT job_id FROM waypoints GROUP BY job_id HAVING count(*) <> max(waypoint) + 1 OR "
          "min(length(x)) <> max(length(x))"},

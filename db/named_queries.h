@@ -63,6 +63,7 @@ enum class Query {
   kTraceOfResult,
   kUnsolvedWaypointsOfJobs,
   kViewedJob,
+  kViolationsOfJob,
   kWaypointsOfJobs,
 };
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <set>
+#include <utility>
 
 namespace legopt::db {
 namespace {
@@ -63,6 +65,20 @@ std::string FaultOfWindows(const ResultRecord& result) {
   return {};
 }
 
+std::string FaultOfViolations(const ResultRecord& result) {
+  std::set<std::pair<Verdict, Rule>> seen;
+  for (const Violation& violation : result.violations) {
+    const std::string name(ToString(violation.check)), of = "the value of check '" + name + "' ";
+    if (!DescriptionOf(violation.check).measured()) return "check '" + name + "' has no value";
+    if (!(violation.value >= 0)) return of + "is negative or not a number";
+    if (violation.waypoint < -1) return of + "has waypoint " + std::to_string(violation.waypoint);
+    if (!seen.emplace(violation.check, violation.rule).second) {
+      return of + "by the " + std::string(ToString(violation.rule)) + " rule occurs twice";
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 bool ResultRecord::SolvedBy(Rule rule) const {
@@ -86,7 +102,7 @@ std::string FaultOf(const ResultRecord& result) {
   const bool success = result.verdict_literal == Verdict::kSuccess || result.verdict_strict == Verdict::kSuccess;
   if (success && !std::isfinite(result.cost)) return "a success without a finite cost";
   for (const Verdict verdict : {result.verdict_literal, result.verdict_strict}) {
-    if (verdict == Verdict::kContainment || verdict == Verdict::kStep) {
+    if (DescriptionOf(verdict).first_rule() == Rule::kSolid) {
       return "verdict '" + std::string(ToString(verdict)) + "' by another rule than the solid one";
     }
   }
@@ -94,6 +110,7 @@ std::string FaultOf(const ResultRecord& result) {
     return "a success by the solid rule that is none by the strict one";
   }
   if (fault = FaultOfWindows(result); !fault.empty()) return fault;
+  if (fault = FaultOfViolations(result); !fault.empty()) return fault;
   const std::size_t size = result.waypoints.size();
   if (size > 0 && (result.waypoint_size < 1 || size % static_cast<std::size_t>(result.waypoint_size) != 0)) {
     return "the number of waypoint values (" + std::to_string(size) + ") is not a multiple of waypoint_size (" +

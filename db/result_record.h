@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "legopt/types/check.h"
 #include "legopt/types/result.h"
 
 /// A result, and the columns of the table `results`, each described once in kResultColumns. It generates the SQL that
@@ -37,15 +38,8 @@ struct ResultRecord {
   Verdict verdict_solid = Verdict::kWrongWaypointCount;
   std::string verdict_detail;
   int failed_waypoint = -1;
-  double cost = 0;  ///< cost per waypoint, computed by the judge; finite if any verdict is kSuccess
-  double foot_violation = 0;
-  double com_violation_m = 0;
-  double limit_violation = 0;
-  double environment_depth_m = 0;
-  double self_depth_literal_m = 0;
-  double self_depth_strict_m = 0;
-  double solid_depth_m = 0;   ///< penetration depth under the physical rule, >= 0
-  double longest_step_m = 0;  ///< longest step of any point of the robot between consecutive waypoints, >= 0
+  double cost = 0;                    ///< cost per waypoint, computed by the judge; finite if any verdict is kSuccess
+  std::vector<Violation> violations;  ///< largest values of the judge's checks, stored in a table of their own
   // Values between consecutive waypoints, see legopt/judge/interpolation.h; not finite if the task has none.
   double interpolation_environment_depth_m = std::numeric_limits<double>::quiet_NaN();
   double interpolation_self_depth_m = std::numeric_limits<double>::quiet_NaN();
@@ -152,14 +146,6 @@ inline constexpr std::tuple kResultColumns{
     ResultColumn{"cpu_us", &ResultRecord::cpu_us}.AtLeast(0).AlsoStale(),
     ResultColumn{"involuntary_context_switches", &ResultRecord::involuntary_context_switches}.AtLeast(0),
     ResultColumn{"peak_memory_bytes", &ResultRecord::peak_memory_bytes}.AtLeast(0),
-    ResultColumn{"foot_violation", &ResultRecord::foot_violation},
-    ResultColumn{"com_violation_m", &ResultRecord::com_violation_m},
-    ResultColumn{"limit_violation", &ResultRecord::limit_violation},
-    ResultColumn{"environment_depth_m", &ResultRecord::environment_depth_m},
-    ResultColumn{"self_depth_literal_m", &ResultRecord::self_depth_literal_m},
-    ResultColumn{"self_depth_strict_m", &ResultRecord::self_depth_strict_m},
-    ResultColumn{"solid_depth_m", &ResultRecord::solid_depth_m}.AtLeast(0),
-    ResultColumn{"longest_step_m", &ResultRecord::longest_step_m}.AtLeast(0),
     ResultColumn{"windows", &ResultRecord::windows}.AtLeast(0).NullWhen(HasNoWindows),
     ResultColumn{"windows_solved", &ResultRecord::windows_solved}.AtLeast(0).NullWhen(HasNoWindows),
     ResultColumn{"window_verdict", &ResultRecord::window_verdict}.NullWhen(HasNoWindowVerdict),

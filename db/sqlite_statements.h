@@ -72,6 +72,10 @@ inline std::string InsertResult() {
 
 inline constexpr char kInsertUnsolved[] = "INSERT INTO unsolved_waypoints (job_id, waypoint, x) VALUES (?1, ?2, ?3)";
 
+inline constexpr char kInsertViolation[] =
+    "INSERT INTO violations (job_id, check_name, rule, waypoint, subject, value) "
+    "VALUES (?1, ?2, ?3, nullif(?4, -1), ?5, ?6)";
+
 inline constexpr char kInsertWaypoint[] = "INSERT INTO waypoints (job_id, waypoint, x) VALUES (?1, ?2, ?3)";
 
 // Reuses the result of job ?2, in several steps. If there is no such result, the first step changes nothing.
@@ -97,6 +101,10 @@ inline constexpr char kTakeWaypoints[] =
 inline constexpr char kTakeUnsolved[] =
     "INSERT INTO unsolved_waypoints (job_id, waypoint, x) SELECT ?1, waypoint, x FROM unsolved_waypoints "
     "WHERE job_id = ?2";
+
+inline constexpr char kTakeViolations[] =
+    "INSERT INTO violations (job_id, check_name, rule, waypoint, subject, value) "
+    "SELECT ?1, check_name, rule, waypoint, subject, value FROM violations WHERE job_id = ?2";
 
 // Experiments that may contain results of identical jobs, in the order of their jobs. This filters once for many jobs:
 // of thousands of experiments that solved the same jobs, most are excluded here.
@@ -165,6 +173,8 @@ inline constexpr char kDropWaypoints[] = "DELETE FROM waypoints WHERE job_id = ?
 
 inline constexpr char kDropUnsolved[] = "DELETE FROM unsolved_waypoints WHERE job_id = ?1";
 
+inline constexpr char kDropViolations[] = "DELETE FROM violations WHERE job_id = ?1";
+
 inline constexpr char kRequeueDone[] =
     "UPDATE jobs SET state = 'queued', returned = attempts WHERE job_id = ?1 AND state = 'done'";
 
@@ -182,6 +192,7 @@ inline constexpr char kDeleteExperiment[] = "DELETE FROM experiments WHERE exper
 inline constexpr const char* kDeleteOfJobs[] = {"DELETE FROM events WHERE job_id >= ?1 AND job_id < ?2",
                                                 "DELETE FROM waypoints WHERE job_id >= ?1 AND job_id < ?2",
                                                 "DELETE FROM unsolved_waypoints WHERE job_id >= ?1 AND job_id < ?2",
+                                                "DELETE FROM violations WHERE job_id >= ?1 AND job_id < ?2",
                                                 "DELETE FROM results WHERE job_id >= ?1 AND job_id < ?2",
                                                 "DELETE FROM stale_results WHERE job_id >= ?1 AND job_id < ?2",
                                                 "DELETE FROM attempts WHERE job_id >= ?1 AND job_id < ?2",

@@ -92,6 +92,7 @@ SqliteStore::Statements::Statements(Connection& c)
       insert_result(c, sql::InsertResult()),
       insert_waypoint(c, sql::kInsertWaypoint),
       insert_unsolved(c, sql::kInsertUnsolved),
+      insert_violation(c, sql::kInsertViolation),
       insert_stale(c, sql::InsertStale()),
       cancel_attempts(c, sql::kCancelAttempts),
       cancel_jobs(c, sql::kCancelJobs),
@@ -121,7 +122,8 @@ SqliteStore::Statements::Statements(Connection& c)
       take_attempt(c, sql::kTakeAttempt),
       take_result(c, sql::TakeResultOf()),
       take_waypoints(c, sql::kTakeWaypoints),
-      take_unsolved(c, sql::kTakeUnsolved) {}
+      take_unsolved(c, sql::kTakeUnsolved),
+      take_violations(c, sql::kTakeViolations) {}
 
 void SqliteStore::Apply(std::span<const StoreOp> operations) {
   CheckPlace();
@@ -195,6 +197,10 @@ void SqliteStore::Do(const AcceptResult& op) {
   sql::Bind(statements_->insert_result, sql::kFirstOfResult, sql::Columns::kAll, r);
   statements_->insert_result.RunBound();
   InsertWaypoints(op.job_id, r);
+  for (const Violation& violation : r.violations) {
+    statements_->insert_violation.Run(op.job_id, violation.check, violation.rule, violation.waypoint, violation.subject,
+                                      violation.value);
+  }
   statements_->end_attempt.Run(op.job_id, op.attempt, AttemptOutcome::kFinished, 0, op.message, op.log_tail, op.at_us);
   RequireOneChange("AcceptResult", op.job_id);
   EndJob(op.job_id, op.attempt, JobState::kDone, false);
@@ -211,6 +217,7 @@ void SqliteStore::Do(const ReuseResult& op) {
   RequireOneChange("TakeResult", op.job_id);
   statements_->take_waypoints.Run(op.job_id, op.source_job_id);
   statements_->take_unsolved.Run(op.job_id, op.source_job_id);
+  statements_->take_violations.Run(op.job_id, op.source_job_id);
   statements_->end_attempt.Run(op.job_id, kAttempt, AttemptOutcome::kFinished, 0,
                                "reused from job " + std::to_string(op.source_job_id), "", op.at_us);
   RequireOneChange("TakeResult", op.job_id);

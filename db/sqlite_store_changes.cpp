@@ -29,7 +29,7 @@ std::int64_t SqliteStore::RequeueTimeLimited(const RetryExperiment& op) {
   DeferForeignKeys(connection_);
   Statement read(connection_, sql::kReadWaypoints), keep(connection_, sql::KeepResultAsStale());
   Statement drop_result(connection_, sql::kDropResult), drop_waypoints(connection_, sql::kDropWaypoints);
-  Statement drop_unsolved(connection_, sql::kDropUnsolved);
+  Statement drop_unsolved(connection_, sql::kDropUnsolved), drop_violations(connection_, sql::kDropViolations);
   Statement requeue(connection_, sql::kRequeueDone);
   for (const std::int64_t job : jobs) {
     std::string x;
@@ -41,6 +41,7 @@ std::int64_t SqliteStore::RequeueTimeLimited(const RetryExperiment& op) {
     drop_result.Run(job);
     drop_waypoints.Run(job);
     drop_unsolved.Run(job);
+    drop_violations.Run(job);
     requeue.Run(job);
     RequireOneChange("RetryExperiment", job);
   }

@@ -31,7 +31,8 @@ class SqliteStore final : public Store {
   // Prepared statements; their SQL is in sqlite_statements.h.
   struct Statements {
     explicit Statements(Connection& connection);
-    Statement lease_job, insert_attempt, end_attempt, end_job, insert_result, insert_waypoint, insert_unsolved;
+    Statement lease_job, insert_attempt, end_attempt, end_job, insert_result, insert_waypoint, insert_unsolved,
+        insert_violation;
     Statement insert_stale;
     Statement cancel_attempts, cancel_jobs, control_experiment, retry_jobs, reopen_experiment, close_experiment;
     Statement put_worker, insert_event, count_commit;
@@ -39,7 +40,7 @@ class SqliteStore final : public Store {
     Statement find_problems, insert_problem, insert_problem_batch;
     Statement insert_experiment, insert_cell, insert_job, insert_job_batch;
     Statement find_attempt, find_options, find_equal_experiments, find_known_result;
-    Statement take_job, take_attempt, take_result, take_waypoints, take_unsolved;
+    Statement take_job, take_attempt, take_result, take_waypoints, take_unsolved, take_violations;
   };
 
   void Do(const CreateExperiment& op);

@@ -49,6 +49,17 @@ void Take(std::string_view name, const std::string& field, std::optional<Enum>& 
   Take(name, field, member.emplace(), fault);
 }
 
+void TakeViolations(const Request& request, ReportedResult& result) {
+  for (const legopt_msg::violation& reported : request.violations) {
+    Violation& violation = result.record.violations.emplace_back();
+    Take("violations: check", reported.check, violation.check, result.fault);
+    Take("violations: rule", reported.rule, violation.rule, result.fault);
+    violation.waypoint = reported.waypoint;
+    violation.subject = reported.subject;
+    violation.value = reported.value;
+  }
+}
+
 template <std::size_t i>
 void TakeColumn(const Request& request, ReportedResult& result) {
   constexpr const auto& column = std::get<i>(db::kResultColumns);
@@ -91,6 +102,7 @@ db::AttemptOutcome OutcomeOf(const Request& request) {
 ReportedResult ResultOf(const Request& request) {
   ReportedResult result;
   TakeColumns(request, result, std::make_index_sequence<std::tuple_size_v<decltype(db::kResultColumns)>>());
+  TakeViolations(request, result);
   result.record.num_waypoints = std::max(request.num_waypoints, 1);
   result.record.waypoint_size = request.waypoint_size;
   result.record.waypoints = request.waypoints;

@@ -23,12 +23,6 @@ legopt_msg::result_request ResultWithoutSolution(ReportedOutcome outcome, std::s
   result.solver_violation = kNotAvailable;
   result.failed_waypoint = -1;
   result.cost = kNotAvailable;
-  result.foot_violation = kNotAvailable;
-  result.com_violation_m = kNotAvailable;
-  result.limit_violation = kNotAvailable;
-  result.environment_depth_m = kNotAvailable;
-  result.self_depth_literal_m = kNotAvailable;
-  result.self_depth_strict_m = kNotAvailable;
   result.interpolation_environment_depth_m = kNotAvailable;
   result.interpolation_self_depth_m = kNotAvailable;
   result.interpolation_free_share = kNotAvailable;

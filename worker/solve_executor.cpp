@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -73,6 +74,23 @@ void AddUnsolved(const JobResult& job, legopt_msg::result_request& result) {
   result.first_unsolved = NumWaypoints(job.task, job.solve.unsolved->first_stance);
   result.num_unsolved = static_cast<std::int32_t>(waypoints.size());
   for (const Eigen::VectorXd& x : waypoints) result.unsolved.insert(result.unsolved.end(), x.begin(), x.end());
+}
+
+// Adds the finite values. A stricter rule's value is sent only if it is larger.
+void AddViolations(const Evaluation& evaluation, legopt_msg::result_request& result) {
+  for (const Violation& violation : evaluation.violations) {
+    const bool known = std::ranges::any_of(evaluation.violations, [&](const Violation& other) {
+      return other.check == violation.check && other.rule < violation.rule && other.value >= violation.value;
+    });
+    if (known || !std::isfinite(violation.value)) continue;
+    legopt_msg::violation& reported = result.violations.emplace_back();
+    reported.check = ToString(violation.check);
+    reported.rule = ToString(violation.rule);
+    reported.waypoint = violation.waypoint;
+    reported.subject = violation.subject;
+    reported.value = violation.value;
+  }
+  result.num_violations = static_cast<std::int32_t>(result.violations.size());
 }
 
 }  // namespace
@@ -164,14 +182,7 @@ legopt_msg::result_request ToMessage(const JobResult& job) {
   result.verdict_detail = evaluation.detail;
   result.failed_waypoint = evaluation.failed_waypoint;
   result.cost = evaluation.cost;
-  result.foot_violation = evaluation.foot_violation;
-  result.com_violation_m = evaluation.com_violation_m;
-  result.limit_violation = evaluation.limit_violation;
-  result.environment_depth_m = evaluation.environment_depth_m;
-  result.self_depth_literal_m = evaluation.self_depth_literal_m;
-  result.self_depth_strict_m = evaluation.self_depth_strict_m;
-  result.solid_depth_m = evaluation.solid_depth_m;
-  result.longest_step_m = evaluation.longest_step_m;
+  AddViolations(evaluation, result);
   result.interpolation_environment_depth_m = evaluation.interpolation.environment_depth_m;
   result.interpolation_self_depth_m = evaluation.interpolation.self_depth_m;
   result.interpolation_free_share = evaluation.interpolation.free_share;

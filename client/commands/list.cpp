@@ -13,9 +13,9 @@
 #include "client/service/experiment_status.h"
 #include "db/named_queries.h"
 #include "legopt/input/json.h"
+#include "legopt/types/check.h"
 #include "legopt/types/job.h"
 #include "legopt/types/nearest_name.h"
-#include "legopt/types/result.h"
 #include "legopt/types/task.h"
 
 namespace legopt::client {

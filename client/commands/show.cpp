@@ -12,6 +12,7 @@
 #include "client/commands/options.h"
 #include "client/report/attempt_list.h"
 #include "client/report/json_text.h"
+#include "client/report/violation_list.h"
 #include "db/named_queries.h"
 #include "db/result_record.h"
 #include "legopt/input/json.h"
@@ -30,9 +31,11 @@ nlohmann::ordered_json ParseText(const nlohmann::json& cell) {
   }
 }
 
-std::string RenderText(const Listing& job, const Listing& result, const Listing& attempts, const TextLayout& layout) {
+std::string RenderText(const Listing& job, const Listing& result, const Listing& violations, const Listing& attempts,
+                       const TextLayout& layout) {
   std::string text = RenderFields(job, 0, layout);
   text += "\nResult\n" + (result.rows.empty() ? "none\n" : RenderFields(result, 0, layout));
+  if (!violations.rows.empty()) text += "\nChecks\n" + RenderListing(violations, TableFormat::kText, layout);
   Listing table = attempts;
   table.columns.pop_back();
   for (auto& row : table.rows) row.pop_back();
@@ -54,14 +57,16 @@ ExitCode ShowJob(const ShowOptions& options) {
     throw ClientError(ExitCode::kUsage, "there is no job " + id + "; 'legopt list" + source->flags() + "' lists them");
   }
   const Listing result = source->Query("SELECT " + db::ShownResultColumns() + " FROM results WHERE job_id = " + id);
+  const Listing violations = ReadViolations(*source, options.job);
   const Listing attempts = ReadAttempts(*source, options.job);
   if (options.listing.format != TableFormat::kJson) {
-    Print(RenderText(job, result, attempts, LayoutOf(options.listing.output)), options.listing.output);
+    Print(RenderText(job, result, violations, attempts, LayoutOf(options.listing.output)), options.listing.output);
     return ExitCode::kOk;
   }
   auto json = ListingToJson(job).at(0);
   for (const char* column : {"method_options", "joint_names"}) json[column] = ParseText(job.At(0, column));
   json["result"] = result.rows.empty() ? nlohmann::ordered_json() : ListingToJson(result).at(0);
+  json["violations"] = ListingToJson(violations);
   json["attempt_list"] = ListingToJson(attempts);
   Print(JsonText(json) + "\n", options.listing.output);
   return ExitCode::kOk;

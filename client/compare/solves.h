@@ -11,6 +11,7 @@
 #include "client/report/result_origins.h"
 #include "client/report/result_source.h"
 #include "legopt/statistics/problem_scores.h"
+#include "legopt/types/check.h"
 #include "legopt/types/collision.h"
 #include "legopt/types/result.h"
 

@@ -8,7 +8,7 @@
 #include "client/compare/comparison_sides.h"
 #include "client/compare/solves.h"
 #include "client/report/result_source.h"
-#include "legopt/types/result.h"
+#include "legopt/types/check.h"
 
 namespace legopt::client {
 

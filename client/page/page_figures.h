@@ -13,7 +13,7 @@
 #include "client/page/page_experiment.h"
 #include "client/report/result_source.h"
 #include "legopt/dataset/dataset.h"
-#include "legopt/types/result.h"
+#include "legopt/types/check.h"
 
 namespace legopt::client {
 

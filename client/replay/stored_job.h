@@ -7,6 +7,7 @@
 
 #include "client/report/result_source.h"
 #include "legopt/planning/job_runner.h"
+#include "legopt/types/check.h"
 #include "legopt/types/result.h"
 
 namespace legopt::client {

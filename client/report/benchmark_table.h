@@ -15,9 +15,9 @@
 #include "client/report/listing.h"
 #include "client/report/result_origins.h"
 #include "client/report/text_layout.h"
+#include "legopt/types/check.h"
 #include "legopt/types/collision.h"
 #include "legopt/types/feasibility.h"
-#include "legopt/types/result.h"
 #include "legopt/types/split.h"
 #include "legopt/types/task.h"
 

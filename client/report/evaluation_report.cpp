@@ -6,6 +6,7 @@
 
 #include "client/report/json_text.h"
 #include "client/report/listing.h"
+#include "client/report/violation_list.h"
 #include "legopt/types/classic_stream.h"
 
 namespace legopt::client {
@@ -173,14 +174,7 @@ nlohmann::ordered_json RowJson(const JudgedRow& row) {
           {"cost", Number(e.cost)},
           {"time_s", Number(row.time_s / e.num_waypoints)},
           {"waypoints", e.num_waypoints},
-          {"foot_violation", Number(e.foot_violation)},
-          {"com_violation_m", Number(e.com_violation_m)},
-          {"limit_violation", Number(e.limit_violation)},
-          {"environment_depth_m", Number(e.environment_depth_m)},
-          {"self_depth_literal_m", Number(e.self_depth_literal_m)},
-          {"self_depth_strict_m", Number(e.self_depth_strict_m)},
-          {"solid_depth_m", Number(e.solid_depth_m)},
-          {"longest_step_m", Number(e.longest_step_m)},
+          {"violations", ListingToJson(ViolationListing(e.violations))},
           {"interpolation_environment_depth_m", Number(e.interpolation.environment_depth_m)},
           {"interpolation_self_depth_m", Number(e.interpolation.self_depth_m)},
           {"interpolation_free_share", Number(e.interpolation.free_share)},

@@ -8,7 +8,7 @@
 #include "client/report/result_origins.h"
 #include "db/named_queries.h"
 #include "legopt/robot/dof_names.h"
-#include "legopt/types/result.h"
+#include "legopt/types/check.h"
 
 namespace legopt::client {
 namespace {

@@ -10,8 +10,8 @@
 #include "client/report/listing.h"
 #include "client/report/listing_writer.h"
 #include "client/service/server_connection.h"
+#include "legopt/types/check.h"
 #include "legopt/types/job.h"
-#include "legopt/types/result.h"
 #include "legopt/types/split.h"
 
 namespace legopt::client {

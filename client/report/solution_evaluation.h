@@ -6,7 +6,7 @@
 #include "legopt/judge/judge.h"
 #include "legopt/judge/solution_file.h"
 #include "legopt/judge/summary.h"
-#include "legopt/types/result.h"
+#include "legopt/types/check.h"
 #include "legopt/types/task.h"
 
 namespace legopt {

@@ -11,7 +11,7 @@
 
 #include "client/report/result_source.h"
 #include "client/service/server_connection.h"
-#include "legopt/types/result.h"
+#include "legopt/types/check.h"
 
 namespace legopt::client {
 

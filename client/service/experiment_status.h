@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "legopt/types/check.h"
 #include "legopt/types/job.h"
-#include "legopt/types/result.h"
 #include "legopt/types/task.h"
 
 namespace legopt::client {

@@ -8,8 +8,8 @@
 
 #include "legopt/solvers/methods/method.h"
 #include "legopt/solvers/methods/registry.h"
+#include "legopt/types/check.h"
 #include "legopt/types/job.h"
-#include "legopt/types/result.h"
 #include "legopt/types/split.h"
 #include "legopt/types/task.h"
 

@@ -146,19 +146,13 @@ CREATE TABLE results (
   peak_memory_bytes INTEGER NOT NULL CHECK (peak_memory_bytes >= 0),
   solver_cost REAL,
   solver_violation REAL,
-  verdict_literal TEXT NOT NULL CHECK (verdict_literal IN ('success', 'wrong_waypoint_count', 'window_unsolved',
-    'wrong_size', 'not_finite', 'foot_pose', 'com', 'joint_limit', 'environment_collision', 'self_collision')),
-  verdict_strict TEXT NOT NULL CHECK (verdict_strict IN ('success', 'wrong_waypoint_count', 'window_unsolved',
-    'wrong_size', 'not_finite', 'foot_pose', 'com', 'joint_limit', 'environment_collision', 'self_collision')),
+  verdict_literal TEXT NOT NULL CHECK (length(verdict_literal) BETWEEN 1 AND 50
+    AND verdict_literal NOT GLOB '*[^a-z_]*'),
+  verdict_strict TEXT NOT NULL CHECK (length(verdict_strict) BETWEEN 1 AND 50
+    AND verdict_strict NOT GLOB '*[^a-z_]*'),
   verdict_detail TEXT NOT NULL DEFAULT '',
   failed_waypoint INTEGER CHECK (failed_waypoint >= 0),
   cost REAL,  -- per waypoint, by the judge
-  foot_violation REAL,
-  com_violation_m REAL,
-  limit_violation REAL,
-  environment_depth_m REAL,
-  self_depth_literal_m REAL,
-  self_depth_strict_m REAL,
   num_waypoints INTEGER NOT NULL CHECK (num_waypoints >= 1),
   history_json TEXT,  -- convergence of results stored before schema version 7, which have no trace
   received_at_us INTEGER NOT NULL,
@@ -177,12 +171,9 @@ CREATE TABLE results (
   term_evaluations INTEGER CHECK (term_evaluations >= 1),  -- calls of terms, for values or derivatives
   collision_queries INTEGER CHECK (collision_queries >= 1),  -- configurations at which the solver computed contacts
   trace BLOB CHECK (length(trace) > 0),  -- convergence, compressed: docs/reference/database.md, "Traces"
-  -- Verdict and figures of the solid rule. NULL: stored before schema version 7.
-  verdict_solid TEXT CHECK (verdict_solid IN ('success', 'wrong_waypoint_count', 'window_unsolved', 'wrong_size',
-    'not_finite', 'foot_pose', 'com', 'joint_limit', 'environment_collision', 'self_collision', 'containment', 'step')
+  -- Verdict by the solid rule. NULL: stored before schema version 7.
+  verdict_solid TEXT CHECK (length(verdict_solid) BETWEEN 1 AND 50 AND verdict_solid NOT GLOB '*[^a-z_]*'
     AND (verdict_solid <> 'success' OR verdict_strict = 'success')),
-  solid_depth_m REAL CHECK (solid_depth_m >= 0),
-  longest_step_m REAL CHECK (longest_step_m >= 0),
   -- Verdict on the best point of the unsolved window. NULL: no unsolved window, or that window was not started.
   window_verdict TEXT CHECK (window_verdict IS NULL OR (verdict_literal = 'window_unsolved'
     AND length(window_verdict) BETWEEN 1 AND 50 AND window_verdict NOT GLOB '*[^a-z_]*')),
@@ -279,6 +270,19 @@ CREATE TABLE unsolved_waypoints (
   waypoint INTEGER NOT NULL CHECK (waypoint >= 0),
   x BLOB NOT NULL CHECK (length(x) > 0 AND length(x) % 8 = 0),
   PRIMARY KEY (job_id, waypoint)
+) STRICT, WITHOUT ROWID;
+
+-- Largest value of each of the judge's checks over the waypoints of a solution, by the most lenient rule that counts it
+-- (legopt/types/check.h, docs/reference/checks.md). The value by a rule is the maximum of this rule's and the more
+-- lenient ones'. A check that was not made has no row.
+CREATE TABLE violations (
+  job_id INTEGER NOT NULL REFERENCES results,
+  check_name TEXT NOT NULL CHECK (length(check_name) BETWEEN 1 AND 50 AND check_name NOT GLOB '*[^a-z_]*'),
+  rule TEXT NOT NULL CHECK (rule IN ('literal', 'strict', 'solid')),
+  waypoint INTEGER CHECK (waypoint >= 0),  -- NULL: unknown
+  subject TEXT NOT NULL DEFAULT '',  -- contact, joint, link or pair; empty for the value 0, or if unknown
+  value REAL NOT NULL CHECK (value >= 0),  -- in the unit of the check
+  PRIMARY KEY (job_id, check_name, rule)
 ) STRICT, WITHOUT ROWID;
 
 -- ---- Indexes ----
@@ -413,4 +417,16 @@ WHEN EXISTS (SELECT 1 FROM results AS r JOIN cells USING (cell_id) JOIN experime
              WHERE r.job_id = OLD.job_id)
 BEGIN
   SELECT RAISE(ABORT, 'the waypoints of an accepted result cannot be deleted');
+END;
+
+CREATE TRIGGER violations_stay BEFORE DELETE ON violations
+WHEN EXISTS (SELECT 1 FROM results AS r JOIN cells USING (cell_id) JOIN experiments USING (experiment_id)
+             WHERE r.job_id = OLD.job_id)
+BEGIN
+  SELECT RAISE(ABORT, 'the violations of an accepted result cannot be deleted');
+END;
+
+CREATE TRIGGER violations_are_final BEFORE UPDATE ON violations
+BEGIN
+  SELECT RAISE(ABORT, 'the violations of an accepted result cannot change');
 END;

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "legopt/judge/contact_pose_error.h"
+#include "legopt/judge/stance_measures.h"
 
 namespace legopt {
 

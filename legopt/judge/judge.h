@@ -6,25 +6,16 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/stance.h"
 #include "legopt/geometry/culling.h"
 #include "legopt/judge/interpolation.h"
-#include "legopt/types/result.h"
+#include "legopt/types/check.h"
 #include "legopt/types/task.h"
 
 namespace legopt {
-
-/// Tolerances of the benchmark: larger values fail, equal ones pass (docs/explanation/judge.md#order-and-tolerances).
-inline constexpr double kPoseTolerance = 1e-3;     ///< quaternion vector part (1) and translation (m)
-inline constexpr double kComTolerance_m = 1e-3;    ///< distance outside the support polygon
-inline constexpr double kLimitTolerance = 1e-3;    ///< rad or m beyond a joint limit
-inline constexpr double kDepthTolerance_m = 1e-3;  ///< contact depth
-
-/// Maximum movement of any point of the robot between consecutive waypoints under Rule::kSolid, the physical rule, as a
-/// fraction of the robot's size: the diagonal of Dataset::robot_bounds (docs/explanation/judge.md#solid-rule).
-inline constexpr double kStepShare = 1.0;
 
 /// Limit of a joint with no limit or a wider one, as in the original: +- this value in rad (m for prismatic joints). It
 /// keeps the cost of accepted solutions finite. Kinematics do not clamp to it.
@@ -33,8 +24,7 @@ inline constexpr double kUnlimitedJoint = 1e4;
 /// The judge's result for one solution.
 ///
 /// The verdict is the *first* failure in the benchmark's order. The maximum violations cover every waypoint that could
-/// be evaluated, including later ones. A figure that was never evaluated is NaN (no waypoint had the right size, or
-/// phase A failed and collisions were not checked).
+/// be evaluated, including later ones.
 struct Evaluation {
   /// Value of a figure that was not computed.
   static constexpr double kNotEvaluated = std::numeric_limits<double>::quiet_NaN();
@@ -47,17 +37,9 @@ struct Evaluation {
   std::string detail;                   ///< description of that failure: foot, joint or link, and magnitude; empty for
                                         ///< a success
 
-  // Maxima over all waypoints that were evaluated; >= 0.
-  double foot_violation = kNotEvaluated;        ///< pose error component: quaternion vector part (1), translation (m)
-  double com_violation_m = kNotEvaluated;       ///< distance of the COM outside the support polygon, 0 inside
-  double limit_violation = kNotEvaluated;       ///< distance of the raw vector beyond a joint limit, rad (m for
-                                                ///< prismatic)
-  double environment_depth_m = kNotEvaluated;   ///< contact depth with the scene, by the original evaluator's rule
-  double self_depth_literal_m = kNotEvaluated;  ///< contact depth of the last colliding pair of each waypoint
-  double self_depth_strict_m = kNotEvaluated;   ///< contact depth of all colliding pairs
-  /// Contact depth with the scene and of all pairs, and depth of vertices inside closed bodies, by the physical rule.
-  double solid_depth_m = kNotEvaluated;
-  double longest_step_m = kNotEvaluated;  ///< longest step of any point between waypoints; 0 for one waypoint
+  /// Largest value of each check over all waypoints that were evaluated, by the most lenient rule that counts it;
+  /// within tolerance, too. A check that was never made has none (no waypoint had the right size, or phase A failed).
+  std::vector<Violation> violations;
 
   InterpolationScore interpolation;  ///< set by tasks scored between waypoints; independent of the verdict
 
@@ -68,7 +50,14 @@ struct Evaluation {
   double cost = kNotEvaluated;  ///< see Judge; NaN unless `literal` is success
   int num_waypoints = 0;        ///< number of constraint waypoints: divisor of cost and time
 
+  Verdict& by(Rule rule);       ///< returns the verdict of one rule
   Verdict by(Rule rule) const;  ///< returns the verdict of one rule
+
+  /// Returns the largest value of a check by `rule`, in the unit of the check; NaN if it was not made.
+  double Largest(Verdict check, Rule rule) const;
+  /// Returns the largest contact depth by the physical rule, m: with the scene, between links, and inside closed
+  /// bodies; NaN if collisions were not checked.
+  double SolidDepth_m() const;
 
   /// Failure by the most lenient failing rule; success if there is none.
   Verdict first_failure() const;

@@ -5,9 +5,9 @@
 #include <limits>
 #include <vector>
 
-#include "legopt/dataset/support_polygon.h"
-#include "legopt/judge/contact_pose_error.h"
 #include "legopt/judge/diagnostic_text.h"
+#include "legopt/judge/stance_measures.h"
+#include "legopt/judge/violation.h"
 #include "legopt/robot/configuration.h"
 #include "legopt/robot/interpolation.h"
 
@@ -113,22 +113,23 @@ void PathExaminer::Fail(const Segment& segment, double s, Verdict verdict, const
 
 void PathExaminer::ExamineSample(const Segment& segment, double s, const Kinematics& kinematics,
                                  PathExamination* findings) {
-  std::vector<ContactPlacement> placements;
-  for (const ContactTarget& target : segment.planted.contacts) {
-    const Contact& contact = dataset_->contact(target.contact);
-    const Eigen::Isometry3d& actual = kinematics.link_pose(contact.link_index);
-    placements.push_back({.contact = &contact, .X_WL = actual});
-    const ContactPoseError error = ComputeContactPoseError(contact.LinkTarget(target), actual);
-    findings->foot_violation = std::max(findings->foot_violation, error.violation);
+  const auto include = [&](Verdict check, double value, const std::string& subject) {
+    IncludeViolation(
+        check, Rule::kLiteral, segment.waypoint, value, [&] { return subject; }, &findings->violations);
+  };
+  const std::vector<ContactPlacement> placements = ActualPlacements(*dataset_, segment.planted, kinematics);
+  for (std::size_t i = 0; i < placements.size(); ++i) {
+    const ContactTarget& target = segment.planted.contacts[i];
+    const ContactPoseError error =
+        ComputeContactPoseError(placements[i].contact->LinkTarget(target), placements[i].X_WL);
+    include(Verdict::kFootPose, error.violation, target.contact);
     if (!Exceeds(error.violation, kPlantedTolerance)) continue;
     Fail(segment, s, Verdict::kFootPose, "planted " + PoseErrorText(target.contact, error, kPlantedTolerance),
          findings);
   }
   if (segment.balanced) {
-    const double distance = placements.empty()
-                                ? std::numeric_limits<double>::infinity()
-                                : SignedDistanceToPolygon(SupportPolygon(placements), kinematics.com().head<2>());
-    findings->com_violation_m = std::max(findings->com_violation_m, distance);
+    const double distance = ComDistance(placements, kinematics);
+    include(Verdict::kCom, std::max(0.0, distance), "centre of mass");
     if (Exceeds(distance, kPathComTolerance_m)) {
       Fail(segment, s, Verdict::kCom, ComErrorText(distance, kPathComTolerance_m), findings);
     }

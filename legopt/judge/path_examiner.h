@@ -4,13 +4,14 @@
 #include <cstddef>
 #include <deque>
 #include <string>
+#include <vector>
 
 #include "legopt/dataset/dataset.h"
 #include "legopt/geometry/exact_collision.h"
 #include "legopt/judge/interpolation.h"
 #include "legopt/judge/timed_path.h"
 #include "legopt/robot/kinematics.h"
-#include "legopt/types/result.h"
+#include "legopt/types/check.h"
 #include "legopt/types/task.h"
 
 namespace legopt {
@@ -36,8 +37,7 @@ struct PathExamination {
   Verdict verdict = Verdict::kSuccess;  ///< first failing sample's, in the order of checks at a waypoint
   int waypoint = -1;                    ///< waypoint before the failure; -1: no failure
   std::string detail;                   ///< description of the failure
-  double foot_violation = 0.0;          ///< maximum error of planted feet: quaternion vector part (1), translation (m)
-  double com_violation_m = 0.0;         ///< maximum distance outside the polygon of the planted feet; 0 unless checked
+  std::vector<Violation> violations;    ///< largest values of planted contacts and of the centre of mass, if checked
   InterpolationScore score;             ///< depths, and the share of segments without a failure
 };
 

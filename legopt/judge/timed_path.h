@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "legopt/types/result.h"
+#include "legopt/types/check.h"
 
 namespace legopt {
 

@@ -1,11 +1,11 @@
 #include "legopt/judge/waypoint_inspector.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
-#include "legopt/dataset/support_polygon.h"
-#include "legopt/judge/contact_pose_error.h"
 #include "legopt/judge/judge.h"
+#include "legopt/judge/stance_measures.h"
 #include "legopt/robot/configuration.h"
 #include "legopt/robot/interpolation.h"
 
@@ -49,27 +49,19 @@ bool WaypointInspector::SetState(const Eigen::VectorXd& x, Kinematics* kinematic
 }
 
 void WaypointInspector::ListFeet(const Stance& stance, WaypointDiagnostics* findings) const {
-  std::vector<ContactPlacement> placements;
-  for (const ContactTarget& target : stance.contacts) {
-    const Contact& contact = dataset_->contact(target.contact);
-    const Eigen::Isometry3d& actual = kinematics_.link_pose(contact.link_index);
-    placements.push_back({.contact = &contact, .X_WL = actual});
-    const ContactPoseError error = ComputeContactPoseError(contact.LinkTarget(target), actual);
+  const std::vector<ContactPlacement> placements = ActualPlacements(*dataset_, stance, kinematics_);
+  for (std::size_t i = 0; i < placements.size(); ++i) {
+    const ContactTarget& target = stance.contacts[i];
+    const ContactPoseError error =
+        ComputeContactPoseError(placements[i].contact->LinkTarget(target), placements[i].X_WL);
     findings->feet.push_back({.link = target.contact,
                               .violation = error.violation,
                               .component = error.component,
                               .violated = !(error.violation <= kPoseTolerance)});
   }
   findings->com_W = kinematics_.com();
-  const bool finite =
-      findings->com_W.allFinite() && std::ranges::all_of(placements, [](const ContactPlacement& placement) {
-        return placement.X_WL.matrix().allFinite();
-      });
-  findings->com_m = std::numeric_limits<double>::infinity();
-  if (finite && !placements.empty()) {
-    findings->polygon_W = SupportPolygon(placements);
-    findings->com_m = SignedDistanceToPolygon(findings->polygon_W, findings->com_W.head<2>());
-  }
+  findings->com_m = ComDistance(placements, kinematics_);
+  if (std::isfinite(findings->com_m)) findings->polygon_W = SupportPolygon(placements);
   findings->com_violated = !(findings->com_m <= kComTolerance_m);
 }
 

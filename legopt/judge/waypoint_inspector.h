@@ -11,7 +11,7 @@
 #include "legopt/dataset/stance.h"
 #include "legopt/geometry/exact_collision.h"
 #include "legopt/robot/kinematics.h"
-#include "legopt/types/result.h"
+#include "legopt/types/check.h"
 
 namespace legopt {
 

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "legopt/dataset/support_polygon.h"
-#include "legopt/judge/contact_pose_error.h"
+#include "legopt/judge/stance_measures.h"
 #include "legopt/problem/terms/task_program.h"
 #include "legopt/robot/interpolation.h"
 

@@ -10,6 +10,7 @@
 
 #include "bus/key_role.h"
 #include "bus/message_fields.h"
+#include "legopt/types/check.h"
 #include "legopt/types/result.h"
 #include "tests/folders.h"
 

@@ -7,7 +7,7 @@
 
 #include "db/connection.h"
 #include "db/sqlite_store.h"
-#include "legopt/types/result.h"
+#include "legopt/types/check.h"
 #include "tests/db/store_samples.h"
 
 namespace legopt::db {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "bus/typed_calls.h"
+#include "legopt/types/check.h"
 #include "legopt/types/reply.h"
 #include "legopt/types/result.h"
 #include "tests/figures/findings.h"

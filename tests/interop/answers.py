@@ -5,9 +5,7 @@ import subprocess
 
 NAN = float("nan")  # not available
 JUDGES_FIGURES = (
-    "cost", "foot_violation", "com_violation_m", "limit_violation", "environment_depth_m", "self_depth_literal_m",
-    "self_depth_strict_m", "solid_depth_m", "longest_step_m", "interpolation_environment_depth_m",
-    "interpolation_self_depth_m", "interpolation_free_share")
+    "cost", "interpolation_environment_depth_m", "interpolation_self_depth_m", "interpolation_free_share")
 NO_SOLVER = {"solver_status": "not_run", "solver_cost": NAN, "solver_violation": NAN}
 FINISHED = 0
 
@@ -50,6 +48,8 @@ class Answers:
             "verdict_solid": judged["verdict_solid"], "verdict_detail": judged["detail"],
             "failed_waypoint": -1 if failed is None else failed,
             **{name: NAN if judged[name] is None else judged[name] for name in JUDGES_FIGURES},
+            "violations": [{**violation, "waypoint": -1 if violation["waypoint"] is None else violation["waypoint"]}
+                           for violation in judged["violations"] if violation["value"] is not None],
             "num_waypoints": len(waypoints), "waypoint_size": len(waypoints[0]),
             "waypoints": [number for waypoint in waypoints for number in waypoint],
         }

@@ -16,6 +16,7 @@
 #include "legopt/problem/terms/waypoint_program.h"
 #include "legopt/robot/configuration.h"
 #include "legopt/solvers/best_options.h"
+#include "legopt/types/check.h"
 #include "legopt/types/number_text.h"
 #include "legopt/types/result.h"
 #include "legopt/types/task.h"

@@ -1,6 +1,12 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <vector>
+
+#include "legopt/dataset/dataset.h"
+#include "legopt/dataset/stance.h"
+#include "legopt/dataset/support_polygon.h"
+#include "legopt/robot/kinematics.h"
 
 namespace legopt {
 
@@ -16,5 +22,14 @@ inline bool Exceeds(double value, double tolerance) { return !(value <= toleranc
 /// Computes the largest component of the vector part of the quaternion and the translation of inverse(target) * actual.
 /// Poses in the world.
 ContactPoseError ComputeContactPoseError(const Eigen::Isometry3d& target, const Eigen::Isometry3d& actual);
+
+/// Returns the contacts of a stance where the robot has them. They reference contacts of the dataset. Throws InputError
+/// for a contact that the dataset does not have.
+std::vector<ContactPlacement> ActualPlacements(const Dataset& dataset, const Stance& stance,
+                                               const Kinematics& kinematics);
+
+/// Returns the signed distance, m, of the centre of mass from the support polygon of placed contacts: > 0 outside.
+/// Infinite without contacts, and for coordinates that overflowed.
+double ComDistance(const std::vector<ContactPlacement>& placements, const Kinematics& kinematics);
 
 }  // namespace legopt

@@ -1,0 +1,198 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "legopt/types/enum_names.h"
+
+/// @file
+/// The table of the judge's checks. Names of verdicts, messages, database rows, findings on the page and
+/// docs/reference/checks.md derive from it. A new check is a row here and a function in legopt/judge/checks.cpp.
+///
+/// Source: evaluator of the LegOpt benchmark (docs/explanation/judge.md). Stateless, thread-safe.
+
+namespace legopt {
+
+/// Rule by which the judge decides. Each rule includes all checks of the previous one and adds more.
+enum class Rule : std::uint8_t {
+  kLiteral,  ///< original evaluator's rule
+  kStrict,   ///< every listed pair of links, and every contact
+  kSolid     ///< physical rule: bodies are solid, links do not jump
+};
+
+template <>
+inline constexpr auto kEnumNames<Rule> =
+    MakeEnumNames<Rule>({{Rule::kLiteral, "literal"}, {Rule::kStrict, "strict"}, {Rule::kSolid, "solid"}});
+
+/// Success, or the check that failed first, in the order of the checks. kChecks describes each.
+enum class Verdict : std::uint8_t {
+  kSuccess,
+  kWrongWaypointCount,
+  kWindowUnsolved,
+  kWrongSize,
+  kNotFinite,
+  kFootPose,
+  kCom,
+  kJointLimit,
+  kEnvironmentCollision,
+  kSelfCollision,
+  kContainment,
+  kStep,
+};
+
+/// Tolerances of the benchmark: larger values fail, equal ones pass (docs/explanation/judge.md#order-and-tolerances).
+inline constexpr double kPoseTolerance = 1e-3;     ///< quaternion vector part (1) and translation (m)
+inline constexpr double kComTolerance_m = 1e-3;    ///< distance outside the support polygon
+inline constexpr double kLimitTolerance = 1e-3;    ///< rad or m beyond a joint limit
+inline constexpr double kDepthTolerance_m = 1e-3;  ///< contact depth
+
+/// Maximum movement of any point of the robot between consecutive waypoints under Rule::kSolid, as a fraction of the
+/// robot's size: the diagonal of Dataset::robot_bounds (docs/explanation/judge.md#solid-rule).
+inline constexpr double kStepShare = 1.0;
+
+/// How the page marks a check that failed.
+enum class CheckDrawing : std::uint8_t {
+  kNone,     ///< only its text
+  kContact,  ///< contact off its target
+  kCom,      ///< centre of mass and support polygon
+  kJoint,    ///< joint and its value
+  kOverlap,  ///< pair of bodies and their deepest points
+  kLink,     ///< a link
+};
+
+template <>
+inline constexpr auto kEnumNames<CheckDrawing> = MakeEnumNames<CheckDrawing>({{CheckDrawing::kNone, "none"},
+                                                                              {CheckDrawing::kContact, "contact"},
+                                                                              {CheckDrawing::kCom, "com"},
+                                                                              {CheckDrawing::kJoint, "joint"},
+                                                                              {CheckDrawing::kOverlap, "overlap"},
+                                                                              {CheckDrawing::kLink, "link"}});
+
+/// A check: what it demands, what it measures, and by which rules.
+struct CheckDescription {
+  Verdict check;                ///< verdict if this check fails first
+  std::string_view name;        ///< in files, messages, databases and on command lines
+  std::string_view constraint;  ///< what a solution must satisfy
+  std::string_view unit;        ///< of the measure; empty: the check passes or fails without a number
+  std::string_view tolerance;   ///< largest value that passes, with unit; empty: no number
+  /// What is measured by each rule, in the order of Rule; empty: as by the rule before, or not at all.
+  std::array<std::string_view, 3> measures;
+  CheckDrawing drawing = CheckDrawing::kNone;
+
+  constexpr bool measured() const { return !unit.empty(); }
+  /// The most lenient rule with this check.
+  constexpr Rule first_rule() const {
+    for (std::size_t i = 0; i < measures.size(); ++i) {
+      if (!measures[i].empty()) return static_cast<Rule>(i);
+    }
+    return Rule::kLiteral;
+  }
+};
+
+/// All checks, in the order in which they are made at a waypoint; the first row describes success.
+inline constexpr std::array kChecks = {
+    CheckDescription{Verdict::kSuccess, "success", "all checks of the rule pass", "", "", {}},
+    CheckDescription{Verdict::kWrongWaypointCount,
+                     "wrong_waypoint_count",
+                     "the solution has the number of waypoints that the task requires",
+                     "",
+                     "",
+                     {"number of waypoints"}},
+    CheckDescription{Verdict::kWindowUnsolved,
+                     "window_unsolved",
+                     "the solver solved every window of a motion",
+                     "",
+                     "",
+                     {"the solver's status"}},
+    CheckDescription{Verdict::kWrongSize,
+                     "wrong_size",
+                     "a waypoint has n + 7 numbers; the time stamps of a path are valid",
+                     "",
+                     "",
+                     {"number of values"}},
+    CheckDescription{Verdict::kNotFinite,
+                     "not_finite",
+                     "all numbers are finite and the base quaternion is not zero",
+                     "",
+                     "",
+                     {"each number"}},
+    CheckDescription{Verdict::kFootPose,
+                     "foot_pose",
+                     "each contact is at its target",
+                     "1 or m",
+                     "0.001",
+                     {"largest component of the pose error: vector part of the quaternion (1), translation (m)"},
+                     CheckDrawing::kContact},
+    CheckDescription{Verdict::kCom,
+                     "com",
+                     "the centre of mass is above the support polygon of the contacts",
+                     "m",
+                     "0.001 m",
+                     {"horizontal distance of the centre of mass outside the polygon"},
+                     CheckDrawing::kCom},
+    CheckDescription{Verdict::kJointLimit,
+                     "joint_limit",
+                     "each joint is within its limits",
+                     "rad or m",
+                     "0.001",
+                     {"distance beyond the limit"},
+                     CheckDrawing::kJoint},
+    CheckDescription{Verdict::kEnvironmentCollision,
+                     "environment_collision",
+                     "no link collides with the scene",
+                     "m",
+                     "0.001 m",
+                     {"contact depth as in the original evaluator", "depth of all contacts"},
+                     CheckDrawing::kOverlap},
+    CheckDescription{Verdict::kSelfCollision,
+                     "self_collision",
+                     "no two links collide",
+                     "m",
+                     "0.001 m",
+                     {"contact depth of the last colliding pair", "contact depth of all listed pairs",
+                      "also of pairs that the original evaluator ignores"},
+                     CheckDrawing::kOverlap},
+    CheckDescription{Verdict::kContainment,
+                     "containment",
+                     "no link is inside a closed body, and no body inside a link",
+                     "m",
+                     "0.001 m",
+                     {"", "", "depth of a vertex inside a closed body; surfaces need not intersect"},
+                     CheckDrawing::kOverlap},
+    CheckDescription{Verdict::kStep,
+                     "step",
+                     "no link jumps between consecutive waypoints",
+                     "m",
+                     "the robot's size",
+                     {"", "", "largest movement of a point of the robot from the waypoint before"},
+                     CheckDrawing::kLink}};
+
+/// Returns the row of a check.
+constexpr const CheckDescription& DescriptionOf(Verdict check) { return kChecks.at(static_cast<std::size_t>(check)); }
+
+/// Returns the names of kChecks as a table of enum names.
+consteval auto CheckNames() {
+  std::array<EnumName<Verdict>, kChecks.size()> names{};
+  for (std::size_t i = 0; i < kChecks.size(); ++i) {
+    if (static_cast<std::size_t>(kChecks[i].check) != i) throw "the rows are not in the order of the enumerators";
+    names[i] = {kChecks[i].check, kChecks[i].name};
+  }
+  return names;
+}
+
+template <>
+inline constexpr auto kEnumNames<Verdict> = CheckNames();
+
+/// Largest value of a check over all waypoints, by the most lenient rule that counts it. It may be within tolerance.
+struct Violation {
+  Verdict check = Verdict::kSuccess;
+  Rule rule = Rule::kLiteral;
+  int waypoint = -1;    ///< waypoint of the value, numbered as in the whole motion; -1: unknown
+  std::string subject;  ///< contact, joint, link or pair of the value; empty for the value 0, or if unknown
+  double value = 0;     ///< in the unit of the check, >= 0
+};
+
+}  // namespace legopt
