@@ -107,6 +107,24 @@ Json ResultColumnsJson() {
   return columns;
 }
 
+Json ChecksJson() {
+  Json checks = Json::array();
+  for (const CheckDescription& check : kChecks) {
+    Json measures = Json::object();
+    for (const auto& [rule, name] : kEnumNames<Rule>) {
+      const std::string_view measure = check.measures.at(EnumNumber(rule));
+      if (!measure.empty()) measures[std::string(name)] = measure;
+    }
+    checks.push_back({{"check", check.name},
+                      {"constraint", check.constraint},
+                      {"unit", check.unit},
+                      {"tolerance", check.tolerance},
+                      {"measures", std::move(measures)},
+                      {"drawing", ToString(check.drawing)}});
+  }
+  return checks;
+}
+
 }  // namespace
 
 void AddReferenceCommand(const app::Command& program, Invocation* invocation) {
@@ -116,7 +134,8 @@ void AddReferenceCommand(const app::Command& program, Invocation* invocation) {
       const Json facts = {{"common", CommonJson()},
                           {"contact_range_m", Method().contact_range_m},
                           {"solvers", SolversJson()},
-                          {"result_columns", ResultColumnsJson()}};
+                          {"result_columns", ResultColumnsJson()},
+                          {"checks", ChecksJson()}};
       std::cout << Dump(facts, 2) << "\n";
       return ExitCode::kOk;
     };

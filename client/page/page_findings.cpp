@@ -42,6 +42,12 @@ Json LimitJson(const LimitDiagnostic& limit, const RobotModel& robot) {
           {"violated", limit.violated}};
 }
 
+Json ValueJson(const CheckDiagnostic& finding) {
+  const CheckDescription& check = DescriptionOf(finding.value.check);
+  return {{"check", check.name}, {"subject", finding.value.subject}, {"value", RoundedJson(finding.value.value)},
+          {"unit", check.unit},  {"tolerance", check.tolerance},     {"violated", finding.violated}};
+}
+
 }  // namespace
 
 Json OverlapsJson(const std::vector<OverlapDiagnostic>& overlaps, const Dataset& dataset) {
@@ -69,22 +75,19 @@ Json OverlapsJson(const std::vector<OverlapDiagnostic>& overlaps, const Dataset&
 }
 
 Json FindingsJson(const WaypointDiagnostics& findings, const Dataset& dataset) {
-  Json feet = Json::array(), limits = Json::array(), polygon = Json::array();
+  Json feet = Json::array(), limits = Json::array(), polygon = Json::array(), values = Json::array();
+  for (const CheckDiagnostic& value : findings.values) values.push_back(ValueJson(value));
   for (const FootDiagnostic& foot : findings.feet) feet.push_back(FootJson(foot));
   for (const LimitDiagnostic& limit : findings.limits) limits.push_back(LimitJson(limit, dataset.robot()));
   for (const Eigen::Vector2d& corner : findings.polygon_W) polygon.push_back(VectorJson(corner));
-  Json json = {{"feet", feet},
-               {"com", VectorJson(findings.com_W)},
-               {"polygon", polygon},
-               {"com_m", RoundedJson(findings.com_m)},
-               {"com_violated", findings.com_violated},
-               {"limits", limits},
-               {"overlaps", OverlapsJson(findings.overlaps, dataset)}};
-  if (findings.step_link >= 0) {
-    json["step_m"] = RoundedJson(findings.step_m);
-    json["step_link"] = dataset.robot().links()[static_cast<std::size_t>(findings.step_link)].name;
-  }
-  return json;
+  return {{"feet", feet},
+          {"com", VectorJson(findings.com_W)},
+          {"polygon", polygon},
+          {"com_m", RoundedJson(findings.com_m)},
+          {"com_violated", findings.com_violated},
+          {"limits", limits},
+          {"overlaps", OverlapsJson(findings.overlaps, dataset)},
+          {"values", values}};
 }
 
 }  // namespace legopt::client

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "legopt/judge/stance_measures.h"
 #include "legopt/judge/diagnostic_text.h"
+#include "legopt/judge/stance_measures.h"
 #include "legopt/robot/dof_names.h"
 
 namespace legopt {
@@ -95,9 +95,6 @@ void CheckStep(const CheckedWaypoint& waypoint, CheckRecorder& recorder) {
   });
 }
 
-constexpr std::array<CheckFunction, 3> kPoseChecks = {&CheckContacts, &CheckCom, &CheckLimits};
-constexpr std::array<CheckFunction, 4> kBodyChecks = {&CheckEnvironment, &CheckSelf, &CheckContainment, &CheckStep};
-
 }  // namespace
 
 void CheckLimits(const CheckedWaypoint& waypoint, CheckRecorder& recorder) {
@@ -123,8 +120,20 @@ void CheckLimits(const CheckedWaypoint& waypoint, CheckRecorder& recorder) {
   }
 }
 
-std::span<const CheckFunction> PoseChecks() { return kPoseChecks; }
-std::span<const CheckFunction> BodyChecks() { return kBodyChecks; }
+std::span<const WaypointCheck> PoseChecks() {
+  static constexpr std::array kChecksOfPose = {WaypointCheck{Verdict::kFootPose, &CheckContacts},
+                                               WaypointCheck{Verdict::kCom, &CheckCom},
+                                               WaypointCheck{Verdict::kJointLimit, &CheckLimits}};
+  return kChecksOfPose;
+}
+
+std::span<const WaypointCheck> BodyChecks() {
+  static constexpr std::array kChecksOfBodies = {WaypointCheck{Verdict::kEnvironmentCollision, &CheckEnvironment},
+                                                 WaypointCheck{Verdict::kSelfCollision, &CheckSelf},
+                                                 WaypointCheck{Verdict::kContainment, &CheckContainment},
+                                                 WaypointCheck{Verdict::kStep, &CheckStep}};
+  return kChecksOfBodies;
+}
 
 void CheckRecorder::Fail(Verdict check, Rule rule, const std::string& detail) {
   const bool first = evaluation_->by(rule) == Verdict::kSuccess;

@@ -56,14 +56,17 @@ struct CheckedWaypoint {
   ExactCollision& collision;
 };
 
-/// Measures one check, or several that share a computation.
-using CheckFunction = void (*)(const CheckedWaypoint& waypoint, CheckRecorder& recorder);
+/// How a check is measured.
+struct WaypointCheck {
+  Verdict check;
+  void (*measure)(const CheckedWaypoint& waypoint, CheckRecorder& recorder);
+};
 
 /// Check of joint limits alone, for points between waypoints. Uses only the dataset and x.
 void CheckLimits(const CheckedWaypoint& waypoint, CheckRecorder& recorder);
 /// Checks of contacts, balance and joints (phase A), in the order of kChecks.
-std::span<const CheckFunction> PoseChecks();
+std::span<const WaypointCheck> PoseChecks();
 /// Checks of bodies (phase B), in the order of kChecks. Made only if phase A passed at all waypoints.
-std::span<const CheckFunction> BodyChecks();
+std::span<const WaypointCheck> BodyChecks();
 
 }  // namespace legopt

@@ -87,7 +87,7 @@ class Judge::Workspace {
   void CheckContactNames(const ProblemDefinition& problem) const;
   bool IsWellFormed(const Eigen::VectorXd& x, CheckRecorder& recorder) const;
   void SetState(const Eigen::VectorXd& x);
-  void Make(std::span<const CheckFunction> checks, const Stance& stance, const Eigen::VectorXd& x, bool has_previous,
+  void Make(std::span<const WaypointCheck> checks, const Stance& stance, const Eigen::VectorXd& x, bool has_previous,
             CheckRecorder& recorder);
   double Cost(Task task, std::span<const Eigen::VectorXd> waypoints);
   double Torques(std::span<const Eigen::VectorXd> waypoints);
@@ -154,7 +154,7 @@ void Judge::Workspace::SetState(const Eigen::VectorXd& x) {
   kinematics_.Update(clamped_);
 }
 
-void Judge::Workspace::Make(std::span<const CheckFunction> checks, const Stance& stance, const Eigen::VectorXd& x,
+void Judge::Workspace::Make(std::span<const WaypointCheck> checks, const Stance& stance, const Eigen::VectorXd& x,
                             bool has_previous, CheckRecorder& recorder) {
   const CheckedWaypoint waypoint{.dataset = *dataset_,
                                  .stance = stance,
@@ -162,7 +162,7 @@ void Judge::Workspace::Make(std::span<const CheckFunction> checks, const Stance&
                                  .kinematics = kinematics_,
                                  .previous = has_previous ? &previous_ : nullptr,
                                  .collision = collision_};
-  for (const CheckFunction check : checks) check(waypoint, recorder);
+  for (const WaypointCheck& check : checks) check.measure(waypoint, recorder);
 }
 
 /// Computes the cost per waypoint (docs/explanation/judge.md#cost).
@@ -271,7 +271,7 @@ bool Judge::Workspace::PassesPointwise(Task task, const ProblemDefinition& probl
     recorder.set_waypoint(waypoint);
     if (!IsWellFormed(path.points[i], recorder)) return false;
     const Stance& stance = problem.stances[static_cast<size_t>(StanceOfWaypoint(task, waypoint))];
-    Make({{&CheckLimits}}, stance, path.points[i], false, recorder);
+    Make({{{Verdict::kJointLimit, &CheckLimits}}}, stance, path.points[i], false, recorder);
   }
   return evaluation->literal == Verdict::kSuccess;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "legopt/judge/checks.h"
 #include "legopt/judge/judge.h"
 #include "legopt/judge/stance_measures.h"
 #include "legopt/robot/configuration.h"
@@ -81,6 +82,28 @@ void WaypointInspector::ListLimits(const Eigen::VectorXd& x, WaypointDiagnostics
   }
 }
 
+void WaypointInspector::ListValues(const Stance& stance, const Eigen::VectorXd& x, bool has_previous,
+                                   WaypointDiagnostics* findings) {
+  const CheckedWaypoint waypoint{.dataset = *dataset_,
+                                 .stance = stance,
+                                 .x = x,
+                                 .kinematics = kinematics_,
+                                 .previous = has_previous ? &previous_ : nullptr,
+                                 .collision = collision_};
+  for (const auto checks : {PoseChecks(), BodyChecks()}) {
+    for (const WaypointCheck& check : checks) {
+      const CheckDrawing drawing = DescriptionOf(check.check).drawing;
+      if (drawing != CheckDrawing::kLink && drawing != CheckDrawing::kNone) continue;
+      Evaluation evaluation;
+      CheckRecorder recorder(0, &evaluation);
+      check.measure(waypoint, recorder);
+      for (const Violation& value : evaluation.violations) {
+        findings->values.push_back({.value = value, .violated = evaluation.by(value.rule) != Verdict::kSuccess});
+      }
+    }
+  }
+}
+
 WaypointDiagnostics WaypointInspector::At(const Stance& stance, const Eigen::VectorXd& x,
                                           const Eigen::VectorXd* before) {
   WaypointDiagnostics findings;
@@ -88,11 +111,7 @@ WaypointDiagnostics WaypointInspector::At(const Stance& stance, const Eigen::Vec
   ListFeet(stance, &findings);
   ListLimits(x, &findings);
   findings.overlaps = Classified(collision_.Overlaps(kinematics_));
-  if (before != nullptr && SetState(*before, &previous_)) {
-    const ExactCollision::Step step = collision_.LongestStep(previous_, kinematics_);
-    findings.step_m = step.distance_m;
-    findings.step_link = step.link;
-  }
+  ListValues(stance, x, before != nullptr && SetState(*before, &previous_), &findings);
   return findings;
 }
 

@@ -39,18 +39,23 @@ struct OverlapDiagnostic {
   std::optional<Rule> fails;        ///< most lenient rule that counts it as a collision; none: tolerated
 };
 
+/// Value of a check at one waypoint.
+struct CheckDiagnostic {
+  Violation value;
+  bool violated = false;  ///< above the tolerance
+};
+
 /// All numbers that the judge checks for one configuration. The rules are those of Judge.
 struct WaypointDiagnostics {
-  std::vector<FootDiagnostic> feet;                          ///< ordered as in the stance
-  Eigen::Vector3d com_W = Eigen::Vector3d::Zero();           ///< centre of mass, m
-  std::vector<Eigen::Vector2d> polygon_W;                    ///< support polygon, world xy, counter-clockwise, m
-  double com_m = 0;                                          ///< signed distance of the centre of mass from the
-                                                             ///< polygon: > 0 outside
-  bool com_violated = false;                                 ///< above kComTolerance_m
-  std::vector<LimitDiagnostic> limits;                       ///< joints within kNearLimit of a limit or beyond it
-  std::vector<OverlapDiagnostic> overlaps;                   ///< including tolerated ones
-  double step_m = std::numeric_limits<double>::quiet_NaN();  ///< step from the previous waypoint; NaN if there is none
-  int step_link = -1;                                        ///< link of that step
+  std::vector<FootDiagnostic> feet;                 ///< ordered as in the stance
+  Eigen::Vector3d com_W = Eigen::Vector3d::Zero();  ///< centre of mass, m
+  std::vector<Eigen::Vector2d> polygon_W;           ///< support polygon, world xy, counter-clockwise, m
+  double com_m = 0;                                 ///< signed distance of the centre of mass from the
+                                                    ///< polygon: > 0 outside
+  bool com_violated = false;                        ///< above kComTolerance_m
+  std::vector<LimitDiagnostic> limits;              ///< joints within kNearLimit of a limit or beyond it
+  std::vector<OverlapDiagnostic> overlaps;          ///< including tolerated ones
+  std::vector<CheckDiagnostic> values;              ///< checks that have no list of their own above
 };
 
 /// Distance from a limit, rad or m, below which a joint is listed.
@@ -79,6 +84,7 @@ class WaypointInspector {
   bool SetState(const Eigen::VectorXd& x, Kinematics* kinematics) const;
   void ListFeet(const Stance& stance, WaypointDiagnostics* findings) const;
   void ListLimits(const Eigen::VectorXd& x, WaypointDiagnostics* findings) const;
+  void ListValues(const Stance& stance, const Eigen::VectorXd& x, bool has_previous, WaypointDiagnostics* findings);
 
   std::shared_ptr<const Dataset> dataset_;
   Kinematics kinematics_;

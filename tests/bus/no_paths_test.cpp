@@ -63,6 +63,9 @@ const std::map<std::string, std::string> kTexts = {
     {"submit_reply.message", "shown"},
     {"submit_request.submission_id", "compared"},
     {"submit_request.spec_json", "json"},
+    {"violation.check", "word"},
+    {"violation.rule", "word"},
+    {"violation.subject", "shown"},
 };
 
 TEST(NoPaths, EveryTextOfEveryMessageIsAccountedFor) {

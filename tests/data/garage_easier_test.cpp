@@ -77,7 +77,7 @@ TEST(GarageEasier, NoFigureOfTheJudgeDependsOnCulling) {
     const Evaluation b = slow_judge.Evaluate(Task::kPosture, posed, waypoints);
     EXPECT_EQ(a.detail, b.detail);
     EXPECT_EQ(a.solid, b.solid);
-    EXPECT_EQ(a.solid_depth_m, b.solid_depth_m);
+    EXPECT_EQ(a.SolidDepth_m(), b.SolidDepth_m());
     for (const auto& [bend, sink] : {std::pair(0.0, 0.0), std::pair(0.4, 0.0), std::pair(0.0, 0.5)}) {
       Eigen::VectorXd x = waypoints.at(0);
       x.head(n).array() += bend;

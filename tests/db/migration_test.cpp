@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <map>
 #include <regex>
 
 #include "db/audit.h"
@@ -22,7 +23,7 @@
 namespace legopt::db {
 namespace {
 
-constexpr int kReleased[] = {9, 10, 11};
+constexpr int kReleased[] = {9, 10, 11, 12};
 
 // Without comments and white space, in which new and upgraded files differ. No quoted text of the schema has either.
 std::string WithoutComments(const std::string& sql) { return std::regex_replace(sql, std::regex("--[^\n]*|\\s+"), ""); }
@@ -34,15 +35,21 @@ std::string Schema(const std::filesystem::path& path) {
                            "NULL ORDER BY type, name)"));
 }
 
-// Selects every stored value of every table with its type, one row a line, except the session of the writer.
+// Columns of `results` whose values the upgrade to version 13 moved to `violations`.
+constexpr char kMovedColumns[] =
+    "'foot_violation', 'com_violation_m', 'limit_violation', 'environment_depth_m', 'self_depth_literal_m', "
+    "'self_depth_strict_m', 'solid_depth_m', 'longest_step_m'";
+
+// Selects every stored value of every table with its type, one row a line, except the session of the writer and the moved
+// columns.
 std::string SelectAll(const std::filesystem::path& path) {
   Connection connection(path, Connection::Mode::kReadOnly);
   return connection.QueryText(
       "SELECT group_concat('SELECT ' || quote(t.name) || ' AS place, ' || values_of || ' AS line FROM ' || t.name, "
       "' UNION ALL ') || ' ORDER BY 1, 2' FROM (SELECT s.name, (SELECT group_concat('typeof(' || c.name || ') || "
-      "quote(' || c.name || ')', ' || ') FROM pragma_table_info(s.name) AS c) AS values_of FROM sqlite_schema AS s "
-      "WHERE "
-      "s.type = 'table' AND s.name <> 'file_state') AS t");
+      "quote(' || c.name || ')', ' || ') FROM pragma_table_info(s.name) AS c WHERE s.name <> 'results' OR c.name NOT IN (" +
+      std::string(kMovedColumns) +
+      ")) AS values_of FROM sqlite_schema AS s WHERE s.type = 'table' AND s.name <> 'file_state') AS t");
 }
 
 std::string Rows(const std::filesystem::path& path, const std::string& select_all) {
@@ -74,6 +81,36 @@ TEST_P(Released, IsUpgradedWithAllItsRows) {
         "interpolation_cells", "result_origins", "clock_stopped", "reusable_results"}) {
     EXPECT_NO_THROW(database.Query("SELECT * FROM " + std::string(view), 100)) << view;
   }
+}
+
+TEST_P(Released, KeepsTheFiguresOfTheJudgeAsViolations) {
+  constexpr char kChecks[][2][40] = {{"foot_violation", "foot_pose"},
+                                     {"com_violation_m", "com"},
+                                     {"limit_violation", "joint_limit"},
+                                     {"environment_depth_m", "environment_collision"},
+                                     {"self_depth_strict_m", "self_collision"},
+                                     {"longest_step_m", "step"}};
+  const auto values = [&](const std::string& sql) {
+    Connection connection(path_, Connection::Mode::kReadOnly);
+    return connection.QueryText("SELECT coalesce(group_concat(job_id || ' ' || value, ', '), '') FROM (" + sql +
+                                " ORDER BY 1)");
+  };
+  std::map<std::string, std::string> before;
+  for (const auto& [column, check] : kChecks) {
+    before[check] = values(std::string("SELECT job_id, ") + column + " AS value FROM results WHERE " + column + " >= 0");
+  }
+  EXPECT_NE(before["foot_pose"], "");
+  const std::string solid = values("SELECT job_id, solid_depth_m AS value FROM results WHERE solid_depth_m >= 0");
+  { OpenSqliteStore(path_); }
+  for (const auto& [check, expected] : before) {
+    EXPECT_EQ(values("SELECT job_id, max(value) AS value FROM violations WHERE check_name = '" + check +
+                     "' AND rule <> iif(check_name = 'step', '', 'solid') GROUP BY job_id"),
+              expected)
+        << check;
+  }
+  EXPECT_EQ(values("SELECT job_id, solid_depth_m AS value FROM job_list WHERE solid_depth_m IS NOT NULL AND job_id IN "
+                   "(SELECT job_id FROM results WHERE verdict_solid IS NOT NULL)"),
+            solid);
 }
 
 TEST_P(Released, GoesOnWithItsOpenExperiment) {
@@ -202,7 +239,7 @@ TEST(Migrations, EveryVersionBeforeThisOneHasAFixture) {
 TEST(Migrations, TheSchemaChangesOnlyWithItsVersion) {
   const TemporaryFolder folder;
   { OpenSqliteStore(folder / "results.sqlite"); }
-  EXPECT_EQ(SchemaVersion(), 12);
+  EXPECT_EQ(SchemaVersion(), 13);
   EXPECT_EQ(Blake2bHex(Schema(folder / "results.sqlite"), 16), "f2ac188b1190d538195758471c9b708f")
       << "db/schema/tables.sql or views.sql has changed: add db/schema/upgrade_from_N.sql (it may be empty if only "
          "views "
@@ -215,7 +252,7 @@ TEST(Migrations, AFailedUpgradeLeavesTheFileAsItWas) {
   MakeReleased(9, path);
   {
     Connection connection(path, Connection::Mode::kReadWriteCreate);
-    connection.Execute("CREATE TABLE unsolved_waypoints (x)");  // the second of the three upgrades creates it
+    connection.Execute("CREATE TABLE unsolved_waypoints (x)");  // the second upgrade creates it
   }
   const std::string schema = Schema(path);
   try {

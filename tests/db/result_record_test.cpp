@@ -135,9 +135,7 @@ TEST_F(ResultColumns, AreShownInTheirOrder) {
             "solver_violation, verdict_literal, verdict_strict, verdict_solid, verdict_detail, failed_waypoint, "
             "num_waypoints, "
             "cost, time_s, wall_us, cpu_us, "
-            "involuntary_context_switches, peak_memory_bytes, foot_violation, com_violation_m, limit_violation, "
-            "environment_depth_m, self_depth_literal_m, self_depth_strict_m, solid_depth_m, longest_step_m, windows, "
-            "windows_solved, window_verdict, "
+            "involuntary_context_switches, peak_memory_bytes, windows, windows_solved, window_verdict, "
             "interpolation_environment_depth_m, interpolation_self_depth_m, interpolation_free_share, attempt, "
             "length(trace) AS trace_bytes");
 }
@@ -151,7 +149,17 @@ TEST(ResultFault, NamesTheColumnAndItsRange) {
   EXPECT_EQ(FaultOf(SampleResult()), "");
   EXPECT_EQ(fault(&ResultRecord::peak_memory_bytes, -1), "peak_memory_bytes is negative");
   EXPECT_EQ(fault(&ResultRecord::num_waypoints, 0), "num_waypoints is below 1");
-  EXPECT_EQ(fault(&ResultRecord::longest_step_m, -0.1), "longest_step_m is negative");
+  const auto violation_fault = [&](std::vector<Violation> violations) {
+    return fault(&ResultRecord::violations, std::move(violations));
+  };
+  EXPECT_EQ(violation_fault({{.check = Verdict::kStep, .rule = Rule::kSolid, .value = 0.0}}), "");
+  EXPECT_EQ(violation_fault({{.check = Verdict::kStep, .value = -0.1}}),
+            "the value of check 'step' is negative or not a number");
+  EXPECT_EQ(violation_fault({{.check = Verdict::kCom, .waypoint = -2}}),
+            "the value of check 'com' has waypoint -2");
+  EXPECT_EQ(violation_fault({{.check = Verdict::kCom}, {.check = Verdict::kCom}}),
+            "the value of check 'com' by the literal rule occurs twice");
+  EXPECT_EQ(violation_fault({{.check = Verdict::kNotFinite}}), "check 'not_finite' has no value");
   EXPECT_EQ(fault(&ResultRecord::verdict_solid, Verdict::kContainment), "");
   EXPECT_EQ(fault(&ResultRecord::verdict_strict, Verdict::kContainment),
             "verdict 'containment' by another rule than the solid one");

@@ -61,12 +61,12 @@ TEST_F(JudgeLegOptTest, SampleSolution) {
   EXPECT_EQ(evaluation.literal, Verdict::kSuccess) << evaluation.detail;
   EXPECT_EQ(evaluation.strict, Verdict::kSuccess);
   EXPECT_NEAR(evaluation.cost, 955.88, 0.005);
-  EXPECT_LT(evaluation.foot_violation, 3.4e-4);
-  EXPECT_GT(evaluation.foot_violation, 3.0e-4);
-  EXPECT_EQ(evaluation.com_violation_m, 0);
-  EXPECT_LT(evaluation.limit_violation, 1e-5);
-  EXPECT_EQ(evaluation.environment_depth_m, 0);
-  EXPECT_EQ(evaluation.self_depth_strict_m, 0);
+  EXPECT_LT(evaluation.Largest(Verdict::kFootPose, Rule::kLiteral), 3.4e-4);
+  EXPECT_GT(evaluation.Largest(Verdict::kFootPose, Rule::kLiteral), 3.0e-4);
+  EXPECT_EQ(evaluation.Largest(Verdict::kCom, Rule::kLiteral), 0);
+  EXPECT_LT(evaluation.Largest(Verdict::kJointLimit, Rule::kLiteral), 1e-5);
+  EXPECT_EQ(evaluation.Largest(Verdict::kEnvironmentCollision, Rule::kLiteral), 0);
+  EXPECT_EQ(evaluation.Largest(Verdict::kSelfCollision, Rule::kStrict), 0);
   EXPECT_EQ(evaluation.num_waypoints, 1);
 }
 
@@ -94,7 +94,7 @@ TEST_F(JudgeLegOptTest, BadSolutionsFailForTheNamedReason) {
   x[3] = x[11] = 1.7;
   evaluation = Evaluate(x);
   EXPECT_EQ(evaluation.literal, Verdict::kCom) << evaluation.detail;
-  EXPECT_NEAR(evaluation.com_violation_m, 0.0284, 1e-4);
+  EXPECT_NEAR(evaluation.Largest(Verdict::kCom, Rule::kLiteral), 0.0284, 1e-4);
   EXPECT_THAT(evaluation.detail, HasSubstr("28.38 mm outside the support polygon"));
 
   x = sample_;

@@ -71,14 +71,14 @@ TEST_F(JudgeTest, UprightPostureSucceedsAndCostsItsGravityTorques) {
   EXPECT_EQ(evaluation.failed_waypoint, -1);
   EXPECT_EQ(evaluation.detail, "");
   EXPECT_EQ(evaluation.num_waypoints, 1);
-  EXPECT_NEAR(evaluation.foot_violation, 0, 1e-12);
-  EXPECT_EQ(evaluation.com_violation_m, 0);
-  EXPECT_EQ(evaluation.limit_violation, 0);
-  EXPECT_EQ(evaluation.environment_depth_m, 0);
-  EXPECT_EQ(evaluation.self_depth_literal_m, 0);
-  EXPECT_EQ(evaluation.self_depth_strict_m, 0);
-  EXPECT_EQ(evaluation.solid_depth_m, 0);
-  EXPECT_EQ(evaluation.longest_step_m, 0);
+  EXPECT_NEAR(evaluation.Largest(Verdict::kFootPose, Rule::kLiteral), 0, 1e-12);
+  EXPECT_EQ(evaluation.Largest(Verdict::kCom, Rule::kLiteral), 0);
+  EXPECT_EQ(evaluation.Largest(Verdict::kJointLimit, Rule::kLiteral), 0);
+  EXPECT_EQ(evaluation.Largest(Verdict::kEnvironmentCollision, Rule::kLiteral), 0);
+  EXPECT_EQ(evaluation.Largest(Verdict::kSelfCollision, Rule::kLiteral), 0);
+  EXPECT_EQ(evaluation.Largest(Verdict::kSelfCollision, Rule::kStrict), 0);
+  EXPECT_EQ(evaluation.SolidDepth_m(), 0);
+  EXPECT_EQ(evaluation.Largest(Verdict::kStep, Rule::kSolid), 0);
   // Feet are 0.03 m ahead of hips and ankles, the right arm's mass has a lever of 0.2 sin(0.5), the neck carries the
   // head.
   const double foot = 1 * 0.03;
@@ -92,8 +92,8 @@ TEST_F(JudgeTest, FootTranslation) {
   const Evaluation evaluation = Posture(x);
   ExpectFailure(evaluation, Verdict::kFootPose, 0);
   EXPECT_EQ(evaluation.detail, "waypoint 0: l_foot translation y off by 2 mm (tolerance 1 mm)");
-  EXPECT_NEAR(evaluation.foot_violation, 0.002, 1e-12);
-  EXPECT_TRUE(std::isnan(evaluation.environment_depth_m)) << "collisions are not looked at after phase A failed";
+  EXPECT_NEAR(evaluation.Largest(Verdict::kFootPose, Rule::kLiteral), 0.002, 1e-12);
+  EXPECT_TRUE(std::isnan(evaluation.Largest(Verdict::kEnvironmentCollision, Rule::kLiteral))) << "collisions are not looked at after phase A failed";
   x[kBaseY] = 0.000999;
   EXPECT_EQ(Posture(x).literal, Verdict::kSuccess);
 }
@@ -118,7 +118,7 @@ TEST_F(JudgeTest, FootThatIsNotListedIsFree) {
   x[test::kRightHip] = -0.5;
   const Evaluation evaluation = judge_.Evaluate(Task::kPosture, {.id = 5, .stances = {one_foot}}, {&x, 1});
   EXPECT_EQ(evaluation.literal, Verdict::kCom);
-  EXPECT_LT(evaluation.foot_violation, 1e-12);
+  EXPECT_LT(evaluation.Largest(Verdict::kFootPose, Rule::kLiteral), 1e-12);
 }
 
 TEST_F(JudgeTest, CentreOfMassHasATolerance) {
@@ -130,11 +130,11 @@ TEST_F(JudgeTest, CentreOfMassHasATolerance) {
   constexpr double kToe_m = 0.13;
   const Evaluation inside = Posture(test::Leaning(Solve(com_x, kToe_m + 0.0009, 0, 1)));
   EXPECT_EQ(inside.literal, Verdict::kSuccess) << inside.detail;
-  EXPECT_NEAR(inside.com_violation_m, 0.0009, 1e-12);
+  EXPECT_NEAR(inside.Largest(Verdict::kCom, Rule::kLiteral), 0.0009, 1e-12);
   const Evaluation outside = Posture(test::Leaning(Solve(com_x, kToe_m + 0.0015, 0, 1)));
   ExpectFailure(outside, Verdict::kCom, 0);
   EXPECT_EQ(outside.detail, "waypoint 0: centre of mass 1.5 mm outside the support polygon (tolerance 1 mm)");
-  EXPECT_NEAR(outside.com_violation_m, 0.0015, 1e-12);
+  EXPECT_NEAR(outside.Largest(Verdict::kCom, Rule::kLiteral), 0.0015, 1e-12);
 }
 
 TEST_F(JudgeTest, LimitsApplyToTheRawVectorKinematicsToTheClampedOne) {
@@ -142,7 +142,7 @@ TEST_F(JudgeTest, LimitsApplyToTheRawVectorKinematicsToTheClampedOne) {
   x[kRightShoulder] = 2.0009;
   const Evaluation inside = Posture(x);
   EXPECT_EQ(inside.literal, Verdict::kSuccess) << inside.detail;
-  EXPECT_NEAR(inside.limit_violation, 0.0009, 1e-12);
+  EXPECT_NEAR(inside.Largest(Verdict::kJointLimit, Rule::kLiteral), 0.0009, 1e-12);
   x[kRightShoulder] = 2;
   EXPECT_EQ(inside.cost, Posture(x).cost);
   x[kRightShoulder] = 2.01;
@@ -180,11 +180,11 @@ TEST_F(JudgeTest, FootComesBeforeComBeforeLimit) {
   x[kRightShoulder] = 3;
   Evaluation evaluation = Posture(x);
   ExpectFailure(evaluation, Verdict::kCom, 0);
-  EXPECT_NEAR(evaluation.limit_violation, 1, 1e-12) << "recorded although another check failed first";
+  EXPECT_NEAR(evaluation.Largest(Verdict::kJointLimit, Rule::kLiteral), 1, 1e-12) << "recorded although another check failed first";
   x[kBaseX] += 0.01;
   evaluation = Posture(x);
   ExpectFailure(evaluation, Verdict::kFootPose, 0);
-  EXPECT_GT(evaluation.com_violation_m, 0.1);
+  EXPECT_GT(evaluation.Largest(Verdict::kCom, Rule::kLiteral), 0.1);
 }
 
 TEST_F(JudgeTest, ArmInTheColumn) {
@@ -193,8 +193,8 @@ TEST_F(JudgeTest, ArmInTheColumn) {
   const Evaluation evaluation = Posture(x);
   ExpectFailure(evaluation, Verdict::kEnvironmentCollision, 0);
   EXPECT_THAT(evaluation.detail, AllOf(HasSubstr("l_arm is "), HasSubstr("deep in 'column' of the scene")));
-  EXPECT_GT(evaluation.environment_depth_m, 1e-3);
-  EXPECT_EQ(evaluation.self_depth_strict_m, 0) << "all that can be evaluated is";
+  EXPECT_GT(evaluation.Largest(Verdict::kEnvironmentCollision, Rule::kLiteral), 1e-3);
+  EXPECT_EQ(evaluation.Largest(Verdict::kSelfCollision, Rule::kStrict), 0) << "all that can be evaluated is";
 }
 
 TEST_F(JudgeTest, ArmInTheLeg) {
@@ -211,19 +211,19 @@ TEST_F(JudgeTest, OriginalRuleChecksOnlyTheLastCollidingPair) {
   Eigen::VectorXd x = test::StandingUpright();
   const auto depth = [&](double swing) {
     x[kRightShoulder] = -swing;
-    return Posture(x).self_depth_literal_m;
+    return Posture(x).Largest(Verdict::kSelfCollision, Rule::kLiteral);
   };
   depth(Solve(depth, 5e-4, 0, 0.3));
   EXPECT_EQ(Posture(x).strict, Verdict::kSuccess);
-  EXPECT_GT(Posture(x).self_depth_strict_m, 0);
+  EXPECT_GT(Posture(x).Largest(Verdict::kSelfCollision, Rule::kStrict), 0);
   x[kLeftShoulder] = -0.35;
   const Evaluation evaluation = Posture(x);
   EXPECT_EQ(evaluation.literal, Verdict::kSuccess);
   EXPECT_EQ(evaluation.strict, Verdict::kSelfCollision);
   EXPECT_EQ(evaluation.solid, Verdict::kSelfCollision) << "it demands what the strict rule does";
-  EXPECT_EQ(evaluation.solid_depth_m, evaluation.self_depth_strict_m);
-  EXPECT_LT(evaluation.self_depth_literal_m, 1e-3);
-  EXPECT_GT(evaluation.self_depth_strict_m, 1e-2);
+  EXPECT_EQ(evaluation.SolidDepth_m(), evaluation.Largest(Verdict::kSelfCollision, Rule::kStrict));
+  EXPECT_LT(evaluation.Largest(Verdict::kSelfCollision, Rule::kLiteral), 1e-3);
+  EXPECT_GT(evaluation.Largest(Verdict::kSelfCollision, Rule::kStrict), 1e-2);
   EXPECT_EQ(evaluation.failed_waypoint, 0);
   EXPECT_THAT(evaluation.detail, AllOf(HasSubstr("by the strict rule, "), HasSubstr("l_leg and l_arm")));
   EXPECT_FALSE(std::isnan(evaluation.cost)) << "feasible by the literal rule";
@@ -266,8 +266,8 @@ TEST_F(JudgeTest, SolidRuleSeesTheRobotWhollyInsideOfTheGround) {
   Shift({-4, 0, -3}, &buried, &x);
   const Evaluation evaluation = judge.Evaluate(Task::kPosture, buried, {&x, 1});
   ExpectSolidFailure(evaluation, Verdict::kContainment, 0);
-  EXPECT_EQ(evaluation.environment_depth_m, 0);
-  EXPECT_NEAR(evaluation.solid_depth_m, 2.499, 0.5);
+  EXPECT_EQ(evaluation.Largest(Verdict::kEnvironmentCollision, Rule::kLiteral), 0);
+  EXPECT_NEAR(evaluation.SolidDepth_m(), 2.499, 0.5);
   EXPECT_THAT(evaluation.detail, HasSubstr("'ground' of the scene have a vertex 2."));
 }
 
@@ -280,8 +280,8 @@ TEST_F(JudgeTest, SolidRuleSeesPairsThatTheReferencePoseIgnores) {
   ASSERT_EQ(Posture(x).strict, Verdict::kSelfCollision) << "with the pair compared";
   const Evaluation evaluation = judge.Evaluate(Task::kPosture, posture_, {&x, 1});
   ExpectSolidFailure(evaluation, Verdict::kSelfCollision, 0);
-  EXPECT_EQ(evaluation.self_depth_strict_m, 0);
-  EXPECT_NEAR(evaluation.solid_depth_m, Posture(x).self_depth_strict_m, 1e-6);  // computed without ODE's single
+  EXPECT_EQ(evaluation.Largest(Verdict::kSelfCollision, Rule::kStrict), 0);
+  EXPECT_NEAR(evaluation.SolidDepth_m(), Posture(x).Largest(Verdict::kSelfCollision, Rule::kStrict), 1e-6);  // computed without ODE's single
                                                                                 // precision
   EXPECT_THAT(evaluation.detail, HasSubstr("l_leg and l_arm overlap by"));
 }
@@ -295,7 +295,7 @@ TEST_F(JudgeTest, SolidRuleBoundsTheStepBetweenWaypoints) {
     const ProblemDefinition jump{.id = 1, .stances = {posture_.stances[0], moved.stances[0]}};
     const std::vector<Eigen::VectorXd> waypoints = {test::StandingUpright(), test::StandingUpright(), x, x};
     const Evaluation evaluation = judge_.Evaluate(Task::kMotion, jump, waypoints);
-    EXPECT_NEAR(evaluation.longest_step_m, share * limit_m, 1e-12);
+    EXPECT_NEAR(evaluation.Largest(Verdict::kStep, Rule::kSolid), share * limit_m, 1e-12);
     if (share < 1.0) {
       EXPECT_EQ(evaluation.solid, Verdict::kSuccess) << evaluation.detail;
     } else {
@@ -313,7 +313,7 @@ TEST_F(JudgeTest, DetailIsOfTheMostLenientRuleThatFails) {
   waypoints[1] = waypoints[0];
   const ProblemDefinition jump{.id = 1, .stances = {far.stances[0], posture_.stances[0]}};
   const Evaluation evaluation = judge_.Evaluate(Task::kMotion, jump, waypoints);
-  EXPECT_NEAR(evaluation.longest_step_m, 4.0, 1e-12);
+  EXPECT_NEAR(evaluation.Largest(Verdict::kStep, Rule::kSolid), 4.0, 1e-12);
   EXPECT_EQ(evaluation.solid, Verdict::kStep);
   EXPECT_EQ(evaluation.strict, Verdict::kEnvironmentCollision);
   EXPECT_EQ(evaluation.literal, Verdict::kEnvironmentCollision);
@@ -332,10 +332,10 @@ TEST_F(JudgeTest, CullingChangesNothing) {
       const Evaluation a = Posture(x), b = exhaustive.Evaluate(Task::kPosture, posture_, {&x, 1});
       for (const auto& rule : kEnumNames<Rule>) EXPECT_EQ(a.by(rule.value), b.by(rule.value)) << rule.word;
       EXPECT_EQ(a.detail, b.detail);
-      EXPECT_EQ(a.environment_depth_m, b.environment_depth_m);
-      EXPECT_EQ(a.self_depth_literal_m, b.self_depth_literal_m);
-      EXPECT_EQ(a.self_depth_strict_m, b.self_depth_strict_m);
-      EXPECT_EQ(a.solid_depth_m, b.solid_depth_m);
+      EXPECT_EQ(a.Largest(Verdict::kEnvironmentCollision, Rule::kLiteral), b.Largest(Verdict::kEnvironmentCollision, Rule::kLiteral));
+      EXPECT_EQ(a.Largest(Verdict::kSelfCollision, Rule::kLiteral), b.Largest(Verdict::kSelfCollision, Rule::kLiteral));
+      EXPECT_EQ(a.Largest(Verdict::kSelfCollision, Rule::kStrict), b.Largest(Verdict::kSelfCollision, Rule::kStrict));
+      EXPECT_EQ(a.SolidDepth_m(), b.SolidDepth_m());
     }
   }
 }
@@ -347,7 +347,7 @@ TEST_F(JudgeTest, WrongNumberOfWaypoints) {
   const Evaluation evaluation = Motion(std::vector<Eigen::VectorXd>(3, test::StandingUpright()));
   ExpectFailure(evaluation, Verdict::kWrongWaypointCount, -1);
   EXPECT_EQ(evaluation.num_waypoints, 4);
-  EXPECT_TRUE(std::isnan(evaluation.foot_violation));
+  EXPECT_TRUE(std::isnan(evaluation.Largest(Verdict::kFootPose, Rule::kLiteral)));
 }
 
 TEST_F(JudgeTest, WrongSizeAndNotFinite) {
@@ -397,7 +397,7 @@ TEST_F(JudgeTest, FirstFailingWaypointDecidesTheRestIsRecorded) {
   waypoints[3] = waypoints[3].head(3).eval();
   Evaluation evaluation = Motion(waypoints);
   ExpectFailure(evaluation, Verdict::kJointLimit, 1);
-  EXPECT_NEAR(evaluation.foot_violation, 0.03, 1e-12);
+  EXPECT_NEAR(evaluation.Largest(Verdict::kFootPose, Rule::kLiteral), 0.03, 1e-12);
   waypoints[0][0] = std::numeric_limits<double>::quiet_NaN();
   ExpectFailure(Motion(waypoints), Verdict::kNotFinite, 0);
 }
@@ -415,7 +415,7 @@ TEST_F(JudgeTest, EveryStanceConstrainsTwoWaypoints) {
   const std::vector<Eigen::VectorXd> waypoints(6, test::StandingUpright());
   const Evaluation evaluation = judge_.Evaluate(Task::kMotion, dataset_->problem(Task::kMotion, 0), waypoints);
   ExpectFailure(evaluation, Verdict::kCom, 2);
-  EXPECT_NEAR(evaluation.com_violation_m, 0.05, 1e-12);
+  EXPECT_NEAR(evaluation.Largest(Verdict::kCom, Rule::kLiteral), 0.05, 1e-12);
 }
 
 TEST_F(JudgeTest, NoMemoryOfEarlierEvaluations) {

@@ -85,7 +85,7 @@ TEST_F(PathTest, PlantedFeetStayWithinTwiceTheToleranceOfWaypoints) {
   x[kBaseY] = 0.0019;
   Evaluation evaluation = By(x);
   EXPECT_EQ(evaluation.literal, Verdict::kSuccess) << evaluation.detail;
-  EXPECT_NEAR(evaluation.foot_violation, 0.0019, 1e-12);
+  EXPECT_NEAR(evaluation.Largest(Verdict::kFootPose, Rule::kLiteral), 0.0019, 1e-12);
   x[kBaseY] = 0.0021;
   evaluation = By(x);
   ExpectFailure(evaluation, Verdict::kFootPose, 0);
@@ -103,13 +103,13 @@ TEST_F(PathTest, PlantedFeetDriftWhenJointsAreInterpolated) {
   const Evaluation drifting = Judged(standing_twice_, straight);
   ExpectFailure(drifting, Verdict::kFootPose, 0);
   const double sag_m = 0.5 * (std::cos(kLean / 2) - (1 + std::cos(kLean)) / 2);  // halfway, legs of 0.5 m
-  EXPECT_NEAR(drifting.foot_violation, sag_m, 1e-4);
+  EXPECT_NEAR(drifting.Largest(Verdict::kFootPose, Rule::kLiteral), sag_m, 1e-4);
   Points cut;
   for (int k = 0; k <= 4; ++k) cut.emplace_back(k / 4.0, test::Leaning(kLean * k / 4));
   cut.insert(cut.end(), straight.end() - 2, straight.end());
   const Evaluation evaluation = Judged(standing_twice_, cut);
   EXPECT_EQ(evaluation.solid, Verdict::kSuccess) << evaluation.detail;
-  EXPECT_NEAR(evaluation.foot_violation, sag_m / 16, 1e-5) << "by the square of the pieces' length";
+  EXPECT_NEAR(evaluation.Largest(Verdict::kFootPose, Rule::kLiteral), sag_m / 16, 1e-5) << "by the square of the pieces' length";
 }
 
 TEST_F(PathTest, AFootThatStepsIsFreeOnItsWayOnly) {
@@ -191,7 +191,7 @@ TEST_F(PathTest, BalanceIsAskedForByItsTaskOnly) {
   EXPECT_EQ(evaluation.literal, Verdict::kCom) << evaluation.detail;
   EXPECT_THAT(evaluation.detail,
               AllOf(HasSubstr("at time 0."), HasSubstr("outside the support polygon (tolerance 2 mm)")));
-  EXPECT_GT(evaluation.com_violation_m, 0.01);
+  EXPECT_GT(evaluation.Largest(Verdict::kCom, Rule::kLiteral), 0.01);
 }
 
 TEST_F(PathTest, NoBalanceWithoutPlantedFoot) {
@@ -224,7 +224,7 @@ TEST_F(PathTest, StampsThatAreWrongAreAVerdictWithTheirReason) {
   const Evaluation evaluation = Judged(standing_twice_, {{0, up_}, {1, up_}, {0.5, up_}, {2, up_}, {3, up_}});
   ExpectFailure(evaluation, Verdict::kWrongSize, 1);
   EXPECT_EQ(evaluation.detail, "waypoint 1: point 2 (time 0.5) is not later than the point before it, at 1");
-  EXPECT_TRUE(std::isnan(evaluation.foot_violation));
+  EXPECT_TRUE(std::isnan(evaluation.Largest(Verdict::kFootPose, Rule::kLiteral)));
 }
 
 }  // namespace

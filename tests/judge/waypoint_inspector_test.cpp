@@ -37,14 +37,14 @@ class FindingsTest : public testing::Test {
       if (overlap.other_link >= 0 && !overlap.ignored) self = std::max(self, overlap.depth_m);
       solid = std::max({solid, overlap.depth_m, overlap.inside_m});
     }
-    EXPECT_EQ(foot, evaluation.foot_violation);
-    EXPECT_EQ(limit, evaluation.limit_violation);
-    EXPECT_EQ(std::max(0.0, findings.com_m), evaluation.com_violation_m);
-    if (std::isnan(evaluation.solid_depth_m)) return;  // phase B was not reached
+    EXPECT_EQ(foot, evaluation.Largest(Verdict::kFootPose, Rule::kLiteral));
+    EXPECT_EQ(limit, evaluation.Largest(Verdict::kJointLimit, Rule::kLiteral));
+    EXPECT_EQ(std::max(0.0, findings.com_m), evaluation.Largest(Verdict::kCom, Rule::kLiteral));
+    if (std::isnan(evaluation.SolidDepth_m())) return;  // phase B was not reached
     ++compared_;
-    EXPECT_EQ(environment, evaluation.environment_depth_m);
-    EXPECT_EQ(self, evaluation.self_depth_strict_m);
-    EXPECT_EQ(solid, evaluation.solid_depth_m);
+    EXPECT_EQ(environment, evaluation.Largest(Verdict::kEnvironmentCollision, Rule::kLiteral));
+    EXPECT_EQ(self, evaluation.Largest(Verdict::kSelfCollision, Rule::kStrict));
+    EXPECT_EQ(solid, evaluation.SolidDepth_m());
     for (const auto& rule : kEnumNames<Rule>) {
       EXPECT_EQ(Collides(findings, rule.value), evaluation.by(rule.value) != Verdict::kSuccess) << rule.word;
     }

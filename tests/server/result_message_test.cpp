@@ -29,6 +29,12 @@ legopt_msg::result_request DistinctReport() {
   request.waypoints = {1, 2};
   request.unsolved = {3, 4};
   request.trace = {3, 4, 5};
+  legopt_msg::violation& violation = request.violations.emplace_back();
+  violation.check = "containment";
+  violation.rule = "solid";
+  violation.waypoint = 7;
+  violation.subject = "hand and pelvis";
+  violation.value = 0.25;
   return request;
 }
 
@@ -54,17 +60,15 @@ TEST(ResultMessage, EveryColumnComesFromTheFieldOfItsName) {
   EXPECT_EQ(record.verdict_detail, request.verdict_detail);
   EXPECT_EQ(record.failed_waypoint, request.failed_waypoint);
   EXPECT_EQ(record.cost, request.cost);
-  EXPECT_EQ(record.foot_violation, request.foot_violation);
-  EXPECT_EQ(record.com_violation_m, request.com_violation_m);
-  EXPECT_EQ(record.limit_violation, request.limit_violation);
-  EXPECT_EQ(record.environment_depth_m, request.environment_depth_m);
-  EXPECT_EQ(record.self_depth_literal_m, request.self_depth_literal_m);
-  EXPECT_EQ(record.self_depth_strict_m, request.self_depth_strict_m);
-  EXPECT_EQ(record.solid_depth_m, request.solid_depth_m);
-  EXPECT_EQ(record.longest_step_m, request.longest_step_m);
   EXPECT_EQ(record.interpolation_environment_depth_m, request.interpolation_environment_depth_m);
   EXPECT_EQ(record.interpolation_self_depth_m, request.interpolation_self_depth_m);
   EXPECT_EQ(record.interpolation_free_share, request.interpolation_free_share);
+  ASSERT_EQ(record.violations.size(), 1U);
+  EXPECT_EQ(record.violations[0].check, Verdict::kContainment);
+  EXPECT_EQ(record.violations[0].rule, Rule::kSolid);
+  EXPECT_EQ(record.violations[0].waypoint, 7);
+  EXPECT_EQ(record.violations[0].subject, "hand and pelvis");
+  EXPECT_EQ(record.violations[0].value, 0.25);
   EXPECT_EQ(record.windows, request.windows);
   EXPECT_EQ(record.windows_solved, request.windows_solved);
   EXPECT_EQ(record.window_verdict, Verdict::kJointLimit);
@@ -82,6 +86,10 @@ TEST(ResultMessage, TheFirstUnknownWordIsNamed) {
   request.num_waypoints = 0;
   request.verdict_strict = "perfect";
   EXPECT_EQ(ResultOf(request).fault, "verdict_strict 'perfect' is unknown");
+  request.violations[0].check = "elegance";
+  EXPECT_EQ(ResultOf(request).fault, "verdict_strict 'perfect' is unknown");
+  request.verdict_strict = "success";
+  EXPECT_EQ(ResultOf(request).fault, "violations: check 'elegance' is unknown");
   request.solver_status = "";
   EXPECT_EQ(ResultOf(request).fault, "solver_status '' is unknown");
   EXPECT_EQ(ResultOf(request).record.num_waypoints, 1);

@@ -92,7 +92,7 @@ export interface Findings {
   feet: { link: string; error: number; component: string; violated: boolean }[];
   com: number[]; polygon: [number, number][]; com_m: number | null; com_violated: boolean;
   limits: { joint: string; unit: string; link: number; value: number; limit: number; excess: number; violated: boolean }[];
-  overlaps: Overlap[]; step_m?: number; step_link?: string;
+  overlaps: Overlap[]; values: { check: string; subject: string; value: number | null; unit: string; tolerance: string; violated: boolean }[];
 }
 export interface Trace {
   of: number; window: number[]; restart: number[]; accepted: number[]; evaluations: number[]; elapsed_us: number[];

@@ -38,7 +38,8 @@ function decisiveViolation(verdict: string | null, findings: Findings | null, co
   if (verdict === 'foot_pose' || any) { const foot = largest((findings?.feet ?? []).filter((f) => f.violated), (f) => f.error); if (foot) return { link: foot.link }; }
   if ((verdict === 'com' || any) && findings?.com_violated) return { point: findings.com };
   if (verdict === 'joint_limit' || any) { const limit = largest((findings?.limits ?? []).filter((l) => l.violated), (l) => l.excess); if (limit) return { link: limit.link }; }
-  if (verdict === 'step' && findings?.step_link) return { link: findings.step_link };
+  const value = findings?.values.find((v) => v.check === verdict && v.violated);
+  if (value) return { link: value.subject };
   if (verdict === 'self_collision') return overlapOf(colliding.filter((o) => o.other !== undefined));
   if (verdict === 'environment_collision') return overlapOf(colliding.filter((o) => o.object !== undefined));
   return overlapOf(colliding);
@@ -69,7 +70,8 @@ function FindingList({ findings, overlaps, look, fraction, rule }: { findings: F
         <p class={findings.com_violated ? 'bad' : ''}>{findings.com_m === null ? 'not to be computed' : findings.com_m > 0 ? `${length(findings.com_m)} outside of the support polygon` : `${length(-findings.com_m)} inside of the support polygon`}</p>
         <h3>Joints at limits ({findings.limits.length})</h3>
         {findings.limits.length === 0 ? <p class="none">none</p> : <ul>{findings.limits.map((limit) => <li key={limit.joint} class={limit.violated ? 'bad' : ''}>{limit.joint} = {number(limit.value)} {limit.unit}{limit.excess > 0 ? `, ${number(limit.excess)} beyond ${number(limit.limit)}` : ' at its limit'}</li>)}</ul>}
-        {findings.step_m !== undefined && <p class="none">Longest step from the waypoint before: {length(findings.step_m)} ({findings.step_link})</p>}
+        {findings.values.length > 0 && <h3>Other checks</h3>}
+        {findings.values.map((v) => <p key={v.check} class={v.violated ? 'bad' : 'none'}>{words(v.check)}: {v.value === null ? 'infinite' : v.unit === 'm' ? length(v.value) : `${number(v.value)} ${v.unit}`}{v.subject && ` (${v.subject})`}, at most {v.tolerance}</p>)}
       </>}
     </div>
   );
