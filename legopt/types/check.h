@@ -60,7 +60,7 @@ enum class CheckDrawing : std::uint8_t {
   kCom,      ///< centre of mass and support polygon
   kJoint,    ///< joint and its value
   kOverlap,  ///< pair of bodies and their deepest points
-  kLink,     ///< a link
+  kLink,     ///< the body of a link, highlighted
 };
 
 template <>
