@@ -112,9 +112,8 @@ std::string WhyRefused(const Message& message) {
 TEST(Result, FiguresMayBeNanButNotInfinite) {
   using Figure = double legopt_msg::result_request::*;
   using M = legopt_msg::result_request;
-  for (const Figure figure :
-       {&M::solver_cost, &M::solver_violation, &M::cost, &M::interpolation_environment_depth_m, &M::interpolation_self_depth_m,
-        &M::interpolation_free_share}) {
+  for (const Figure figure : {&M::solver_cost, &M::solver_violation, &M::cost, &M::interpolation_environment_depth_m,
+                              &M::interpolation_self_depth_m, &M::interpolation_free_share}) {
     M message = Sample<M>();
     message.*figure = std::nan("");
     EXPECT_TRUE(Decode<M>(RawEncode(message)).has_value());

@@ -40,14 +40,15 @@ constexpr char kMovedColumns[] =
     "'foot_violation', 'com_violation_m', 'limit_violation', 'environment_depth_m', 'self_depth_literal_m', "
     "'self_depth_strict_m', 'solid_depth_m', 'longest_step_m'";
 
-// Selects every stored value of every table with its type, one row a line, except the session of the writer and the moved
-// columns.
+// Selects every stored value of every table with its type, one row a line, except the session of the writer and the
+// moved columns.
 std::string SelectAll(const std::filesystem::path& path) {
   Connection connection(path, Connection::Mode::kReadOnly);
   return connection.QueryText(
       "SELECT group_concat('SELECT ' || quote(t.name) || ' AS place, ' || values_of || ' AS line FROM ' || t.name, "
       "' UNION ALL ') || ' ORDER BY 1, 2' FROM (SELECT s.name, (SELECT group_concat('typeof(' || c.name || ') || "
-      "quote(' || c.name || ')', ' || ') FROM pragma_table_info(s.name) AS c WHERE s.name <> 'results' OR c.name NOT IN (" +
+      "quote(' || c.name || ')', ' || ') FROM pragma_table_info(s.name) AS c WHERE s.name <> 'results' OR c.name NOT "
+      "IN (" +
       std::string(kMovedColumns) +
       ")) AS values_of FROM sqlite_schema AS s WHERE s.type = 'table' AND s.name <> 'file_state') AS t");
 }
@@ -84,12 +85,10 @@ TEST_P(Released, IsUpgradedWithAllItsRows) {
 }
 
 TEST_P(Released, KeepsTheFiguresOfTheJudgeAsViolations) {
-  constexpr char kChecks[][2][40] = {{"foot_violation", "foot_pose"},
-                                     {"com_violation_m", "com"},
-                                     {"limit_violation", "joint_limit"},
-                                     {"environment_depth_m", "environment_collision"},
-                                     {"self_depth_strict_m", "self_collision"},
-                                     {"longest_step_m", "step"}};
+  constexpr char kChecks[][2][40] = {
+      {"foot_violation", "foot_pose"},           {"com_violation_m", "com"},
+      {"limit_violation", "joint_limit"},        {"environment_depth_m", "environment_collision"},
+      {"self_depth_strict_m", "self_collision"}, {"longest_step_m", "step"}};
   const auto values = [&](const std::string& sql) {
     Connection connection(path_, Connection::Mode::kReadOnly);
     return connection.QueryText("SELECT coalesce(group_concat(job_id || ' ' || value, ', '), '') FROM (" + sql +
@@ -97,7 +96,8 @@ TEST_P(Released, KeepsTheFiguresOfTheJudgeAsViolations) {
   };
   std::map<std::string, std::string> before;
   for (const auto& [column, check] : kChecks) {
-    before[check] = values(std::string("SELECT job_id, ") + column + " AS value FROM results WHERE " + column + " >= 0");
+    before[check] =
+        values(std::string("SELECT job_id, ") + column + " AS value FROM results WHERE " + column + " >= 0");
   }
   EXPECT_NE(before["foot_pose"], "");
   const std::string solid = values("SELECT job_id, solid_depth_m AS value FROM results WHERE solid_depth_m >= 0");

@@ -155,8 +155,7 @@ TEST(ResultFault, NamesTheColumnAndItsRange) {
   EXPECT_EQ(violation_fault({{.check = Verdict::kStep, .rule = Rule::kSolid, .value = 0.0}}), "");
   EXPECT_EQ(violation_fault({{.check = Verdict::kStep, .value = -0.1}}),
             "the value of check 'step' is negative or not a number");
-  EXPECT_EQ(violation_fault({{.check = Verdict::kCom, .waypoint = -2}}),
-            "the value of check 'com' has waypoint -2");
+  EXPECT_EQ(violation_fault({{.check = Verdict::kCom, .waypoint = -2}}), "the value of check 'com' has waypoint -2");
   EXPECT_EQ(violation_fault({{.check = Verdict::kCom}, {.check = Verdict::kCom}}),
             "the value of check 'com' by the literal rule occurs twice");
   EXPECT_EQ(violation_fault({{.check = Verdict::kNotFinite}}), "check 'not_finite' has no value");

@@ -93,7 +93,8 @@ TEST_F(JudgeTest, FootTranslation) {
   ExpectFailure(evaluation, Verdict::kFootPose, 0);
   EXPECT_EQ(evaluation.detail, "waypoint 0: l_foot translation y off by 2 mm (tolerance 1 mm)");
   EXPECT_NEAR(evaluation.Largest(Verdict::kFootPose, Rule::kLiteral), 0.002, 1e-12);
-  EXPECT_TRUE(std::isnan(evaluation.Largest(Verdict::kEnvironmentCollision, Rule::kLiteral))) << "collisions are not looked at after phase A failed";
+  EXPECT_TRUE(std::isnan(evaluation.Largest(Verdict::kEnvironmentCollision, Rule::kLiteral)))
+      << "collisions are not looked at after phase A failed";
   x[kBaseY] = 0.000999;
   EXPECT_EQ(Posture(x).literal, Verdict::kSuccess);
 }
@@ -180,7 +181,8 @@ TEST_F(JudgeTest, FootComesBeforeComBeforeLimit) {
   x[kRightShoulder] = 3;
   Evaluation evaluation = Posture(x);
   ExpectFailure(evaluation, Verdict::kCom, 0);
-  EXPECT_NEAR(evaluation.Largest(Verdict::kJointLimit, Rule::kLiteral), 1, 1e-12) << "recorded although another check failed first";
+  EXPECT_NEAR(evaluation.Largest(Verdict::kJointLimit, Rule::kLiteral), 1, 1e-12)
+      << "recorded although another check failed first";
   x[kBaseX] += 0.01;
   evaluation = Posture(x);
   ExpectFailure(evaluation, Verdict::kFootPose, 0);
@@ -281,8 +283,9 @@ TEST_F(JudgeTest, SolidRuleSeesPairsThatTheReferencePoseIgnores) {
   const Evaluation evaluation = judge.Evaluate(Task::kPosture, posture_, {&x, 1});
   ExpectSolidFailure(evaluation, Verdict::kSelfCollision, 0);
   EXPECT_EQ(evaluation.Largest(Verdict::kSelfCollision, Rule::kStrict), 0);
-  EXPECT_NEAR(evaluation.SolidDepth_m(), Posture(x).Largest(Verdict::kSelfCollision, Rule::kStrict), 1e-6);  // computed without ODE's single
-                                                                                // precision
+  EXPECT_NEAR(evaluation.SolidDepth_m(), Posture(x).Largest(Verdict::kSelfCollision, Rule::kStrict),
+              1e-6);  // computed without ODE's single
+                      // precision
   EXPECT_THAT(evaluation.detail, HasSubstr("l_leg and l_arm overlap by"));
 }
 
@@ -332,7 +335,8 @@ TEST_F(JudgeTest, CullingChangesNothing) {
       const Evaluation a = Posture(x), b = exhaustive.Evaluate(Task::kPosture, posture_, {&x, 1});
       for (const auto& rule : kEnumNames<Rule>) EXPECT_EQ(a.by(rule.value), b.by(rule.value)) << rule.word;
       EXPECT_EQ(a.detail, b.detail);
-      EXPECT_EQ(a.Largest(Verdict::kEnvironmentCollision, Rule::kLiteral), b.Largest(Verdict::kEnvironmentCollision, Rule::kLiteral));
+      EXPECT_EQ(a.Largest(Verdict::kEnvironmentCollision, Rule::kLiteral),
+                b.Largest(Verdict::kEnvironmentCollision, Rule::kLiteral));
       EXPECT_EQ(a.Largest(Verdict::kSelfCollision, Rule::kLiteral), b.Largest(Verdict::kSelfCollision, Rule::kLiteral));
       EXPECT_EQ(a.Largest(Verdict::kSelfCollision, Rule::kStrict), b.Largest(Verdict::kSelfCollision, Rule::kStrict));
       EXPECT_EQ(a.SolidDepth_m(), b.SolidDepth_m());

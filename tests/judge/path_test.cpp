@@ -109,7 +109,8 @@ TEST_F(PathTest, PlantedFeetDriftWhenJointsAreInterpolated) {
   cut.insert(cut.end(), straight.end() - 2, straight.end());
   const Evaluation evaluation = Judged(standing_twice_, cut);
   EXPECT_EQ(evaluation.solid, Verdict::kSuccess) << evaluation.detail;
-  EXPECT_NEAR(evaluation.Largest(Verdict::kFootPose, Rule::kLiteral), sag_m / 16, 1e-5) << "by the square of the pieces' length";
+  EXPECT_NEAR(evaluation.Largest(Verdict::kFootPose, Rule::kLiteral), sag_m / 16, 1e-5)
+      << "by the square of the pieces' length";
 }
 
 TEST_F(PathTest, AFootThatStepsIsFreeOnItsWayOnly) {

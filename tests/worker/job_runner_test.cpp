@@ -99,7 +99,8 @@ TEST_F(JobRunnerTest, TheFirstWindowWithoutASolutionIsKeptJudgedAndNamed) {
     EXPECT_NE(evaluation.detail.find("off by "), std::string::npos) << "the amount: " << evaluation.detail;
     EXPECT_NE(evaluation.detail.find("; largest violation in the solver: "), std::string::npos) << evaluation.detail;
     EXPECT_TRUE(std::isnan(evaluation.cost));
-    EXPECT_GT(evaluation.Largest(Verdict::kFootPose, Rule::kLiteral), kPoseTolerance) << "figures of the window's best point";
+    EXPECT_GT(evaluation.Largest(Verdict::kFootPose, Rule::kLiteral), kPoseTolerance)
+        << "figures of the window's best point";
     EXPECT_TRUE(result.solve.waypoints.empty()) << "no part of a solution";
     EXPECT_FALSE(result.solve.history.empty());
     const auto message = ToMessage(result);
