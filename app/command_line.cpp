@@ -144,12 +144,13 @@ Option Command::AddOption(const std::string& name, const std::string& help) cons
 
 Option Command::AddList(const std::string& name, std::vector<std::string>& values, const std::string& help,
                         const IsWholeValue& is_whole, const ValueCheck& check) const {
-  const auto take = [&values, name, is_whole, fault_of = check.fault](const std::vector<std::string>& arguments) {
+  const std::string shown = name.substr(0, name.find(','));
+  const auto take = [&values, shown, is_whole, fault_of = check.fault](const std::vector<std::string>& arguments) {
     values.clear();
     for (const std::string& argument : arguments) {
       for (std::string& value : SplitValues(argument, is_whole)) {
         const std::string fault = fault_of ? fault_of(value) : "";
-        if (!fault.empty()) throw CLI::ValidationError(name, fault);
+        if (!fault.empty()) throw CLI::ValidationError(shown, fault);
         values.push_back(std::move(value));
       }
     }

@@ -44,7 +44,6 @@ enum class Query {
   kLiveWorkers,
   kMeanCpuTimes,
   kMethodOptions,
-  kMethodsOfExperiment,
   kNewestExperimentOfName,
   kPageJobs,
   kPageSolutions,

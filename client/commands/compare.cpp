@@ -18,6 +18,7 @@ struct CompareOptions {
   bool fail_if_worse = false;
   TableFormat format = TableFormat::kText;
   TimeUnit time_unit = kMilliseconds;
+  std::vector<std::string> columns;
   OutputOptions output;
   PlotOptions plot;
 };
@@ -32,7 +33,8 @@ ExitCode Compare(const CompareOptions& options) {
   const TextLayout layout = LayoutOf(options.output);
   const std::string drawn =
       options.plot.any() ? DrawPlot(ScatterPlot(comparison, options.time_unit), options.plot, layout) : "";
-  const std::string text = RenderComparison(comparison, options.format, {options.time_unit, layout}) + drawn;
+  const std::string text =
+      RenderComparison(comparison, options.format, {options.time_unit, layout, options.columns}) + drawn;
   Print(options.format == TableFormat::kCsv ? CsvFor(StandardOutput(), text) : text, options.output);
   const bool worse = std::any_of(comparison.cells.begin(), comparison.cells.end(),
                                  [](const CellComparison& cell) { return cell.change == ComparisonResult::kWorse; });
@@ -42,7 +44,6 @@ ExitCode Compare(const CompareOptions& options) {
 }  // namespace
 
 void AddCompareCommand(const app::Command& program, Invocation* invocation) {
-  using app::Alternatives, app::EnumNamesOf;
   constexpr double kLargestMargin_percent = 1000.0;
   const auto command = program.AddCommand("compare", "Compare two methods, experiments or database files by problems");
   const auto options = std::make_shared<CompareOptions>();
@@ -56,10 +57,9 @@ void AddCompareCommand(const app::Command& program, Invocation* invocation) {
   command
       .AddOption("--experiment", request.experiment, "Experiment of both methods, or of both files (default: newest)")
       .Check(app::WholeNumber(1));
-  command.AddOption("--method", request.method, "Compare only this method of experiments or files");
-  command.AddEnum<Task>("--task", request.task, "Only this: " + Alternatives(EnumNamesOf<Task>()));
-  command.AddEnum<Initialization>("--initialization", request.initialization,
-                                  "Only this: " + Alternatives(EnumNamesOf<Initialization>()));
+  AddResultFilterOptions(command, &request.filter);
+  AddRowsOption(command, &request.rows, "comparisons");
+  AddColumnsOption(command, &options->columns);
   AddRuleOption(command, &request.rule);
   command
       .AddOption("--margin", options->margin_percent,

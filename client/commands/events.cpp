@@ -97,6 +97,9 @@ ExitCode Events(const EventsOptions& options) {
   if (options.follow && !lines) {
     throw ClientError(ExitCode::kUsage, "--follow prints text or json, one event per line");
   }
+  if (options.follow && !options.listing.rows.empty()) {
+    throw ClientError(ExitCode::kUsage, "--rows selects rows of a finished table; give --limit N with --follow");
+  }
   const InterruptGuard guard;
   const auto source = OpenResults(options.source);
   const Listing events = Read(*source, options, 0, options.limit);

@@ -19,10 +19,8 @@ namespace {
 struct ExportOptions {
   std::optional<std::int64_t> experiment;
   std::string out;
-  std::optional<Initialization> initialization;
-  std::optional<Task> task;
   std::optional<std::string> dataset;
-  MethodFilter methods;
+  ResultFilter filter;
   SourceOptions source;
 };
 
@@ -76,8 +74,7 @@ ExitCode Export(const ExportOptions& options) {
   const auto source = OpenResults(options.source);
   const auto experiment = FindExperiment(*source, options.experiment);
   const auto dataset = LoadDatasetOf(*source, experiment, options);
-  const auto exported =
-      ReadSolutionsOf(*source, experiment.id, *dataset, {options.methods, options.initialization, options.task});
+  const auto exported = ReadSolutionsOf(*source, experiment.id, *dataset, options.filter);
   if (exported.num_solutions == 0) {
     throw ClientError(ExitCode::kUsage, "experiment " + std::to_string(experiment.id) +
                                             " has no results that match; 'legopt list " +
@@ -88,7 +85,7 @@ ExitCode Export(const ExportOptions& options) {
     throw ClientError(ExitCode::kUsage, std::string(exported.files.size() == 2
                                                         ? "the experiment has both tasks, which make two files"
                                                         : "the experiment has several tasks, which make a file each") +
-                                            ": choose one with --task, or a --out FILE");
+                                            ": choose one with --tasks, or a --out FILE");
   }
   for (const auto& file : exported.files) Write(options.out, file, exported.files.size());
   if (exported.num_missing > 0) {
@@ -101,7 +98,6 @@ ExitCode Export(const ExportOptions& options) {
 }  // namespace
 
 void AddExportCommand(const app::Command& program, Invocation* invocation) {
-  using app::Alternatives, app::EnumNamesOf;
   const auto command =
       program.AddCommand("export", "Write solutions as LegOpt solution JSON, which 'legopt evaluate' judges");
   const auto options = std::make_shared<ExportOptions>();
@@ -110,10 +106,7 @@ void AddExportCommand(const app::Command& program, Invocation* invocation) {
       .AddOption("--out", options->out,
                  "File to write, - for standard output; with " + AllTasks() + " are added to its name")
       .Required();
-  AddMethodFilterOptions(command, &options->methods);
-  command.AddEnum<Initialization>("--initialization", options->initialization,
-                                  "Only this one: " + Alternatives(EnumNamesOf<Initialization>()));
-  command.AddEnum<Task>("--task", options->task, "Only this task: " + Alternatives(EnumNamesOf<Task>()));
+  AddResultFilterOptions(command, &options->filter);
   command.AddOption("--dataset", options->dataset,
                     "Dataset folder, for the problem definitions (default: the embedded garage-easier)");
   AddSourceOptions(command, &options->source);

@@ -9,7 +9,7 @@
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "client/report/benchmark_table.h"
-#include "client/report/method_filter.h"
+#include "client/report/result_filter.h"
 #include "client/service/experiment_status.h"
 #include "db/named_queries.h"
 #include "legopt/input/json.h"
@@ -26,10 +26,8 @@ constexpr int kDefaultLimit = 1000;
 struct ListOptions {
   std::optional<std::int64_t> experiment;
   std::optional<JobState> state;
-  std::optional<Task> task;
-  std::optional<Initialization> initialization;
   std::optional<Verdict> verdict;
-  MethodFilter methods;
+  ResultFilter filter;
   std::optional<int> problem;
   bool unsolved = false;
   std::optional<Rule> rule;
@@ -61,8 +59,9 @@ void RequireProblem(ResultSource& source, std::int64_t experiment_id, int proble
                                           std::to_string(experiment_id) + " has no such problem" + text);
 }
 
-std::string Sql(const ListOptions& options, const ExperimentInfo& experiment, const ExperimentMethods& methods) {
-  const std::vector<std::string> columns = methods.DistinguishingColumns();
+std::string Sql(const ListOptions& options, const ExperimentInfo& experiment, ResultSource& source) {
+  const std::vector<std::string> columns = DistinguishingColumns(source, experiment.id);
+  const KeptCells kept(source, experiment.id, options.filter);
   const auto shown = [&](const char* column) { return std::ranges::find(columns, column) != columns.end(); };
   return db::Sql(db::Query::kJobListing, {{"experiment_id", experiment.id},
                                           {"rule", options.rule.value_or(experiment.rule)},
@@ -71,10 +70,8 @@ std::string Sql(const ListOptions& options, const ExperimentInfo& experiment, co
                                           {"show_incremental", shown("incremental")},
                                           {"show_collision", shown("collision")},
                                           {"state", options.state},
-                                          {"task", options.task},
-                                          {"initialization", options.initialization},
                                           {"verdict", options.verdict},
-                                          {"method_ids", methods.Ids(options.methods)},
+                                          {"cell_ids", kept.ids()},
                                           {"problem_id", options.problem},
                                           {"unsolved", options.unsolved}});
 }
@@ -110,15 +107,15 @@ void ReportCut(const ListOptions& options, std::size_t rows) {
   std::cerr << "legopt: only the first " << rows << " jobs are shown: "
             << (by_limit ? "--limit; raise it\n"
                 : options.source.db
-                    ? "256 MiB in memory are the limit; show fewer, for example with --task\n"
-                    : "48 MiB are the limit of a server's answer; show fewer, for example with --task, or use --db\n");
+                    ? "256 MiB in memory are the limit; show fewer, for example with --tasks\n"
+                    : "48 MiB are the limit of a server's answer; show fewer, for example with --tasks, or use --db\n");
 }
 
 ExitCode List(const ListOptions& options) {
   const auto source = OpenResults(options.source);
   const auto experiment = FindExperiment(*source, options.experiment);
   if (options.problem) RequireProblem(*source, experiment.id, *options.problem);
-  Listing jobs = source->Query(Sql(options, experiment, {*source, experiment.id}), options.limit);
+  Listing jobs = source->Query(Sql(options, experiment, *source), options.limit);
   if (!options.source.db) AddProgress(options, experiment.id, &jobs);
   PrintListing(jobs, options.listing);
   if (jobs.truncated) ReportCut(options, jobs.rows.size());
@@ -135,10 +132,7 @@ void AddListCommand(const app::Command& program, Invocation* invocation) {
   const auto options = std::make_shared<ListOptions>();
   command.AddOption("ID", options->experiment, "Experiment (default: the newest)").Check(app::WholeNumber(1));
   command.AddEnum<JobState>("--state", options->state, Alternatives(EnumNamesOf<JobState>()));
-  AddMethodFilterOptions(command, &options->methods);
-  command.AddEnum<Task>("--task", options->task, Alternatives(EnumNamesOf<Task>()));
-  command.AddEnum<Initialization>("--initialization", options->initialization,
-                                  Alternatives(EnumNamesOf<Initialization>()));
+  AddResultFilterOptions(command, &options->filter);
   command.AddOption("--problem", options->problem, "Only this problem");
   command.AddEnum<Verdict>("--verdict", options->verdict, "Only this verdict of the judge, e.g. foot_pose",
                            {FaultOfVerdict, ""});

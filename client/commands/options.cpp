@@ -72,10 +72,20 @@ void AddOutputOptions(const app::Command& command, OutputOptions* options) {
   command.AddFlag("--no-pager", options->no_pager, "Do not use a pager (LEGOPT_PAGER, PAGER or less) for long text");
 }
 
+void AddRowsOption(const app::Command& command, std::vector<std::string>* rows, const std::string& noun) {
+  command.AddOption("--rows", *rows, "Show only these " + noun + ", by position: numbers and ranges, e.g. 1-3,5")
+      .OneArgumentEach();
+}
+
+void AddColumnsOption(const app::Command& command, std::vector<std::string>* columns) {
+  // Split later, when the columns are known: a column name may contain a comma.
+  command.AddOption("--columns", *columns, "Show only these columns, in this order").OneArgumentEach();
+}
+
 void AddListingOptions(const app::Command& command, ListingOptions* options) {
   AddFormatOption(command, &options->format);
-  // Split later, when the columns are known: a column name may contain a comma.
-  command.AddOption("--columns", options->columns, "Show only these columns, in this order").OneArgumentEach();
+  AddRowsOption(command, &options->rows);
+  AddColumnsOption(command, &options->columns);
   AddOutputOptions(command, &options->output);
 }
 
@@ -84,9 +94,13 @@ void AddTimeUnitOption(const app::Command& command, TimeUnit* unit) {
                               {{"s", kSeconds}, {"ms", kMilliseconds}, {"us", kMicroseconds}});
 }
 
+Table SelectedPart(Table table, const ListingOptions& options) {
+  KeepRows(options.rows, &table.rows);
+  return KeepColumns(table, options.columns);
+}
+
 void PrintTable(const Table& table, const ListingOptions& options) {
-  const Table& shown = options.columns.empty() ? table : KeepColumns(table, options.columns);
-  const std::string text = RenderTable(shown, options.format, LayoutOf(options.output));
+  const std::string text = RenderTable(SelectedPart(table, options), options.format, LayoutOf(options.output));
   Print(options.format == TableFormat::kCsv ? CsvFor(StandardOutput(), text) : text, options.output);
 }
 

@@ -29,13 +29,18 @@ void AddFormatOption(const app::Command& command, TableFormat* format);
 void AddLayoutOptions(const app::Command& command, OutputOptions* options);
 /// Adds the layout options and --no-pager, for output that may go through a pager.
 void AddOutputOptions(const app::Command& command, OutputOptions* options);
+/// Adds --rows; `noun` names the rows in the help, e.g. "methods".
+void AddRowsOption(const app::Command& command, std::vector<std::string>* rows, const std::string& noun = "rows");
+/// Adds --columns.
+void AddColumnsOption(const app::Command& command, std::vector<std::string>* columns);
 /// Output options of a listing; see PrintListing.
 struct ListingOptions {
   TableFormat format = TableFormat::kText;
+  std::vector<std::string> rows;     ///< rows to show; empty: all
   std::vector<std::string> columns;  ///< columns to show, in this order; empty: all
   OutputOptions output;
 };
-/// Adds --format, --columns and the output options.
+/// Adds --format, --rows, --columns and the output options.
 void AddListingOptions(const app::Command& command, ListingOptions* options);
 /// Adds --time-unit s|ms|us.
 void AddTimeUnitOption(const app::Command& command, TimeUnit* unit);
@@ -72,9 +77,11 @@ void AddRuleOption(const app::Command& command, std::optional<Rule>* rule,
 /// Adds --dataset.
 void AddDatasetOption(const app::Command& command, std::optional<std::string>* dataset);
 
-/// Prints a table on standard output, through the pager if it is long. Throws ClientError (kUsage) for an unknown
-/// column.
+/// Prints a table on standard output, through the pager if it is long. Throws the errors of KeepRows and
+/// KeepColumns.
 void PrintTable(const Table& table, const ListingOptions& options);
+/// Returns the rows and columns of the table that the options select. Throws like PrintTable.
+Table SelectedPart(Table table, const ListingOptions& options);
 void PrintListing(const Listing& listing, const ListingOptions& options);
 
 /// Prints a listing on standard output without layout; control characters of CSV are escaped on a terminal.

@@ -38,10 +38,10 @@ void RequireStatement(const std::string& sql) {
   }
 }
 
-// Rows of a file are streamed to a pipe or file; all other output is formatted in memory as a whole.
+// Rows of a file are streamed to a pipe or file; all other output is formatted in memory as a whole. So are selected
+// rows, because an error for a row that does not exist must come before any output.
 bool Streams(const QueryOptions& options) {
-  const TableFormat format = options.listing.format;
-  return options.source.db && (format == TableFormat::kCsv || format == TableFormat::kJson) &&
+  return options.source.db && IsExact(options.listing.format) && options.listing.rows.empty() &&
          !StandardOutput().is_terminal;
 }
 

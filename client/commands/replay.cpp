@@ -15,6 +15,7 @@
 #include "client/commands/options.h"
 #include "client/report/json_text.h"
 #include "client/report/result_dataset.h"
+#include "client/report/result_filter.h"
 #include "client/suite/chosen_files.h"
 #include "client/suite/input_files.h"
 #include "legopt/types/input_error.h"
@@ -28,6 +29,7 @@ struct ReplayOptions {
   std::optional<int> random;
   std::uint64_t seed = 1;
   std::optional<std::int64_t> experiment;
+  ResultFilter filter;
   std::optional<std::string> dataset;
   std::vector<std::filesystem::path> solvers;  ///< description files of external solvers
   bool any_build = false;
@@ -44,10 +46,12 @@ std::vector<StoredJob> ChosenJobs(const ReplayOptions& options, const SolverRegi
     ids = {*options.job};
   } else {
     const auto experiment = FindExperiment(*source, options.experiment);
-    ids = DrawJobs(*source, experiment.id, options.random.value_or(1), options.seed);
+    const KeptCells kept(*source, experiment.id, options.filter);
+    ids = DrawJobs(*source, experiment.id, kept.ids(), options.random.value_or(1), options.seed);
     if (ids.empty()) {
       throw ClientError(ExitCode::kUsage,
-                        "experiment " + std::to_string(experiment.id) + " has no result that can be replayed");
+                        "experiment " + std::to_string(experiment.id) + " has no result that can be replayed" +
+                            (options.filter.empty() ? "" : " among those of " + Describe(options.filter)));
     }
   }
   std::vector<StoredJob> jobs;
@@ -146,6 +150,9 @@ ExitCode ReplayStored(const ReplayOptions& options) {
   if (options.job.has_value() == options.random.has_value()) {
     throw ClientError(ExitCode::kUsage, "name a job, or let --random N draw some: 'legopt replay 12'");
   }
+  if (options.job && !options.filter.empty()) {
+    throw ClientError(ExitCode::kUsage, Describe(options.filter) + ": selects random jobs; give --random N, no job");
+  }
   // Each job is solved in a separate process, which starts external solvers itself.
   std::vector<std::filesystem::path> solvers = options.solvers;
   const auto solver_copies = MakeRereadable(solvers);
@@ -174,11 +181,12 @@ void AddReplayCommand(const app::Command& program, Invocation* invocation) {
   command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Check(app::WholeNumber(1));
   command
       .AddOption("--random", options->random,
-                 "Replay this many random jobs of an experiment, over all methods and tasks")
+                 "Replay this many random jobs of an experiment, evenly over methods and tasks")
       .Check(app::WholeNumber(1, kMaxJobs));
   command.AddOption("--seed", options->seed, "Seed of --random (default 1)").Check(app::WholeNumber(0));
   command.AddOption("--experiment", options->experiment, "Experiment for --random (default: the newest)")
       .Check(app::WholeNumber(1));
+  AddResultFilterOptions(command, &options->filter);
   command.AddOption("--jobs", options->parallel, "Number of parallel jobs (default: the processors granted)")
       .Check(app::WholeNumber(1, kMaxParallel));
   AddDatasetOption(command, &options->dataset);

@@ -25,6 +25,7 @@ struct ReportOptions {
   std::string out;
   double max_megabytes = 25.0;
   std::optional<Rule> rule;
+  ResultFilter filter;
   NetworkOptions network;
   app::BuildFacts build;
 };
@@ -49,6 +50,7 @@ ExitCode Report(const ReportOptions& options) {
   ReportRequest request;
   request.sources = SourcesOf(options);
   request.rule = PageRule(request.sources, options.rule);
+  request.filter = options.filter;
   request.most_bytes = static_cast<std::size_t>(options.max_megabytes * kBytesPerMegabyte);
   request.build = options.build;
   request.tell = Say;
@@ -81,6 +83,7 @@ void AddReportCommand(const app::Command& program, Invocation* invocation) {
       .AddOption("--max-size", options->max_megabytes,
                  "Largest size of the file in MB; the report names whatever was left out for it (default 25)")
       .Check(app::Number(kSmallest_megabytes, kLargest_megabytes));
+  AddResultFilterOptions(command, &options->filter);
   AddRuleOption(command, &options->rule);
   AddNetworkOptions(command, &options->network);
   command.WhenChosen([=] {

@@ -173,7 +173,7 @@ ExitCode Finish(const RunOptions& options, const std::string& db, const std::fil
                 const Outcome& outcome) {
   if (outcome.experiment_id == 0) return ExitCode::kInterrupted;
   const auto source = OpenResults({db, {}});
-  const TableSelection selection{outcome.experiment_id, RuleFor(*source, outcome.experiment_id, options.rule), {}};
+  const TableSelection selection{outcome.experiment_id, RuleFor(*source, outcome.experiment_id, options.rule)};
   BenchmarkTable table = ReadBenchmarkTable(*source, selection);
   if (const auto certificate = FindCertificate(dataset, FindExperiment(*source, outcome.experiment_id))) {
     AddCertifiedCounts(*source, selection, *certificate, &table);

@@ -78,12 +78,26 @@ void RequireTrace(const ShowOptions& options) {
     throw ClientError(ExitCode::kUsage, option + " is possible only with --trace");
   };
   if (options.out) refuse("--out");
+  if (!options.listing.rows.empty()) refuse("--rows");
   if (!options.listing.columns.empty()) refuse("--columns");
   if (options.listing.format == TableFormat::kMarkdown) refuse("--format markdown");
   if (options.listing.format == TableFormat::kCsv) refuse("--format csv");
 }
 
-ExitCode Show(const ShowOptions& options) {
+// Returns the job that is named, or that the options choose.
+std::int64_t JobOf(const ShowOptions& options) {
+  const JobChoice& choice = options.choice;
+  const bool chooses = choice.experiment || choice.problem || !choice.filter.empty();
+  if (options.named.has_value() == chooses) {
+    throw ClientError(
+        ExitCode::kUsage,
+        "name a job or choose one by options: 'legopt show 12' or 'legopt show --methods SQP --problem 3'");
+  }
+  return options.named ? *options.named : ChooseJob(*OpenResults(options.source), choice);
+}
+
+ExitCode Show(ShowOptions options) {
+  options.job = JobOf(options);
   if (options.trace) return ShowTrace(options);
   RequireTrace(options);
   return options.logs ? ShowLogs(options) : ShowJob(options);
@@ -94,13 +108,15 @@ ExitCode Show(const ShowOptions& options) {
 void AddShowCommand(const app::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("show", "Show one job: result, verdicts, attempts, logs, convergence");
   const auto options = std::make_shared<ShowOptions>();
-  command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Required().Check(app::WholeNumber(1));
+  command.AddOption("JOB", options->named, "Job, as 'legopt list' shows it").Check(app::WholeNumber(1));
+  AddJobChoiceOptions(command, &options->choice);
+  command.AddOption("--problem", options->choice.problem, "Choose a job of this problem").Check(app::WholeNumber(0));
   const auto logs = command.AddFlag("--logs", options->logs, "Show only the attempts: causes, signals, logs, events");
   command.AddFlag("--trace", options->trace, "Show only how the solve converged, step by step").Excludes(logs);
   command.AddOption("--out", options->out, "Write the trace to this file, replacing an existing one");
   AddListingOptions(command, &options->listing);
   AddSourceOptions(command, &options->source);
-  command.SetFooter("--out, --columns and the formats markdown and csv are for --trace.");
+  command.SetFooter("--out, --rows, --columns and the formats markdown and csv are for --trace.");
   command.WhenChosen([=] { invocation->body = [options] { return Show(*options); }; });
 }
 

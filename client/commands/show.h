@@ -6,13 +6,16 @@
 
 #include "client/client_error.h"
 #include "client/commands/options.h"
+#include "client/report/job_choice.h"
 #include "client/report/result_source.h"
 
 namespace legopt::client {
 
 /// Options of `legopt show`.
 struct ShowOptions {
-  std::int64_t job = 0;
+  std::int64_t job = 0;  ///< the job, also if `choice` chose it
+  std::optional<std::int64_t> named;
+  JobChoice choice;
   bool logs = false;
   bool trace = false;
   std::optional<std::string> out;  ///< file for the trace

@@ -11,7 +11,6 @@
 #include "client/compare/statistics_table.h"
 #include "client/report/benchmark_table.h"
 #include "client/report/certified_counts.h"
-#include "client/report/method_filter.h"
 #include "client/report/paper_table.h"
 #include "client/report/reading.h"
 
@@ -24,6 +23,7 @@ struct TableOptions {
   SourceOptions source;
   TableFormat format = TableFormat::kText;
   TimeUnit time_unit = kMilliseconds;
+  std::vector<std::string> columns;
   OutputOptions output;
   bool interpolation = false;
   bool statistics = false;
@@ -37,20 +37,20 @@ struct TableOptions {
 constexpr char kPaperTable[] = "paper-table1.csv";
 
 std::string RenderTable(const TableOptions& options, ResultSource* source) {
-  const TableStyle style{options.time_unit, LayoutOf(options.output)};
+  const TableStyle style{options.time_unit, LayoutOf(options.output), options.columns};
   if (options.charge_s && !options.statistics) {
     throw ClientError(ExitCode::kUsage,
                       "--charge sets the cost of a failed run in the means of --statistics; give both");
   }
   if (options.interpolation) {
-    return RenderInterpolationTable(ReadInterpolationTable(*source, options.selection), options.format, style.layout);
+    return RenderInterpolationTable(ReadInterpolationTable(*source, options.selection), options.format, style);
   }
   if (options.statistics) {
     const auto table = ReadStatisticsTable(*source, options.selection, ChargeMs(options.charge_s));
     return RenderStatisticsTable(table, options.format, style);
   }
   if (options.profile) {
-    return RenderProfiles(ReadStatisticsTable(*source, options.selection), options.format, style.layout);
+    return RenderProfiles(ReadStatisticsTable(*source, options.selection), options.format, style);
   }
   BenchmarkTable table = ReadBenchmarkTable(*source, options.selection);
   const ExperimentInfo experiment = FindExperiment(*source, table.experiment_id);
@@ -90,7 +90,9 @@ void AddTableCommand(const app::Command& program, Invocation* invocation) {
   command.AddOption("ID", options->selection.experiment, "Experiment (default: the newest)").Check(app::WholeNumber(1));
   AddFormatOption(command, &options->format);
   AddRuleOption(command, &options->rule);
-  AddCollisionOption(command, &options->selection.collision);
+  AddResultFilterOptions(command, &options->selection.filter);
+  AddRowsOption(command, &options->selection.rows, "methods");
+  AddColumnsOption(command, &options->columns);
   const auto paper = command.AddFlag("--paper", options->paper, "Show the paper's Table I beside it");
   const auto interpolation =
       command

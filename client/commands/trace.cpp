@@ -11,10 +11,9 @@ ExitCode ShowTrace(const ShowOptions& options) {
   const StoredTrace trace = ReadTrace(*OpenResults(options.source), options.job);
   const Listing listing = trace.records.empty() ? trace.history : TraceListing(trace.records);
   if (options.out) {
-    const Table table = TableOf(listing);
-    const Table& kept = options.listing.columns.empty() ? table : KeepColumns(table, options.listing.columns);
+    const Table kept = SelectedPart(TableOf(listing), options.listing);
     WriteTextFile(*options.out, RenderTable(kept, options.listing.format));
-    std::cerr << listing.rows.size() << " records written to " << app::Printable(*options.out) << "\n";
+    std::cerr << kept.rows.size() << " records written to " << app::Printable(*options.out) << "\n";
   } else {
     PrintListing(listing, options.listing);
   }

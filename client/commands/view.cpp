@@ -17,6 +17,7 @@
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "client/page/page_view.h"
+#include "client/report/job_choice.h"
 #include "client/report/replaced_file.h"
 #include "client/report/result_dataset.h"
 #include "client/suite/chosen_files.h"
@@ -31,8 +32,7 @@ namespace {
 
 struct ViewOptions {
   std::optional<std::int64_t> job, ghost;
-  std::optional<int> problem;
-  Task task = Task::kPosture;
+  JobChoice choice;  ///< its problem is also that of a page without a solution
   std::optional<std::string> dataset, out;
   bool open = false;
   SourceOptions source;
@@ -40,7 +40,8 @@ struct ViewOptions {
 };
 
 std::string DefaultStem(const ViewOptions& options) {
-  return options.job ? "job-" + std::to_string(*options.job) : "problem-" + std::to_string(options.problem.value_or(0));
+  return options.job ? "job-" + std::to_string(*options.job)
+                     : "problem-" + std::to_string(options.choice.problem.value_or(0));
 }
 
 bool HasContent(const std::string& file, const std::string& text) {
@@ -87,16 +88,42 @@ std::shared_ptr<const Dataset> DatasetToShow(const ViewOptions& options) {
   return Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), CallIsolated);
 }
 
-ExitCode View(const ViewOptions& options) {
-  if (options.job.has_value() == options.problem.has_value()) {
+// Returns whether options choose a job of an experiment. --problem and --tasks alone choose a problem of the dataset.
+bool ChoosesJob(const JobChoice& choice) {
+  ResultFilter of_jobs = choice.filter;
+  of_jobs.tasks.clear();
+  return choice.experiment || !of_jobs.empty();
+}
+
+// Returns the task of a problem without a job.
+Task TaskOf(const JobChoice& choice) {
+  if (choice.filter.tasks.size() > 1) {
+    throw ClientError(ExitCode::kUsage, Describe(choice.filter) + ": a problem has one task");
+  }
+  return choice.filter.tasks.empty() ? Task::kPosture : *ParseEnum<Task>(choice.filter.tasks.front());
+}
+
+// Returns the options with the job that they choose, if any.
+ViewOptions WithJob(ViewOptions options) {
+  const JobChoice& choice = options.choice;
+  if (options.job && (choice.problem || ChoosesJob(choice) || !choice.filter.empty())) {
+    throw ClientError(ExitCode::kUsage, "name a job or choose one by options, not both: 'legopt view 12'");
+  }
+  if (ChoosesJob(choice)) options.job = ChooseJob(*OpenResults(options.source), choice);
+  if (!options.job && !choice.problem) {
     throw ClientError(ExitCode::kUsage, "name a job or a problem: 'legopt view 12' or 'legopt view --problem 3'");
   }
+  return options;
+}
+
+ExitCode View(const ViewOptions& given) {
+  const ViewOptions options = WithJob(given);
   ViewRequest request;
   request.source = options.source;
   request.job = options.job;
   request.ghost = options.ghost;
-  request.task = options.task;
-  request.problem = options.problem;
+  request.task = options.job ? Task::kPosture : TaskOf(options.choice);
+  request.problem = options.choice.problem;
   request.build = options.build;
   request.dataset = DatasetToShow(options);
   const Page page = MakeView(request);
@@ -113,9 +140,11 @@ void AddViewCommand(const app::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("view", "Write a page that shows a job's solution, or a problem, in 3D");
   const auto options = std::make_shared<ViewOptions>();
   command.AddOption("JOB", options->job, "Job, as 'legopt list' shows it").Check(app::WholeNumber(1));
-  command.AddOption("--problem", options->problem, "Show a problem of the dataset instead, without a solution")
+  command
+      .AddOption("--problem", options->choice.problem,
+                 "Show a problem of the dataset, without a solution (task: --tasks, default posture), or a job of it")
       .Check(app::WholeNumber(0));
-  command.AddEnum<Task>("--task", options->task, "Task of the problem (default: posture)");
+  AddJobChoiceOptions(command, &options->choice);
   command.AddOption("--ghost", options->ghost, "Draw another job of the same problem transparently")
       .Check(app::WholeNumber(1));
   command.AddOption("--out", options->out,

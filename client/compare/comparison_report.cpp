@@ -14,12 +14,12 @@
 namespace legopt::client {
 namespace {
 
-constexpr double kPerSecond_ms = 1e3, kPercent = 100.0;
+constexpr double kPerSecond_ms = 1e3, kPercentPerShare = 100.0;
 
 using Line = std::vector<std::string>;  // label, text
 
 std::string Ratio(double value) { return FormatGeneral(value, 3); }
-std::string Percent(double share) { return FormatFixed(kPercent * share, 1); }
+std::string Percent(double share) { return FormatFixed(kPercentPerShare * share, 1); }
 
 std::string TimeText(double time_ms, const TimeUnit& unit) {
   return FormatTime(time_ms / kPerSecond_ms, unit) + " " + unit.name;
@@ -263,6 +263,15 @@ Listing Unrounded(const Comparison& comparison) {
   return listing;
 }
 
+// Returns a table with one row per comparison and all its figures, unrounded, below the title of TableOf.
+Table RowsOf(const Comparison& comparison, const TimeUnit& unit) {
+  Table rows = TableOf(Unrounded(comparison));
+  const Table text = TableOf(comparison, unit);
+  rows.title = text.title;
+  rows.notes = text.notes;
+  return rows;
+}
+
 }  // namespace
 
 std::string DescribePairs(const statistics::PairCounts& counts) {
@@ -321,9 +330,10 @@ Table TableOf(const Comparison& comparison, const TimeUnit& unit) {
 }
 
 std::string RenderComparison(const Comparison& comparison, TableFormat format, const TableStyle& style) {
-  if (format == TableFormat::kJson) return JsonText(ComparisonJson(comparison)) + "\n";
-  if (format == TableFormat::kCsv) return RenderListing(Unrounded(comparison), format);
-  return RenderTable(TableOf(comparison, style.time_unit), format, style.layout);
+  if (format == TableFormat::kJson && style.columns.empty()) return JsonText(ComparisonJson(comparison)) + "\n";
+  const bool one_row_each = IsExact(format) || !style.columns.empty();
+  const Table all = one_row_each ? RowsOf(comparison, style.time_unit) : TableOf(comparison, style.time_unit);
+  return RenderTable(KeepColumns(all, style.columns), format, style.layout);
 }
 
 }  // namespace legopt::client

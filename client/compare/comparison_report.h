@@ -23,7 +23,7 @@ std::string DescribeComparison(const Comparison& comparison);
 Table TableOf(const Comparison& comparison, const TimeUnit& unit);
 
 /// Renders a comparison. CSV and JSON have all figures unrounded, times in ms, null for infinite or undefined values;
-/// CSV has one row per comparison.
+/// CSV has one row per comparison, and so has every format with style.columns, which are those of CSV.
 std::string RenderComparison(const Comparison& comparison, TableFormat format, const TableStyle& style = {});
 
 /// Returns the JSON as an object, to be inserted into a larger one.

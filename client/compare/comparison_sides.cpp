@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "client/client_error.h"
-#include "client/compare/method_choice.h"
+#include "client/report/method_choice.h"
 #include "db/named_queries.h"
 #include "legopt/input/utf8.h"
 #include "legopt/types/number_text.h"
@@ -125,6 +125,18 @@ void RequireOneDataset(const Sides& sides) {
                         "); their problems are not the same, so that nothing can be paired");
 }
 
+// Removes the cells of A that the filter omits; those of B then have no counterpart.
+void FilterA(const ResultFilter& filter, Sides* sides) {
+  ResultFilter methods = filter;
+  methods.tasks.clear();
+  methods.initializations.clear();
+  if (sides->a.method && !methods.empty()) {
+    throw ClientError(ExitCode::kUsage, Describe(methods) + ": A and B are methods; this option selects methods of " +
+                                            "two experiments or files");
+  }
+  KeepCells(KeptCells(*sides->a.source, sides->a.experiment.info.id, filter), &sides->a.experiment);
+}
+
 // Returns the method of B that corresponds to `method` of A: equal name and properties; if several match, equal
 // options.
 std::optional<MethodIdentity> Counterpart(const MethodIdentity& method, const std::vector<MethodIdentity>& others) {
@@ -141,13 +153,11 @@ std::optional<MethodIdentity> Counterpart(const MethodIdentity& method, const st
 
 using MethodPair = std::pair<MethodIdentity, MethodIdentity>;
 
-std::vector<MethodPair> PairMethods(const Sides& sides, const ComparisonRequest& request,
-                                    std::vector<std::string>* notes) {
+std::vector<MethodPair> PairMethods(const Sides& sides, std::vector<std::string>* notes) {
   const auto& [a, b] = sides;
   if (a.method) return {{*a.method, *b.method}};
-  std::vector<MethodIdentity> ours = a.experiment.Methods();
+  const std::vector<MethodIdentity> ours = a.experiment.Methods();
   const std::vector<MethodIdentity> theirs = b.experiment.Methods();
-  if (request.method) ours = {ChooseMethod(*request.method, ours, a.experiment.info.id)};
   if (ours.size() == 1 && theirs.size() == 1) return {{ours.front(), theirs.front()}};
   std::vector<MethodPair> pairs;
   std::string lost;
@@ -194,8 +204,6 @@ std::vector<CellPair> PairCells(Sides& sides, const std::vector<MethodPair>& met
   std::vector<CellPair> pairs;
   for (const auto& [mine, other] : methods) {
     for (const BenchmarkColumn& column : kTableColumns) {
-      if (request.task && *request.task != column.task) continue;
-      if (request.initialization && *request.initialization != column.initialization) continue;
       const SolveCell* a = CellOf(sides.a.experiment, mine, column);
       const SolveCell* b = CellOf(sides.b.experiment, other, column);
       if (a != nullptr && b != nullptr) pairs.push_back({*a, *b});
@@ -302,8 +310,9 @@ Comparison ReadComparison(const ComparisonRequest& request) {
   Sides sides = FindSides(request);
   RequireDistinctSides(sides);
   RequireOneDataset(sides);
+  FilterA(request.filter, &sides);
   Comparison comparison;
-  const std::vector<MethodPair> methods = PairMethods(sides, request, &comparison.notes);
+  const std::vector<MethodPair> methods = PairMethods(sides, &comparison.notes);
   const std::vector<CellPair> pairs = PairCells(sides, methods, request);
   const EnumArray<Task, Charge> charges = ChargesOf(CellsOf(pairs), request.charge_ms);
   for (const CellPair& pair : pairs) {
@@ -314,6 +323,7 @@ Comparison ReadComparison(const ComparisonRequest& request) {
     throw ClientError(ExitCode::kUsage, "A (" + sides.a.title + ") and B (" + sides.b.title +
                                             ") have no problem in common that both have finished");
   }
+  KeepRows(request.rows, &comparison.cells);  // before p values are adjusted for the number of comparisons
   Decide(request.options, &comparison.cells);
   comparison.change = OverallChange(comparison.cells);
   const auto told = [](const Side& side) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "client/compare/comparison.h"
+#include "client/report/result_filter.h"
 #include "client/report/result_source.h"
 
 namespace legopt::client {
@@ -15,11 +16,10 @@ namespace legopt::client {
 struct ComparisonRequest {
   std::string a, b;
   std::optional<std::int64_t> experiment;  ///< experiment of the methods, or in each file; default: the newest
-  std::optional<std::string> method;       ///< compare only this method (experiments and files)
-  std::optional<Task> task;
-  std::optional<Initialization> initialization;
-  std::optional<Rule> rule;         ///< default: the weaker of the rules of A and B
-  std::optional<double> charge_ms;  ///< charge of a failed run, see ChargesOf
+  ResultFilter filter;                     ///< cells of A to compare
+  std::vector<std::string> rows;           ///< values of --rows: comparisons to keep, by position
+  std::optional<Rule> rule;                ///< default: the weaker of the rules of A and B
+  std::optional<double> charge_ms;         ///< charge of a failed run, see ChargesOf
   SourceOptions source;
   ComparisonOptions options;
 };
@@ -43,8 +43,9 @@ struct Comparison {
   ComparisonResult change = ComparisonResult::kNone;  ///< overall change of all cells
 };
 
-/// Reads both sides and compares them. Throws ClientError: kUsage for sides that do not exist, have nothing in common
-/// or are identical; kDatasetMismatch for experiments on different datasets.
+/// Reads both sides and compares them. Throws the errors of KeptCells and KeepRows, and ClientError: kUsage for sides
+/// that do not exist, have nothing in common or are identical, and for a filter of methods if A and B are methods;
+/// kDatasetMismatch for experiments on different datasets.
 Comparison ReadComparison(const ComparisonRequest& request);
 
 }  // namespace legopt::client

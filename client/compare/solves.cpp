@@ -49,19 +49,6 @@ Solve SolveAt(const Listing& jobs, std::size_t row, double limit_ms) {
   return solve;
 }
 
-MethodIdentity MethodAt(const Listing& cells, std::size_t row) {
-  MethodIdentity method;
-  method.method_id = cells.At(row, "method_id").get<std::int64_t>();
-  method.name = cells.Text(row, "name");
-  method.multi_starts = cells.At(row, "multi_starts").get<std::int64_t>();
-  method.inner_starts = cells.At(row, "inner_starts").get<std::int64_t>();
-  method.sample_size = cells.At(row, "sample_size").get<std::int64_t>();
-  method.incremental = cells.At(row, "incremental").get<int>() != 0;
-  method.collision = cells.EnumAt<SceneRepresentation>(row, "collision");
-  method.hash = cells.Text(row, "hash");
-  return method;
-}
-
 }  // namespace
 
 bool Contended(std::int64_t wall_us, std::int64_t cpu_us, std::int64_t involuntary_context_switches) {
@@ -104,6 +91,11 @@ SolvedExperiment ReadCells(ResultSource& source, std::optional<std::int64_t> exp
                            .get<std::int64_t>();
   read.taken_over = CountReusedResults(source, read.info.id);
   return read;
+}
+
+void KeepCells(const KeptCells& kept, SolvedExperiment* experiment) {
+  std::erase_if(experiment->cells,
+                [&](const SolveCell& cell) { return !kept.Keeps(cell.method.method_id, cell.column); });
 }
 
 void ReadSolves(ResultSource& source, Rule rule, SolvedExperiment* experiment) {

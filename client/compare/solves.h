@@ -8,29 +8,15 @@
 #include <vector>
 
 #include "client/report/benchmark_table.h"
+#include "client/report/method_choice.h"
+#include "client/report/result_filter.h"
 #include "client/report/result_origins.h"
 #include "client/report/result_source.h"
 #include "legopt/statistics/problem_scores.h"
 #include "legopt/types/check.h"
-#include "legopt/types/collision.h"
 #include "legopt/types/result.h"
 
 namespace legopt::client {
-
-/// A method of an experiment, with all properties that distinguish methods of the same name.
-struct MethodIdentity {
-  std::int64_t method_id = 0;
-  std::string name;
-  std::int64_t multi_starts = 0;
-  std::int64_t inner_starts = 0;   ///< internal restarts of an attempt beyond its first start
-  std::int64_t sample_size = 100;  ///< percent
-  bool incremental = false;
-  SceneRepresentation collision = SceneRepresentation::kSolid;
-  std::string hash;  ///< hash of all options
-
-  /// Returns whether name and options are equal; also for methods of different databases.
-  bool Same(const MethodIdentity& other) const { return name == other.name && hash == other.hash; }
-};
 
 /// Resolution of the clock: a lower bound for measured times.
 inline constexpr double kShortest_ms = 1e-3;
@@ -84,6 +70,9 @@ bool EndedByLimit(SolveStatus status);
 
 /// Reads the experiment (default: the newest) and its cells, without their solves. Throws the errors of FindExperiment.
 SolvedExperiment ReadCells(ResultSource& source, std::optional<std::int64_t> experiment);
+
+/// Removes the cells that `kept` omits.
+void KeepCells(const KeptCells& kept, SolvedExperiment* experiment);
 
 /// Reads the solves of the cells in `experiment`; `rule` counts successes. Throws the errors of RequireVerdicts.
 void ReadSolves(ResultSource& source, Rule rule, SolvedExperiment* experiment);

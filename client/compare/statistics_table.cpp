@@ -211,6 +211,17 @@ void NameRows(std::vector<StatisticsRow>* rows) {
   for (std::size_t i = 0; i < rows->size(); ++i) (*rows)[i].title = named[i].method;
 }
 
+// Removes the cells that are not selected. Statistics that depend on several methods are over the remaining ones.
+void KeepSelected(ResultSource& source, const TableSelection& selection, SolvedExperiment* experiment) {
+  const KeptCells kept(source, experiment->info.id, selection.filter);
+  KeepCells(kept, experiment);
+  std::vector<MethodIdentity> methods = experiment->Methods();
+  KeepRows(selection.rows, &methods);
+  std::erase_if(experiment->cells, [&](const SolveCell& cell) {
+    return std::ranges::find(methods, cell.method.method_id, &MethodIdentity::method_id) == methods.end();
+  });
+}
+
 }  // namespace
 
 StatisticsTable ComputeStatistics(const SolvedExperiment& experiment, Rule rule, std::optional<double> charge_ms) {
@@ -245,11 +256,7 @@ StatisticsTable ComputeStatistics(const SolvedExperiment& experiment, Rule rule,
 StatisticsTable ReadStatisticsTable(ResultSource& source, const TableSelection& selection,
                                     std::optional<double> charge_ms) {
   SolvedExperiment experiment = ReadCells(source, selection.experiment);
-  if (selection.collision) {
-    std::erase_if(experiment.cells,
-                  [&](const SolveCell& cell) { return cell.method.collision != *selection.collision; });
-    if (experiment.cells.empty()) throw NoSuchCollision(experiment.info.id, *selection.collision);
-  }
+  KeepSelected(source, selection, &experiment);
   ReadSolves(source, selection.rule, &experiment);
   return ComputeStatistics(experiment, selection.rule, charge_ms);
 }

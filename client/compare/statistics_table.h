@@ -104,7 +104,7 @@ std::string RenderStatisticsTable(const StatisticsTable& table, TableFormat form
 /// ascending order; every curve begins at ratio 1, with share 0 if the method is never the best. Columns:
 /// experiment_id, method_id, method, multi_starts, inner_starts, sample_size, incremental, collision, task,
 /// initialization, problems, ratio, share.
-std::string RenderProfiles(const StatisticsTable& table, TableFormat format, const TextLayout& layout = {});
+std::string RenderProfiles(const StatisticsTable& table, TableFormat format, const TableStyle& style = {});
 
 /// Returns the JSON as an object, to be inserted into a larger one.
 nlohmann::ordered_json StatisticsTableJson(const StatisticsTable& table);

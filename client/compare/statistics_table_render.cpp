@@ -349,13 +349,17 @@ std::vector<Table> TablesOf(const StatisticsTable& table, const TimeUnit& unit) 
 }
 
 std::string RenderStatisticsTable(const StatisticsTable& table, TableFormat format, const TableStyle& style) {
-  if (format == TableFormat::kJson) return JsonText(StatisticsTableJson(table)) + "\n";
-  if (format == TableFormat::kCsv) return RenderListing(ListingOf(RowsJson(table)), format);
-  return RenderTables(TablesOf(table, style.time_unit), format, style.layout);
+  if (format == TableFormat::kJson && style.columns.empty()) return JsonText(StatisticsTableJson(table)) + "\n";
+  if (IsExact(format)) {
+    return RenderTable(KeepColumns(TableOf(ListingOf(RowsJson(table))), style.columns), format, style.layout);
+  }
+  std::vector<Table> tables = TablesOf(table, style.time_unit);
+  for (Table& shown : tables) shown = KeepColumns(shown, style.columns);
+  return RenderTables(tables, format, style.layout);
 }
 
-std::string RenderProfiles(const StatisticsTable& table, TableFormat format, const TextLayout& layout) {
-  return RenderListing(ListingOf(ProfileRows(table)), format, layout);
+std::string RenderProfiles(const StatisticsTable& table, TableFormat format, const TableStyle& style) {
+  return RenderTable(KeepColumns(TableOf(ListingOf(ProfileRows(table))), style.columns), format, style.layout);
 }
 
 }  // namespace legopt::client

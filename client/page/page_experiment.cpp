@@ -4,10 +4,10 @@
 #include <map>
 
 #include "client/compare/comparison_report.h"
-#include "client/compare/method_choice.h"
 #include "client/compare/statistics_table.h"
 #include "client/page/page_curves.h"
 #include "client/report/certified_counts.h"
+#include "client/report/method_choice.h"
 #include "client/report/reading.h"
 #include "db/named_queries.h"
 #include "legopt/input/json.h"
@@ -75,11 +75,13 @@ Json CausesJson(ResultSource& source, const SolveCell& cell, Rule rule) {
 }
 
 // Returns the jobs as columns, which keeps 100,000 of them small.
-Json JobsJson(ResultSource& source, const SolvedExperiment& experiment, const std::vector<MethodIdentity>& methods,
+Json JobsJson(ResultSource& source, const SolvedExperiment& experiment, const KeptCells& kept,
               const std::vector<BenchmarkColumn>& columns) {
+  const std::vector<MethodIdentity> methods = experiment.Methods();
   constexpr double kNoLimit_s = ResultSource::kDefaultLimit_s;
-  const Listing rows = source.Query(db::Sql(db::Query::kPageJobs, {{"experiment_id", experiment.info.id}}),
-                                    ResultSource::kAllRows, kNoLimit_s);
+  const Listing rows =
+      source.Query(db::Sql(db::Query::kPageJobs, {{"experiment_id", experiment.info.id}, {"cell_ids", kept.ids()}}),
+                   ResultSource::kAllRows, kNoLimit_s);
   Json jobs = Json::object();
   for (const char* column :
        {"job", "method", "column", "problem", "repetition", "state", "status", "literal", "strict", "solid", "cost",
@@ -125,7 +127,7 @@ Json ColumnsJson(ResultSource& source, const SolvedExperiment& experiment, const
 
 // Compares all pairs of methods of one experiment.
 Json PairsJson(const SourceOptions& options, const SolvedExperiment& experiment,
-               const std::vector<MethodIdentity>& methods, Rule rule) {
+               const std::vector<MethodIdentity>& methods, const PageSelection& selection) {
   Json list = Json::array();
   for (std::size_t a = 0; a < methods.size(); ++a) {
     for (std::size_t b = a + 1; b < methods.size(); ++b) {
@@ -134,7 +136,9 @@ Json PairsJson(const SourceOptions& options, const SolvedExperiment& experiment,
       request.a = ChoiceOf(methods[a], methods);
       request.b = ChoiceOf(methods[b], methods);
       request.experiment = experiment.info.id;
-      request.rule = rule;
+      request.rule = selection.rule;
+      request.filter.tasks = selection.filter.tasks;
+      request.filter.initializations = selection.filter.initializations;
       request.source = options;
       try {
         Json pair = {{"a", a}, {"b", b}};
@@ -149,8 +153,8 @@ Json PairsJson(const SourceOptions& options, const SolvedExperiment& experiment,
 }
 
 // Reads the table with certificates, like `legopt table`.
-BenchmarkTable ReadCertifiedTable(ResultSource& source, const ExperimentInfo& experiment, Rule rule) {
-  const TableSelection selection{experiment.id, rule, {}};
+BenchmarkTable ReadCertifiedTable(ResultSource& source, const ExperimentInfo& experiment, const PageSelection& page) {
+  const TableSelection selection{experiment.id, page.rule, page.filter};
   BenchmarkTable table = ReadBenchmarkTable(source, selection);
   if (const auto certificate = FindEmbeddedCertificate(experiment)) {
     AddCertifiedCounts(source, selection, *certificate, &table);
@@ -176,12 +180,15 @@ Json DescribeComparison(const Comparison& comparison, const SolvedExperiment& a,
 }
 
 PageExperiment DescribeExperiment(ResultSource& source, const SourceOptions& source_options, const std::string& place,
-                                  std::optional<std::int64_t> id, Rule rule) {
+                                  std::optional<std::int64_t> id, const PageSelection& selection) {
   PageExperiment page;
+  const Rule rule = selection.rule;
   SolvedExperiment& experiment = page.experiment;
   experiment = ReadCells(source, id);
+  const KeptCells kept(source, experiment.info.id, selection.filter);
+  KeepCells(kept, &experiment);
   ReadSolves(source, rule, &experiment);
-  const BenchmarkTable table = ReadCertifiedTable(source, experiment.info, rule);
+  const BenchmarkTable table = ReadCertifiedTable(source, experiment.info, selection);
   const StatisticsTable statistics = ComputeStatistics(experiment, rule);
   const auto methods = experiment.Methods();
   const auto columns = ColumnsOf(experiment);
@@ -206,8 +213,8 @@ PageExperiment DescribeExperiment(ResultSource& source, const SourceOptions& sou
                {"statistics", StatisticsTableJson(statistics)},
                {"methods", MethodsJson(source, methods, statistics)},
                {"columns", ColumnsJson(source, experiment, methods, columns, rule)},
-               {"pairs", PairsJson(source_options, experiment, methods, rule)},
-               {"jobs", JobsJson(source, experiment, methods, columns)}};
+               {"pairs", PairsJson(source_options, experiment, methods, selection)},
+               {"jobs", JobsJson(source, experiment, kept, columns)}};
   return page;
 }
 

@@ -18,12 +18,18 @@ struct PageExperiment {
   nlohmann::ordered_json json;  ///< element of "experiments" in docs/reference/page-data.md, without solutions
 };
 
-/// Reads and computes all figures of an experiment by one rule: table, statistics, causes of failures, profiles,
-/// distributions, ratios by problem, its jobs, and pairwise comparisons of its methods if there are at most
+/// Results to show of an experiment.
+struct PageSelection {
+  Rule rule = Rule::kSolid;
+  ResultFilter filter = {};
+};
+
+/// Reads and computes all figures of the selected results of an experiment: table, statistics, causes of failures,
+/// profiles, distributions, ratios by problem, its jobs, and pairwise comparisons of its methods if there are at most
 /// kMaxCompared. `place` is the displayed name of its database; `source_options` opens it again. Throws the errors of
 /// ReadBenchmarkTable.
 PageExperiment DescribeExperiment(ResultSource& source, const SourceOptions& source_options, const std::string& place,
-                                  std::optional<std::int64_t> id, Rule rule);
+                                  std::optional<std::int64_t> id, const PageSelection& selection);
 
 /// Maximum number of methods that are all compared pairwise; with more methods, only the first is compared with each
 /// other one.

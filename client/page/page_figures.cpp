@@ -39,6 +39,7 @@ Json AcrossJson(const FigureRequest& request, const std::vector<PageExperiment>&
     ComparisonRequest comparison;
     const PageSource &a = request.sources[0], &b = request.sources[i];
     comparison.rule = request.rule;
+    comparison.filter = request.filter;
     comparison.source = a.source;
     const std::int64_t id_a = pages[0].experiment.info.id, id_b = pages[i].experiment.info.id;
     try {
@@ -123,11 +124,12 @@ PageFigures ReadFigures(const FigureRequest& request) {
   for (const PageSource& source : request.sources) {
     figures.sources.push_back(OpenResults(source.source));
     pages.push_back(DescribeExperiment(*figures.sources.back(), source.source, places[pages.size()], source.experiment,
-                                       request.rule));
+                                       {request.rule, request.filter}));
     NoteState(pages.back(), &figures.notes);
     figures.datasets.push_back(FindDataset(request, pages.back(), &figures.notes));
     if (request.tell) request.tell("figures of " + Named(pages.back()) + " computed");
   }
+  if (!request.filter.empty()) figures.notes.push_back("Only a part of the results: " + Describe(request.filter));
   figures.title = pages.size() == 1 ? pages[0].experiment.info.name : std::to_string(pages.size()) + " experiments";
   figures.root = PageHead("report", figures.title, request.build);
   figures.root["rule"] = ToString(request.rule);

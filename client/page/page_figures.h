@@ -31,6 +31,7 @@ Rule PageRule(const std::vector<PageSource>& sources, std::optional<Rule> asked)
 struct FigureRequest {
   std::vector<PageSource> sources;  ///< not empty
   Rule rule = Rule::kSolid;
+  ResultFilter filter = {};  ///< cells to show of every experiment
   /// Available datasets, for the 3D view; a note lists experiments on other datasets.
   std::vector<std::shared_ptr<const Dataset>> datasets;
   app::BuildFacts build;

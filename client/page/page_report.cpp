@@ -85,7 +85,8 @@ Page MakeReport(const ReportRequest& request) {
   std::vector<ProblemIds> problems(figures.experiments.size());
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     if (!figures.datasets[i]) continue;
-    jobs[i] = JobsWithSolutions(*figures.sources[i], figures.experiments[i].experiment.info.id, request.rule);
+    jobs[i] =
+        JobsWithSolutions(*figures.sources[i], figures.experiments[i].experiment.info.id, request.rule, request.filter);
     for (PageJob& job : jobs[i]) {
       job.experiment = i;
       problems[i][job.task].insert(job.problem);

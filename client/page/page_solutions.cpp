@@ -59,9 +59,11 @@ Json BetweenOf(const std::vector<Eigen::VectorXd>& waypoints, WaypointInspector*
 
 }  // namespace
 
-std::vector<PageJob> JobsWithSolutions(ResultSource& source, std::int64_t experiment_id, Rule rule) {
-  const Listing rows =
-      source.Query(db::Sql(db::Query::kPageSolutions, {{"experiment_id", experiment_id}, {"rule", rule}}));
+std::vector<PageJob> JobsWithSolutions(ResultSource& source, std::int64_t experiment_id, Rule rule,
+                                       const ResultFilter& filter) {
+  const KeptCells kept(source, experiment_id, filter);
+  const Listing rows = source.Query(
+      db::Sql(db::Query::kPageSolutions, {{"experiment_id", experiment_id}, {"rule", rule}, {"cell_ids", kept.ids()}}));
   std::vector<PageJob> jobs;
   std::int64_t first = -1, second = -1;
   for (std::size_t i = 0; i < rows.rows.size(); ++i) {

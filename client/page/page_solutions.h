@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "client/report/result_filter.h"
 #include "client/report/result_source.h"
 #include "legopt/judge/waypoint_inspector.h"
 #include "legopt/types/task.h"
@@ -36,9 +37,10 @@ struct PageMotion {
 /// Reads the waypoints of a job. Throws the errors of ReadWaypointsOf.
 PageMotion ReadPageMotion(ResultSource& source, const PageJob& job);
 
-/// Returns the jobs of an experiment that have waypoints or a trace, in the order in which a page of limited size
+/// Returns the kept jobs of an experiment that have waypoints or a trace, in the order in which a page of limited size
 /// includes them: failed postures, failed motions, other postures, other motions of the first two methods, the rest.
-std::vector<PageJob> JobsWithSolutions(ResultSource& source, std::int64_t experiment_id, Rule rule);
+std::vector<PageJob> JobsWithSolutions(ResultSource& source, std::int64_t experiment_id, Rule rule,
+                                       const ResultFilter& filter = {});
 
 /// Level of detail of a motion's findings.
 enum class FindingDepth : std::uint8_t {

@@ -22,7 +22,7 @@ ViewedJob ReadViewedJob(ResultSource& source, std::int64_t id) {
   if (row.At(0, "waypoints").get<int>() == 0 && row.At(0, "traced").get<int>() == 0) {
     throw ClientError(ExitCode::kUsage,
                       name + " has no solution to draw (" + row.Text(0, "state") + "); 'legopt view --problem " +
-                          std::to_string(row.At(0, "problem").get<int>()) + " --task " + row.Text(0, "task") +
+                          std::to_string(row.At(0, "problem").get<int>()) + " --tasks " + row.Text(0, "task") +
                           "' draws its problem, 'legopt show " + std::to_string(id) + " --logs' says why");
   }
   ViewedJob viewed;

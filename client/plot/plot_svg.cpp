@@ -360,7 +360,7 @@ std::string RenderPlotSvg(const Plot& plot) {
   if (plot.panels.size() > kMaxPanels) {
     throw ClientError(ExitCode::kUsage,
                       std::to_string(plot.panels.size()) + " panels are too many for one figure (at most " +
-                          std::to_string(kMaxPanels) + "); choose some, as by --method, --task or --initialization");
+                          std::to_string(kMaxPanels) + "); choose some by --methods, --tasks or --initializations");
   }
   Drawing drawing;
   const std::string height = SvgBody::Number(drawing.DrawPlot(plot));

@@ -110,9 +110,11 @@ StoredJob ReadStoredJob(ResultSource& source, std::int64_t job_id, const SolverR
   return stored;
 }
 
-std::vector<std::int64_t> DrawJobs(ResultSource& source, std::int64_t experiment_id, int count, std::uint64_t seed) {
+std::vector<std::int64_t> DrawJobs(ResultSource& source, std::int64_t experiment_id,
+                                   const std::vector<std::int64_t>& cell_ids, int count, std::uint64_t seed) {
   const Listing rows = source.Query(
-      db::Sql(db::Query::kRepeatableResults, {{"experiment_id", experiment_id}, {"statuses", RepeatableStatuses()}}));
+      db::Sql(db::Query::kRepeatableResults,
+              {{"experiment_id", experiment_id}, {"statuses", RepeatableStatuses()}, {"cell_ids", cell_ids}}));
   std::map<std::int64_t, std::vector<std::int64_t>> by_cell;
   for (std::size_t i = 0; i < rows.rows.size(); ++i) {
     by_cell[rows.At(i, "cell_id").get<std::int64_t>()].push_back(rows.At(i, "job_id").get<std::int64_t>());

@@ -36,9 +36,11 @@ struct StoredJob {
 /// solver is not in the registry, or if this build interprets its options differently.
 StoredJob ReadStoredJob(ResultSource& source, std::int64_t job_id, const SolverRegistry& registry);
 
-/// Returns the ids of `count` replayable jobs of an experiment (fewer if there are fewer), ascending. They are chosen
-/// randomly such that methods, tasks and initializations are represented evenly. Deterministic for a given seed.
-std::vector<std::int64_t> DrawJobs(ResultSource& source, std::int64_t experiment_id, int count, std::uint64_t seed);
+/// Returns the ids of `count` replayable jobs of an experiment (fewer if there are fewer), ascending. `cell_ids`: cells
+/// to choose from; empty: all. The jobs are chosen randomly such that methods, tasks and initializations are
+/// represented evenly. Deterministic for a given seed.
+std::vector<std::int64_t> DrawJobs(ResultSource& source, std::int64_t experiment_id,
+                                   const std::vector<std::int64_t>& cell_ids, int count, std::uint64_t seed);
 
 /// Returns e.g. "SQP, posture 3 from good, repetition 0, seed 1".
 std::string Described(const StoredJob& stored);

@@ -164,10 +164,13 @@ TableCell ShownCertifiedSuccess(const BenchmarkCell& cell);
 /// Returns the note below a table with jobs stopped by the wall-time limit; empty if there are none.
 std::string ClockWarning(std::int64_t clock_stopped, std::int64_t experiment_id);
 
-/// Style of text tables.
+/// Style and extent of rendered tables.
 struct TableStyle {
   TimeUnit time_unit = kMilliseconds;
   TextLayout layout = {};
+  /// Values of --columns; empty: all. Names of columns are those of CSV for CSV and JSON, and those of the displayed
+  /// table otherwise. JSON is then an array of rows, as for a listing.
+  std::vector<std::string> columns = {};
 };
 
 /// Returns the columns that identify a method: name, multi-starts, sample size.

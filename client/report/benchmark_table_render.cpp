@@ -353,9 +353,9 @@ Table TableOf(const BenchmarkTable& table, const TimeUnit& unit) {
 }
 
 std::string RenderBenchmarkTable(const BenchmarkTable& table, TableFormat format, const TableStyle& style) {
-  if (format == TableFormat::kJson) return JsonText(BenchmarkTableJson(table)) + "\n";
-  if (format == TableFormat::kCsv) return RenderListing(Unrounded(table), format);
-  return RenderTable(TableOf(table, style.time_unit), format, style.layout);
+  if (format == TableFormat::kJson && style.columns.empty()) return JsonText(BenchmarkTableJson(table)) + "\n";
+  const Table shown = IsExact(format) ? TableOf(Unrounded(table)) : TableOf(table, style.time_unit);
+  return RenderTable(KeepColumns(shown, style.columns), format, style.layout);
 }
 
 }  // namespace legopt::client

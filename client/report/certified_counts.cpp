@@ -55,11 +55,12 @@ void AddCertifiedCounts(ResultSource& source, const TableSelection& selection,
     const auto row = std::find_if(table->rows.begin(), table->rows.end(), [&](const BenchmarkRow& candidate) {
       return candidate.method_id == integer(i, "method_id");
     });
-    if (row == table->rows.end()) continue;  // has another collision model
+    if (row == table->rows.end()) continue;  // not selected
     const auto task = jobs.EnumAt<Task>(i, "task");
+    const auto cell = row->cells.find({task, jobs.EnumAt<Initialization>(i, "initialization")});
+    if (cell == row->cells.end()) continue;  // not selected
     const auto feasibility = Known(certificate, task, static_cast<int>(integer(i, "problem_id")));
-    JobCounts& counts =
-        row->cells[{task, jobs.EnumAt<Initialization>(i, "initialization")}].by_feasibility[feasibility];
+    JobCounts& counts = cell->second.by_feasibility[feasibility];
     counts.n += integer(i, "n");
     counts.solved += integer(i, "solved");
   }

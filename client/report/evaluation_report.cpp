@@ -220,6 +220,15 @@ std::string SolidLine(const EvaluationReport& report) {
   return "Solved by the solid rule: " + text + ".\n";
 }
 
+// Renders the selected rows and columns of the table of methods.
+std::string RenderPart(EvaluationReport report, TableFormat format, const TableStyle& style,
+                       const std::vector<std::string>& rows) {
+  KeepRows(rows, report.summaries.empty() ? &report.not_posed_summaries : &report.summaries);
+  const Table table =
+      IsExact(format) ? TableOf(SummaryListing(report)) : TablesOf(report, style.time_unit, false).front();
+  return RenderTable(KeepColumns(table, style.columns), format, style.layout);
+}
+
 }  // namespace
 
 std::string EvaluationCaption(const EvaluationReport& report) {
@@ -252,7 +261,9 @@ std::vector<Table> TablesOf(const EvaluationReport& report, const TimeUnit& unit
   return tables;
 }
 
-std::string RenderEvaluation(const EvaluationReport& report, TableFormat format, const TableStyle& style) {
+std::string RenderEvaluation(const EvaluationReport& report, TableFormat format, const TableStyle& style,
+                             const std::vector<std::string>& rows) {
+  if (!rows.empty() || !style.columns.empty()) return RenderPart(report, format, style, rows);
   if (format == TableFormat::kJson) return RenderJson(report);
   if (format == TableFormat::kCsv) return RenderListing(SummaryListing(report), format);
   return RenderTables(TablesOf(report, style.time_unit, format != TableFormat::kLatex), format, style.layout);

@@ -23,6 +23,9 @@ std::vector<Table> TablesOf(const EvaluationReport& report, const TimeUnit& unit
 /// Text and Markdown also list every solution that fails under the rule with the judge's detail, and the values between
 /// waypoints of motions. LaTeX (booktabs) contains only the tables. CSV has one line per method with all counts. JSON
 /// contains everything, including every judged solution.
-std::string RenderEvaluation(const EvaluationReport& report, TableFormat format, const TableStyle& style = {});
+///
+/// With values of --rows or with style.columns, there is only the table of methods, in JSON as an array of rows.
+std::string RenderEvaluation(const EvaluationReport& report, TableFormat format, const TableStyle& style = {},
+                             const std::vector<std::string>& rows = {});
 
 }  // namespace legopt::client

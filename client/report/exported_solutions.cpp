@@ -29,15 +29,6 @@ struct ResultRow {
   std::optional<UnsolvedPart> unsolved;
 };
 
-// Returns the SQL of kExportedResults or kExportedResultCount.
-std::string SqlOf(db::Query query, std::int64_t experiment_id, const std::vector<std::int64_t>& method_ids,
-                  const ExportFilter& filter) {
-  return db::Sql(query, {{"experiment_id", experiment_id},
-                         {"method_ids", method_ids},
-                         {"initialization", filter.initialization},
-                         {"task", filter.task}});
-}
-
 std::vector<ResultRow> ReadRows(ResultSource& source, const std::string& sql) {
   const Listing listing = source.Query(sql);
   std::vector<ResultRow> rows;
@@ -154,10 +145,13 @@ std::vector<std::string> MethodStrings(const std::vector<ResultKey>& keys) {
 }
 
 ExportedSolutions ReadSolutionsOf(ResultSource& source, std::int64_t experiment_id, const Dataset& dataset,
-                                  const ExportFilter& filter) {
-  const std::vector<std::int64_t> method_ids = ExperimentMethods(source, experiment_id).Ids(filter.methods);
-  auto rows = ReadRows(source, SqlOf(db::Query::kExportedResults, experiment_id, method_ids, filter));
-  const Listing count = source.Query(SqlOf(db::Query::kExportedResultCount, experiment_id, method_ids, filter));
+                                  const ResultFilter& filter) {
+  const KeptCells kept(source, experiment_id, filter);
+  const auto sql = [&](db::Query query) {
+    return db::Sql(query, {{"experiment_id", experiment_id}, {"cell_ids", kept.ids()}});
+  };
+  auto rows = ReadRows(source, sql(db::Query::kExportedResults));
+  const Listing count = source.Query(sql(db::Query::kExportedResultCount));
   ReadWaypoints(source, &rows);
 
   std::vector<ResultKey> keys;

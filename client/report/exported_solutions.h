@@ -1,11 +1,10 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "client/report/method_filter.h"
+#include "client/report/result_filter.h"
 #include "client/report/result_source.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/judge/solution_file.h"
@@ -13,13 +12,6 @@
 #include "legopt/types/task.h"
 
 namespace legopt::client {
-
-/// Filter for the results to export.
-struct ExportFilter {
-  MethodFilter methods;
-  std::optional<Initialization> initialization;
-  std::optional<Task> task;
-};
 
 /// Properties that distinguish accepted results of an experiment, in addition to task and problem.
 struct ResultKey {
@@ -47,8 +39,8 @@ struct ExportedSolutions {
 /// Reads the accepted results of an experiment as LegOpt solution files. Problem definitions and joint names are taken
 /// from `dataset`, which must be the experiment's. `success` is the verdict by the original evaluator's rule, `timeSec`
 /// the wall time of the whole solve. Throws InputError if a problem is not in the dataset, ClientError (kInternal) for
-/// a damaged row.
+/// a damaged row; and the errors of KeptCells.
 ExportedSolutions ReadSolutionsOf(ResultSource& source, std::int64_t experiment_id, const Dataset& dataset,
-                                  const ExportFilter& filter);
+                                  const ResultFilter& filter);
 
 }  // namespace legopt::client

@@ -33,8 +33,8 @@ TableRow ShownLine(const InterpolationTable& table, const InterpolationRow& row)
     if (depth_m) *depth_m *= kMillimetresPerMetre;
     return RealCell(depth_m, 1);
   };
-  for (const auto& start : kEnumNames<Initialization>) {
-    const auto found = row.cells.find(start.value);
+  for (const Initialization start : table.Initializations()) {
+    const auto found = row.cells.find(start);
     const InterpolationCell cell = found == row.cells.end() ? InterpolationCell{} : found->second;
     line.cells.push_back(cell.scored > 0 ? SuccessCell(cell.free, cell.scored) : MissingCell());
     line.cells.push_back(PercentCell(cell.free_share, 1));
@@ -98,6 +98,16 @@ bool InterpolationTable::shows_collision() const {
   return std::any_of(rows.begin(), rows.end(), [this](const auto& row) { return row.collision != rows[0].collision; });
 }
 
+std::vector<Initialization> InterpolationTable::Initializations() const {
+  std::vector<Initialization> found;
+  for (const auto& start : kEnumNames<Initialization>) {
+    if (std::ranges::any_of(rows, [&](const auto& row) { return row.cells.contains(start.value); })) {
+      found.push_back(start.value);
+    }
+  }
+  return found;
+}
+
 std::string InterpolationCellsSql(std::int64_t experiment_id, Rule rule) {
   return db::Sql(db::Query::kInterpolationOfExperiment,
                  {{"experiment_id", experiment_id}, {"rule", rule}, {"task", kInterpolatedTask.task}});
@@ -118,7 +128,8 @@ InterpolationTable BuildInterpolationTable(const Listing& cells, std::int64_t ex
                             integer("sample_size"),
                             cells.EnumAt<SceneRepresentation>(i, "collision"),
                             {},
-                            integer("inner_starts")});
+                            integer("inner_starts"),
+                            integer("method_id")});
     }
     table.rows.back().cells[cells.EnumAt<Initialization>(i, "initialization")] = {
         integer("n"),
@@ -139,9 +150,9 @@ Table TableOf(const InterpolationTable& table) {
   shown.title = {Caption(table)};
   shown.columns = MethodColumns();
   if (table.shows_collision()) shown.columns.push_back({"collision", "Collision"});
-  for (const auto& start : kEnumNames<Initialization>) {
-    const std::string name = std::string(start.word) + "_";
-    const std::string group = ColumnTitle({kInterpolatedTask.task, start.value});
+  for (const Initialization start : table.Initializations()) {
+    const std::string name = std::string(ToString(start)) + "_";
+    const std::string group = ColumnTitle({kInterpolatedTask.task, start});
     shown.columns.push_back({name + "free", "Free", "", Alignment::kRight, group});
     shown.columns.push_back({name + "share", "Share", "percent", Alignment::kRight, group});
     shown.columns.push_back({name + "scene", "Scene", "mm", Alignment::kRight, group});
@@ -158,10 +169,10 @@ Table TableOf(const InterpolationTable& table) {
   return shown;
 }
 
-std::string RenderInterpolationTable(const InterpolationTable& table, TableFormat format, const TextLayout& layout) {
-  if (format == TableFormat::kJson) return RenderJson(table);
-  if (format == TableFormat::kCsv) return RenderListing(Unrounded(table), format);
-  return RenderTable(TableOf(table), format, layout);
+std::string RenderInterpolationTable(const InterpolationTable& table, TableFormat format, const TableStyle& style) {
+  if (format == TableFormat::kJson && style.columns.empty()) return RenderJson(table);
+  const Table shown = IsExact(format) ? TableOf(Unrounded(table)) : TableOf(table);
+  return RenderTable(KeepColumns(shown, style.columns), format, style.layout);
 }
 
 }  // namespace legopt::client

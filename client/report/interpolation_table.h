@@ -38,6 +38,7 @@ struct InterpolationRow {
   SceneRepresentation collision = SceneRepresentation::kSolid;
   std::map<Initialization, InterpolationCell> cells;
   std::int64_t inner_starts = 0;  ///< internal restarts of an attempt beyond its first start
+  std::int64_t method_id = 0;     ///< id in the database
 };
 
 /// The solutions of an experiment between their waypoints.
@@ -52,6 +53,8 @@ struct InterpolationTable {
   std::int64_t taken_over = 0;            ///< number of results reused from other experiments, including other tasks
 
   bool shows_collision() const;
+  /// Returns the initializations that the rows have.
+  std::vector<Initialization> Initializations() const;
 };
 
 /// Returns the statement that reads the view `interpolation_cells`, in the order of the benchmark table.
@@ -65,7 +68,6 @@ Table TableOf(const InterpolationTable& table);
 
 /// Renders the table like RenderBenchmarkTable: text, Markdown and LaTeX show free of scored solutions, the share of
 /// free transitions in percent and depths in mm; CSV and JSON contain the same cells unrounded, depths in metres.
-std::string RenderInterpolationTable(const InterpolationTable& table, TableFormat format,
-                                     const TextLayout& layout = {});
+std::string RenderInterpolationTable(const InterpolationTable& table, TableFormat format, const TableStyle& style = {});
 
 }  // namespace legopt::client

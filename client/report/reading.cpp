@@ -1,18 +1,11 @@
 #include "client/report/reading.h"
 
+#include <algorithm>
+
 #include "db/named_queries.h"
 
 namespace legopt::client {
 namespace {
-
-// Keeps the rows of one collision model.
-template <class Table>
-void KeepCollision(const TableSelection& selection, const ExperimentInfo& experiment, Table* table) {
-  if (!selection.collision) return;
-  std::erase_if(table->rows, [&](const auto& row) { return row.collision != *selection.collision; });
-  if (!table->rows.empty()) return;
-  throw NoSuchCollision(experiment.id, *selection.collision);
-}
 
 // Returns whether all results of an experiment have a verdict by the rule.
 bool HasVerdicts(ResultSource& source, std::int64_t experiment_id, Rule rule) {
@@ -38,6 +31,28 @@ void AddOtherRule(ResultSource& source, BenchmarkTable* table) {
   table->other_rule = other;
 }
 
+// Removes the cells that are not kept, and rows without cells. `column_of` returns the column of a cell's key.
+template <class Row, class ColumnOf>
+void KeepCells(const KeptCells& kept, const ColumnOf& column_of, std::vector<Row>* rows) {
+  for (Row& row : *rows) {
+    std::erase_if(row.cells, [&](const auto& cell) { return !kept.Keeps(row.method_id, column_of(cell.first)); });
+  }
+  std::erase_if(*rows, [](const Row& row) { return row.cells.empty(); });
+}
+
+// Removes the columns without cells.
+void KeepColumnsWithCells(BenchmarkTable* table) {
+  std::erase_if(table->columns, [&](const BenchmarkColumn& column) {
+    return std::ranges::none_of(table->rows, [&](const BenchmarkRow& row) { return row.cells.contains(column); });
+  });
+}
+
+[[noreturn]] void RefuseInterpolation(std::int64_t experiment_id, const std::string& selection) {
+  throw ClientError(ExitCode::kUsage, "experiment " + std::to_string(experiment_id) + " has no " +
+                                          std::string(kInterpolatedTask.plural) + selection +
+                                          "; only these have an interpolation");
+}
+
 }  // namespace
 
 void RequireVerdicts(ResultSource& source, const ExperimentInfo& experiment, Rule rule) {
@@ -48,11 +63,6 @@ void RequireVerdicts(ResultSource& source, const ExperimentInfo& experiment, Rul
                                           source.flags() + "', then 'legopt evaluate FILE --rule solid'");
 }
 
-ClientError NoSuchCollision(std::int64_t experiment_id, SceneRepresentation collision) {
-  return {ExitCode::kUsage, "experiment " + std::to_string(experiment_id) + " has no method with collision " +
-                                std::string(ToString(collision))};
-}
-
 BenchmarkTable ReadBenchmarkTable(ResultSource& source, const TableSelection& selection) {
   const ExperimentInfo experiment = FindExperiment(source, selection.experiment);
   RequireVerdicts(source, experiment, selection.rule);
@@ -61,7 +71,11 @@ BenchmarkTable ReadBenchmarkTable(ResultSource& source, const TableSelection& se
   table.dataset = experiment.dataset_name;
   table.split = experiment.split;
   table.origins = ReadOrigins(source, experiment.id);
-  KeepCollision(selection, experiment, &table);
+  const KeptCells kept(source, experiment.id, selection.filter);
+  KeepCells(
+      kept, [](const BenchmarkColumn& column) { return column; }, &table.rows);
+  KeepRows(selection.rows, &table.rows);
+  KeepColumnsWithCells(&table);
   AddOtherRule(source, &table);
   return table;
 }
@@ -71,16 +85,18 @@ InterpolationTable ReadInterpolationTable(ResultSource& source, const TableSelec
   RequireVerdicts(source, experiment, selection.rule);
   auto table = BuildInterpolationTable(source.Query(InterpolationCellsSql(experiment.id, selection.rule)),
                                        experiment.id, selection.rule);
-  if (table.rows.empty()) {
-    throw ClientError(ExitCode::kUsage, "experiment " + std::to_string(experiment.id) + " has no " +
-                                            std::string(kInterpolatedTask.plural) +
-                                            "; only these have an interpolation");
-  }
+  if (table.rows.empty()) RefuseInterpolation(experiment.id, "");
   table.dataset = experiment.dataset_name;
   table.split = experiment.split;
   table.origins = ReadOrigins(source, experiment.id);
   table.taken_over = CountReusedResults(source, experiment.id);
-  KeepCollision(selection, experiment, &table);
+  const KeptCells kept(source, experiment.id, selection.filter);
+  const auto column_of = [](Initialization initialization) {
+    return BenchmarkColumn{kInterpolatedTask.task, initialization};
+  };
+  KeepCells(kept, column_of, &table.rows);
+  if (table.rows.empty()) RefuseInterpolation(experiment.id, " among those of " + Describe(selection.filter));
+  KeepRows(selection.rows, &table.rows);
   return table;
 }
 

@@ -3,10 +3,12 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "client/client_error.h"
 #include "client/report/benchmark_table.h"
 #include "client/report/interpolation_table.h"
+#include "client/report/result_filter.h"
 #include "client/report/result_source.h"
 
 namespace legopt::client {
@@ -15,18 +17,16 @@ namespace legopt::client {
 struct TableSelection {
   std::optional<std::int64_t> experiment;  ///< default: the newest
   Rule rule = Rule::kSolid;
-  std::optional<SceneRepresentation> collision;  ///< keep only methods with this collision model
+  ResultFilter filter = {};            ///< cells to keep
+  std::vector<std::string> rows = {};  ///< values of --rows: methods to keep, by position in the filtered table
 };
 
 /// Throws ClientError (kUsage) if results of the experiment have no verdict by the rule. Results of releases before the
 /// physical rule have no verdict by it, which is not a failure.
 void RequireVerdicts(ResultSource& source, const ExperimentInfo& experiment, Rule rule);
 
-/// Returns the error for an experiment that has no method with the collision model.
-ClientError NoSuchCollision(std::int64_t experiment_id, SceneRepresentation collision);
-
-/// Reads the benchmark table of an experiment. Throws the errors of FindExperiment, and ClientError (kUsage) if no
-/// method has the collision model, or a result has no verdict by the rule.
+/// Reads the benchmark table of an experiment. Throws the errors of FindExperiment, KeptCells and KeepRows,
+/// and ClientError (kUsage) if a result has no verdict by the rule.
 BenchmarkTable ReadBenchmarkTable(ResultSource& source, const TableSelection& selection);
 
 /// Reads the interpolation table of an experiment. Throws the errors of ReadBenchmarkTable, and ClientError (kUsage)

@@ -46,6 +46,13 @@ std::vector<std::string> SplitNames(const std::vector<std::string>& lists, const
   throw ClientError(ExitCode::kUsage, "--columns: there is no column '" + column + "'; " + SuggestName(column, known));
 }
 
+[[noreturn]] void RefuseRows(const std::string& rows, std::size_t count) {
+  throw ClientError(ExitCode::kUsage,
+                    "--rows " + rows + ": " +
+                        (count == 0 ? "the table has no rows" : "the table has rows 1 to " + std::to_string(count)) +
+                        "; give numbers and ranges, e.g. 1-3,5");
+}
+
 // Returns the columns of grouped tables named by their headings in lower case, e.g. "cost".
 std::vector<std::size_t> ColumnsWithHeading(const Table& table, const std::string& heading) {
   std::vector<std::size_t> found;
@@ -137,7 +144,26 @@ std::vector<std::size_t> ColumnPositions(const std::vector<std::string>& columns
   return positions;
 }
 
+std::vector<std::size_t> RowPositions(const std::vector<std::string>& rows, std::size_t count) {
+  std::vector<bool> kept(count, rows.empty());
+  for (const std::string& list : rows) {
+    for (const std::string& range : app::SplitValues(list)) {
+      const std::size_t dash = range.find('-');
+      const auto first = ParseInteger<std::size_t>(range.substr(0, dash));
+      const auto last = dash == std::string::npos ? first : ParseInteger<std::size_t>(range.substr(dash + 1));
+      if (!first || !last || *first < 1 || *last < *first || *last > count) RefuseRows(range, count);
+      for (std::size_t row = *first; row <= *last; ++row) kept[row - 1] = true;
+    }
+  }
+  std::vector<std::size_t> positions;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (kept[i]) positions.push_back(i);
+  }
+  return positions;
+}
+
 Table KeepColumns(const Table& table, const std::vector<std::string>& columns) {
+  if (columns.empty()) return table;
   const std::vector<std::string> names = DistinctNames(NamesOf(table));
   std::vector<std::size_t> positions;
   for (const std::string& column : SplitNames(columns, names)) {

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "client/report/text_layout.h"
@@ -12,6 +13,9 @@ namespace legopt::client {
 
 /// Output formats of all commands that print tables.
 enum class TableFormat { kText, kMarkdown, kLatex, kCsv, kJson };
+
+/// Returns whether a format has exact values, for programs: CSV and JSON.
+inline bool IsExact(TableFormat format) { return format == TableFormat::kCsv || format == TableFormat::kJson; }
 
 enum class Alignment { kLeft, kRight };
 
@@ -83,8 +87,21 @@ std::string RenderRecord(const Table& table, std::size_t row, const TextLayout& 
 
 /// Returns a table of only these columns, in this order: values of --columns, separated by commas. A value is the name
 /// of a column, or the heading of columns in several groups, which stay together. Throws ClientError (kUsage) with the
-/// most similar name for an unknown column.
+/// most similar name for an unknown column. Without values, returns the table as it is.
 Table KeepColumns(const Table& table, const std::vector<std::string>& columns);
+
+/// Returns the positions, from 0 and ascending, that values of --rows such as "1-3,5" select among `count` rows; all of
+/// them without values. Throws ClientError (kUsage) for a text that is no range of rows.
+std::vector<std::size_t> RowPositions(const std::vector<std::string>& rows, std::size_t count);
+
+/// Keeps the elements of RowPositions.
+template <class Element>
+void KeepRows(const std::vector<std::string>& rows, std::vector<Element>* elements) {
+  if (rows.empty()) return;
+  std::vector<Element> kept;
+  for (const std::size_t row : RowPositions(rows, elements->size())) kept.push_back(std::move((*elements)[row]));
+  *elements = std::move(kept);
+}
 
 /// Returns the names, with a number appended to repeated ones: x, x_2, x_3.
 std::vector<std::string> DistinctNames(const std::vector<std::string>& columns);

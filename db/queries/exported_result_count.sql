@@ -3,6 +3,4 @@ SELECT count(*) AS n
 FROM jobs AS j JOIN cells AS c USING (cell_id) JOIN methods AS m USING (method_id)
 JOIN problems AS p USING (problem_key) LEFT JOIN results AS r ON r.job_id = j.job_id
 WHERE c.experiment_id = :experiment_id
-  AND c.method_id IN (:method_ids)  -- if :method_ids
-  AND c.initialization = :initialization  -- if :initialization
-  AND c.task = :task  -- if :task
+  AND c.cell_id IN (:cell_ids)  -- if :cell_ids

@@ -1,12 +1,10 @@
--- The results of an export without their solutions. Parameters: :experiment_id, and optional :method_ids,
--- :initialization, :task. Order: job_id.
+-- The results of an export without their solutions. Parameters: :experiment_id, and optional :cell_ids.
+-- Order: job_id.
 SELECT j.job_id, c.method_id, m.name AS method, m.multi_starts, m.sample_size, m.collision, c.initialization,
   j.repetition, c.task, p.problem_id, r.wall_us, r.verdict_literal, r.num_waypoints
 FROM jobs AS j JOIN cells AS c USING (cell_id) JOIN methods AS m USING (method_id)
 JOIN problems AS p USING (problem_key) LEFT JOIN results AS r ON r.job_id = j.job_id
 WHERE c.experiment_id = :experiment_id
-  AND c.method_id IN (:method_ids)  -- if :method_ids
-  AND c.initialization = :initialization  -- if :initialization
-  AND c.task = :task  -- if :task
+  AND c.cell_id IN (:cell_ids)  -- if :cell_ids
   AND r.job_id IS NOT NULL
 ORDER BY j.job_id

@@ -206,7 +206,8 @@ TEST_F(CompareCommand, FilesAreComparedMethodByMethod) {
   EXPECT_EQ(nlohmann::json::parse(one.out).at("comparisons").size(), 1U);
   ExpectError(Run({"compare", a, a}), 2, "are the same");
   ExpectError(Run({"compare", a, "SQP"}), 2, "is a file, 'SQP' is none");
-  ExpectError(Run({"compare", a, b, "--method", "E"}), 2, "has no method 'E'");
+  ExpectError(Run({"compare", a, b, "--methods", "E"}), 2,
+              "--methods E: experiment 1 has no such method; valid: A, B, C");
 }
 
 TEST_F(CompareCommand, ProblemsOfDifferentDatasetsAreNotPaired) {

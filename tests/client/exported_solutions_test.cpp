@@ -157,22 +157,18 @@ TEST(ExportedMotions, KeepEveryBitAndArePartlyExportedWhenPartlySolved) {
   EXPECT_EQ(window.at("x").size(), 12U);
   EXPECT_FALSE(written.at("problems").at(0).at("solution").at(0).contains("unsolvedWindow"));
   EXPECT_THAT(RenderEvaluation(report, TableFormat::kText), testing::HasSubstr("Between waypoints"));
-  ExportFilter surface;
-  surface.methods.collision = SceneRepresentation::kSurface;
+  ResultFilter surface;
+  surface.collision = SceneRepresentation::kSurface;
   EXPECT_EQ(ReadSolutionsOf(*source, 1, *dataset, surface).num_solutions, 1);
 }
 
 TEST_F(ExportRoundTrip, FilterSelects) {
-  const auto exported =
-      ReadSolutionsOf(*source_, 1, *dataset_,
-                      {.methods = {.method = "sqp", .multi_starts = {}, .sample_size = {}, .collision = {}},
-                       .initialization = Initialization::kInCollision,
-                       .task = Task::kPosture});
+  const auto exported = ReadSolutionsOf(
+      *source_, 1, *dataset_, {.methods = {"sqp"}, .tasks = {"posture"}, .initializations = {"in_collision"}});
   EXPECT_EQ(exported.num_solutions, 1);
   EXPECT_EQ(exported.files.at(0).problems.at(0).solutions.at(0).method, "SQP");
   EXPECT_EQ(exported.files.at(0).problems.at(0).solutions.at(0).init_type, "in_collision");
-  EXPECT_TRUE(ReadSolutionsOf(*source_, 1, *dataset_, {.methods = {}, .initialization = {}, .task = Task::kMotion})
-                  .files.empty());
+  EXPECT_THROW(ReadSolutionsOf(*source_, 1, *dataset_, {.tasks = {"motion"}}), ClientError);
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ TEST_F(PageCommand, AnUnfinishedExperimentOnADatasetThatIsNotAtHandIsReportedAnd
 }
 
 TEST_F(PageCommand, AJobWithoutASolutionSaysWhereItsProblemIs) {
-  ExpectError(Run({"view", "2", "--db", file_}), 2, "legopt view --problem 1 --task posture");
+  ExpectError(Run({"view", "2", "--db", file_}), 2, "legopt view --problem 1 --tasks posture");
   ExpectError(Run({"view", "3", "--db", file_}), 2, "job 3 has no solution to draw (queued)");
   ExpectError(Run({"view", "77", "--db", file_}), 2, "there is no job 77");
   EXPECT_FALSE(Exists("job-2.html") || Exists("job-3.html"));

@@ -68,11 +68,11 @@ TEST_F(ResultSourceTest, TheExperimentsRuleIsTheDefault) {
 }
 
 TEST_F(ResultSourceTest, ATableByTheSolidRuleNeedsItsVerdictOfEveryResult) {
-  const TableSelection solid{.experiment = {}, .rule = Rule::kSolid, .collision = {}};
+  const TableSelection solid{.experiment = {}, .rule = Rule::kSolid};
   EXPECT_EQ(ReadBenchmarkTable(*source_, solid).rows[0].cells.at({Task::kPosture, Initialization::kGood}).solved, 2);
   // Results of an older release look like this.
   AlterDatabase(file_, "results_are_final", "UPDATE results SET verdict_solid = NULL WHERE job_id = 2");
-  const auto table = ReadBenchmarkTable(*source_, {.experiment = {}, .rule = Rule::kLiteral, .collision = {}});
+  const auto table = ReadBenchmarkTable(*source_, {.experiment = {}, .rule = Rule::kLiteral});
   EXPECT_EQ(table.rows.size(), 2U);
   EXPECT_EQ(table.other_rule, std::nullopt) << "not known of all results";
   try {

@@ -257,7 +257,8 @@ TEST(StatisticsTable, WhatTheClockEndedIsWarnedOf) {
 }
 
 TEST(StatisticsTable, ACollisionModelThatNobodyHasIsRefused) {
-  EXPECT_THROW(TableOf(ToyPool(), {.experiment = 1, .collision = SceneRepresentation::kSurface}), ClientError);
+  EXPECT_THROW(TableOf(ToyPool(), {.experiment = 1, .filter = {.collision = SceneRepresentation::kSurface}}),
+               ClientError);
 }
 
 }  // namespace

@@ -276,10 +276,10 @@ TEST(InterpolationLayout, FitsToo) {
   table.rows = {
       {"SQP", 0, 100, SceneRepresentation::kSolid, {{Initialization::kGood, {5, 4, 4, 3, 0.975, 0.0123, 0.0}}}},
       {"SQP", 0, 100, SceneRepresentation::kSurface, {{Initialization::kGood, {5, 5, 5, 5, 1.0, 0.0004, 0.0002}}}}};
-  EXPECT_EQ(RenderInterpolationTable(table, TableFormat::kText, {240, false}),
+  EXPECT_EQ(RenderInterpolationTable(table, TableFormat::kText, {.layout = {240, false}}),
             RenderInterpolationTable(table, TableFormat::kText));
   for (const std::size_t width : {30U, 60U, 80U, 100U}) {
-    const std::string text = RenderInterpolationTable(table, TableFormat::kText, {width, false});
+    const std::string text = RenderInterpolationTable(table, TableFormat::kText, {.layout = {width, false}});
     EXPECT_THAT(WidthsOf(text), Each(Le(width))) << text;
     for (const char* part : {"3/4", "97.5", "12.3", "100.0", "0.4", "surface"}) EXPECT_THAT(text, HasSubstr(part));
   }

@@ -1,4 +1,4 @@
-#include "client/compare/method_choice.h"
+#include "client/report/method_choice.h"
 
 #include <algorithm>
 #include <cctype>
@@ -49,7 +49,7 @@ struct NamedFigures {
   Figures figures;
 };
 
-// Parses e.g. "SQP:multi_starts=10,collision=solid".
+// Parses e.g. "SQP:multi_starts=10,collision=solid". Throws for a part without "=".
 NamedFigures ReadChoice(const std::string& text) {
   const std::size_t colon = text.rfind(':');
   NamedFigures read{text.substr(0, colon), {}};
@@ -62,6 +62,16 @@ NamedFigures ReadChoice(const std::string& text) {
     read.figures.emplace_back(figure.substr(0, equals), figure.substr(equals + 1));
   }
   return read;
+}
+
+// Returns std::nullopt for a text that is no name with properties.
+std::optional<NamedFigures> TryReadChoice(const std::string& text) {
+  if (text.find(':') == std::string::npos) return std::nullopt;
+  try {
+    return ReadChoice(text);
+  } catch (const ClientError&) {
+    return std::nullopt;
+  }
 }
 
 std::vector<MethodIdentity> OfName(const std::string& name, std::span<const MethodIdentity> methods) {
@@ -83,6 +93,19 @@ std::string Choices(const std::vector<MethodIdentity>& some, std::span<const Met
 
 }  // namespace
 
+MethodIdentity MethodAt(const Listing& cells, std::size_t row) {
+  MethodIdentity method;
+  method.method_id = cells.At(row, "method_id").get<std::int64_t>();
+  method.name = cells.Text(row, "name");
+  method.multi_starts = cells.At(row, "multi_starts").get<std::int64_t>();
+  method.inner_starts = cells.At(row, "inner_starts").get<std::int64_t>();
+  method.sample_size = cells.At(row, "sample_size").get<std::int64_t>();
+  method.incremental = cells.At(row, "incremental").get<int>() != 0;
+  method.collision = cells.EnumAt<SceneRepresentation>(row, "collision");
+  method.hash = cells.Text(row, "hash");
+  return method;
+}
+
 std::string ChoiceOf(const MethodIdentity& method, std::span<const MethodIdentity> methods) {
   std::vector<MethodIdentity> rivals = OfName(method.name, methods);
   std::string text;
@@ -94,19 +117,28 @@ std::string ChoiceOf(const MethodIdentity& method, std::span<const MethodIdentit
   return method.name + text;
 }
 
-std::optional<MethodIdentity> FindMethod(const std::string& text, std::span<const MethodIdentity> methods) {
+bool IsMethodChoice(const std::string& text, std::span<const MethodIdentity> methods) {
+  if (!OfName(text, methods).empty()) return true;
+  const std::optional<NamedFigures> wanted = TryReadChoice(text);
+  return wanted && !OfName(wanted->name, methods).empty();
+}
+
+std::vector<MethodIdentity> FindMethods(const std::string& text, std::span<const MethodIdentity> methods) {
   std::vector<MethodIdentity> found = OfName(text, methods);  // a name may contain a colon itself
-  if (found.empty() && text.find(':') != std::string::npos) {
-    const NamedFigures wanted = ReadChoice(text);
-    const std::vector<MethodIdentity> named = OfName(wanted.name, methods);
-    if (named.empty()) return std::nullopt;
-    found = named;
-    std::erase_if(found, [&](const MethodIdentity& method) { return !HasFigures(method, wanted.figures); });
-    if (found.empty()) {
-      throw ClientError(ExitCode::kUsage,
-                        "no '" + wanted.name + "' is like '" + text + "'; there is " + Choices(named, methods));
-    }
+  if (!found.empty() || text.find(':') == std::string::npos) return found;
+  const NamedFigures wanted = ReadChoice(text);
+  const std::vector<MethodIdentity> named = OfName(wanted.name, methods);
+  found = named;
+  std::erase_if(found, [&](const MethodIdentity& method) { return !HasFigures(method, wanted.figures); });
+  if (found.empty() && !named.empty()) {
+    throw ClientError(ExitCode::kUsage,
+                      "no '" + wanted.name + "' is like '" + text + "'; there is " + Choices(named, methods));
   }
+  return found;
+}
+
+std::optional<MethodIdentity> FindMethod(const std::string& text, std::span<const MethodIdentity> methods) {
+  const std::vector<MethodIdentity> found = FindMethods(text, methods);
   if (found.size() > 1) {
     throw ClientError(ExitCode::kUsage, "'" + text + "' names " + std::to_string(found.size()) +
                                             " methods; say which: " + Choices(found, methods));
