@@ -1,10 +1,15 @@
 #include "app/data_folder.h"
 
+#include <unistd.h>
+
 #include <cstdlib>
+#include <fstream>
+#include <iterator>
 #include <string>
 #include <system_error>
+#include <utility>
 
-#include "app/process_start.h"
+#include "app/processes.h"
 #include "legopt/types/input_error.h"
 
 namespace legopt::app {
@@ -59,6 +64,50 @@ std::vector<std::filesystem::path> EmbeddedDatasetFolders() {
   std::vector<std::filesystem::path> folders = {DefaultDatasetFolder()};
   if (const auto hard = DataFolder() / kHardDataset; IsFolder(hard)) folders.push_back(hard);
   return folders;
+}
+
+namespace fs = std::filesystem;
+
+bool IsDatasetHash(const std::string& text) {
+  constexpr std::size_t kDigits = 64;
+  return text.size() == kDigits && text.find_first_not_of("0123456789abcdef") == std::string::npos;
+}
+
+fs::path DatasetCacheFolder() {
+  const auto below = [](const char* variable, const char* folder) -> fs::path {
+    const char* value = std::getenv(variable);
+    return value != nullptr && *value == '/' ? fs::path(value) / folder : fs::path();
+  };
+  if (fs::path folder = below("XDG_CACHE_HOME", "legopt/datasets"); !folder.empty()) return folder;
+  std::error_code error;
+  if (fs::path folder = below("HOME", ".cache/legopt/datasets"); !folder.empty()) {
+    fs::create_directories(folder, error);
+    if (!error && access(folder.c_str(), W_OK) == 0) return folder;
+  }
+  return fs::temp_directory_path() / ("legopt-" + std::to_string(getuid())) / "datasets";
+}
+
+std::string ArchiveName(std::string_view hash) { return std::string(hash) + ".legopt-dataset"; }
+
+OfferedDatasets::OfferedDatasets(std::optional<fs::path> folder) : folder_(std::move(folder)) {
+  if (folder_ && !fs::is_directory(*folder_)) {
+    throw InputError(
+        {"--datasets", "", folder_->string(), "is no folder", "'legopt dataset pack' writes what belongs into it"});
+  }
+}
+
+const std::string* OfferedDatasets::Find(const std::string& hash, std::size_t most_bytes) {
+  if (!folder_) return nullptr;
+  if (hash == hash_) return &archive_;
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(*folder_, ignored)) {
+    if (entry.path().filename() != ArchiveName(hash) || entry.file_size(ignored) > most_bytes) continue;
+    std::ifstream stream(entry.path(), std::ios::binary);
+    archive_.assign(std::istreambuf_iterator<char>(stream), {});
+    hash_ = stream ? hash : "";
+    return stream ? &archive_ : nullptr;
+  }
+  return nullptr;
 }
 
 }  // namespace legopt::app

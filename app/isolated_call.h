@@ -1,11 +1,16 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 
 #include "legopt/types/read_guard.h"
 
 namespace legopt {
+
+/// Limits further growth of this process's address space to `extra_bytes` (RLIMIT_AS, soft); 0 or less removes the
+/// limit. Beyond it allocations fail as if memory were exhausted. Linux; thread-safe.
+void LimitMemoryGrowth(std::int64_t extra_bytes);
 
 /// Runs `body` in a separate process and returns its result. For readers that untrusted input may crash, corrupt or
 /// keep busy forever. The process is a copy of the caller's with one thread; it prints nothing, dumps no core and ends

@@ -1,6 +1,5 @@
 #include "app/network_flags.h"
 
-#include "app/checks.h"
 #include "app/command_line.h"
 
 namespace legopt::app {

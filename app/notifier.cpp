@@ -11,9 +11,9 @@
 #include <filesystem>
 #include <utility>
 
-#include "app/signal_meaning.h"
-#include "legopt/types/classic_stream.h"
+#include "app/processes.h"
 #include "legopt/types/input_error.h"
+#include "legopt/types/number_text.h"
 
 extern char** environ;
 

@@ -5,6 +5,9 @@
 
 namespace legopt::app {
 
+/// Returns a text as a word of a POSIX shell's command line: unchanged if possible, otherwise in single quotes.
+std::string ShellWord(const std::string& text);
+
 /// Returns untrusted text (names, reasons, messages, SQL results, log lines) in a form that is safe to print on a
 /// terminal. UTF-8 is kept. Characters that a terminal might interpret, or that hide or reorder other text, become
 /// visible escapes:

@@ -14,7 +14,7 @@
 #include <system_error>
 
 #include "app/arguments.h"
-#include "legopt/files/file_error.h"
+#include "legopt/files/written_file.h"
 #include "legopt/types/input_error.h"
 
 namespace legopt::app {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "app/exit_codes.h"
-#include "app/process_start.h"
+#include "app/processes.h"
 #include "bus/bus_error.h"
 
 /// Common part of every `main`.

@@ -6,7 +6,7 @@
 
 /// @file
 /// The only exception of the bus: the network or an option is unusable, or a message built by this program is invalid.
-/// Received data never throws; invalid data is counted (counters.h) and rejected.
+/// Received data never throws; invalid data is counted (endpoint.h) and rejected.
 
 namespace legopt::bus {
 

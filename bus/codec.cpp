@@ -4,8 +4,7 @@
 #include <cstdint>
 #include <exception>
 
-#include "bus/field_validation.h"
-#include "bus/layout.h"
+#include "bus/message_validation.h"
 
 namespace legopt::bus::codec_internal {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "bus/bus_error.h"
 #include "bus/codec.h"
-#include "bus/text.h"
+#include "bus/field_check.h"
 
 namespace legopt::bus {
 namespace {

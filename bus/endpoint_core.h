@@ -1,6 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <chrono>
+#include <cstdint>
 #include <deque>
 #include <functional>
 #include <map>
@@ -15,19 +18,89 @@
 #include <utility>
 #include <vector>
 
-#include "bus/bulk_receiver.h"
-#include "bus/bulk_sender.h"
+#include "bus/bulk_transfer.h"
 #include "bus/endpoint.h"
-#include "bus/pacer.h"
 #include "bus/replay_guard.h"
 #include "bus/reply_cache.h"
-#include "bus/retry_policy.h"
 #include "bus/wire.h"
 
-/// @file
-/// Implementation of Endpoint. Private to bus; see endpoint.h for the contract.
-
 namespace legopt::bus {
+
+/// @file
+/// Token bucket that limits bursts of small requests to a size that a receiver's buffer holds without loss. Larger
+/// bursts must be expected to lose datagrams; paced traffic does not:
+/// docs/explanation/reliability.md#what-lcm-and-udp-do. Private to bus.
+
+/// Token bucket for small requests.
+class Pacer {
+ public:
+  /// Time of the transport's steady clock.
+  using microseconds = std::chrono::microseconds;
+  static constexpr int kBurst = 48;             ///< requests sent without waiting
+  static constexpr microseconds kInterval{25};  ///< minimum interval after that: 40,000 requests / s
+
+  /// Takes a token for one request. Returns false if the request must wait.
+  bool Take(microseconds now) {
+    const auto earned = (now - refilled_) / kInterval;
+    if (earned > 0) {
+      tokens_ = static_cast<int>(std::min<std::int64_t>(kBurst, tokens_ + earned));
+      refilled_ = tokens_ == kBurst ? now : refilled_ + earned * kInterval;
+    }
+    if (tokens_ == 0) return false;
+    --tokens_;
+    return true;
+  }
+  /// Time of the next token after Take() returned false.
+  microseconds next() const { return refilled_ + kInterval; }
+
+ private:
+  int tokens_ = kBurst;
+  microseconds refilled_{0};
+};
+
+// Adapts the interval before a caller's first retry, based on retries that turned out to be unnecessary. Private to
+// bus.
+//
+// If datagrams queue for longer than the first interval, every request is repeated although nothing is lost. The
+// repeats keep the queue full, so that a server that could otherwise serve all its callers never catches up. A reply
+// to a finished call shows that a repeat was unnecessary. (Response times are no measure: with losses they include the
+// wait for a repeat, so a delay derived from them would grow without bound.)
+
+/// Adaptive interval before the first retry. Thread rule: none.
+class RetryPolicy {
+ public:
+  /// Time of the transport's steady clock.
+  using microseconds = std::chrono::microseconds;
+  static constexpr microseconds kLeast = std::chrono::milliseconds(50);  ///< initial and minimum value
+  static constexpr microseconds kMost = std::chrono::milliseconds(500);  ///< maximum value
+
+  /// Returns the interval before the first repeat of a call: at least `wanted`, at most `longest` (>= wanted).
+  microseconds First(microseconds wanted, microseconds longest) const {
+    return learnt_ == kLeast ? wanted : std::clamp(learnt_, wanted, longest);
+  }
+  /// Returns how long a proof may be in flight: at most until the first repeat of a call, including jitter.
+  microseconds PendingProof() const { return learnt_ * 3 / 4; }
+  /// Records a reply to a finished call, which shows that its repeat was unnecessary. The interval grows only at the
+  /// second late reply to the same call: a single one may be chance if some datagrams are lost and some late.
+  void RecordNeedlessRetry(std::int64_t call) {
+    if (std::exchange(late_, call) == call) learnt_ = std::min(std::max(learnt_, last_took_ * 5 / 4), kMost);
+  }
+  /// Records that a call ended `took` after its start, by a reply or by its deadline.
+  void RecordCallEnd(microseconds took) { last_took_ = took; }
+  /// Records that a call was answered without a repeat, `took` after its start.
+  void RecordReply(microseconds took) {
+    constexpr int kShare = 2;
+    RecordCallEnd(took);
+    if (2 * took < learnt_) learnt_ = std::max(learnt_ - learnt_ / kShare, kLeast);
+  }
+
+ private:
+  microseconds learnt_ = kLeast;
+  microseconds last_took_{0};
+  std::int64_t late_ = 0;  // call of the last late reply
+};
+
+// Implementation of Endpoint. Private to bus; see endpoint.h for the contract.
 
 /// Returns the key of the call to which a caller's frame belongs.
 inline CallKey CallerKey(const FrameHeader& header) {

@@ -8,6 +8,16 @@
 
 namespace legopt::bus {
 
+/// @file
+/// Texts of messages: UTF-8 without NUL. Thread rule: none, no state.
+
+/// Returns whether `text` is UTF-8 without NUL.
+bool IsText(const std::string& text);
+
+/// Returns `text` truncated to at most `limit` bytes (whole characters), with NULs and invalid UTF-8 bytes replaced by
+/// '?'.
+std::string CleanText(std::string text, std::size_t limit);
+
 /// Maximum nesting depth of arrays and objects in a JSON text of a message.
 inline constexpr int kMaxJsonNesting = 64;
 /// Returns whether no array or object of the text is nested deeper than `most`. Also true for many texts that are not
@@ -15,7 +25,7 @@ inline constexpr int kMaxJsonNesting = 64;
 bool NestsWithin(std::string_view json, int most);
 
 /// Checks the fields of a message one after another and stores the first fault as "FIELD: VALUE: RULE". Private to bus;
-/// used by the rules of fields (field_rules.h). Thread rule: one thread.
+/// used by the rules of fields (field.h). Thread rule: one thread.
 class FieldCheck {
  public:
   /// Requires a value in [low, high].

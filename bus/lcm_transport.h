@@ -8,6 +8,8 @@
 
 #include "bus/transport.h"
 
+namespace legopt::bus {
+
 /// @file
 /// Transport over LCM's udpm provider: UDP multicast, control on `port`, bulk on `port + 1`, channel "LEGOPT".
 ///
@@ -27,8 +29,6 @@
 /// depend on the filter.
 ///
 /// Thread rule: see Transport. Source: docs/explanation/reliability.md#what-lcm-and-udp-do.
-
-namespace legopt::bus {
 
 /// Address and key of a deployment.
 struct LcmOptions {

@@ -9,17 +9,27 @@
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <string>
 #include <string_view>
 #include <system_error>
 
 #include "bus/bus_error.h"
 #include "bus/wire.h"
-#include "legopt/files/file_error.h"
 #include "legopt/files/written_file.h"
 
 namespace legopt::bus {
+
+std::string RoleRefusal(KeyRole role, std::string_view action, Callers callers) {
+  std::string needed = "the full key";
+  if (callers == Callers::kWorkers) needed = "a worker's key or the full key";
+  if (callers == Callers::kClients) needed = "a client's key or the full key";
+  return "a " + std::string(ToString(role)) + "'s key does not permit " + std::string(action) + "; give --key-file " +
+         needed;
+}
+
 namespace {
 
 constexpr std::size_t kDigits = 2 * MessageKey::kBytes;
@@ -242,6 +252,50 @@ int MessageKey::WriteInMemory() const {
   }
   WriteAll("/dev/fd/" + std::to_string(fd), fd, FileText());
   return fd;
+}
+
+Tag ComputeTag(std::span<const std::uint8_t> datagram, std::size_t offset, const MessageKey* key) {
+  constexpr Tag kZeros{};
+  crypto_generichash_state state;
+  Tag tag;
+  if (key == nullptr) {
+    crypto_generichash_init(&state, nullptr, 0, tag.size());
+  } else {
+    crypto_generichash_init(&state, key->bytes().data(), key->bytes().size(), tag.size());
+  }
+  crypto_generichash_update(&state, datagram.data(), offset);
+  crypto_generichash_update(&state, kZeros.data(), kZeros.size());
+  const auto rest = datagram.subspan(offset + kTagBytes);
+  crypto_generichash_update(&state, rest.data(), rest.size());
+  crypto_generichash_final(&state, tag.data(), tag.size());
+  return tag;
+}
+
+// Takes constant time: a forger must not learn how many bytes were correct.
+bool TagIsRight(std::span<const std::uint8_t> datagram, std::size_t offset, const MessageKey* key) {
+  const Tag right = ComputeTag(datagram, offset, key);
+  return sodium_memcmp(right.data(), datagram.subspan(offset).data(), right.size()) == 0;
+}
+
+const MessageKey* KeyOfRole(const MessageKey* key, KeyRole role) {
+  if (key == nullptr) return nullptr;
+  const MessageKey* of_role = key->ForRole(role);
+  if (of_role == nullptr) {
+    std::fprintf(stderr, "legopt bus: broken invariant: no tag of a %s from the key of a %s\n",
+                 std::string(ToString(role)).c_str(), std::string(ToString(key->role())).c_str());
+    std::abort();
+  }
+  return of_role;
+}
+
+std::optional<KeyRole> RoleOfTag(std::span<const std::uint8_t> datagram, std::size_t offset, const MessageKey* key) {
+  if (key == nullptr) return TagIsRight(datagram, offset, nullptr) ? std::optional(KeyRole::kOperator) : std::nullopt;
+  if (TagIsRight(datagram, offset, key)) return key->role();
+  for (const KeyRole role : kDerivedRoles) {
+    const MessageKey* derived = key->ForRole(role);
+    if (derived != nullptr && derived != key && TagIsRight(datagram, offset, derived)) return role;
+  }
+  return std::nullopt;
 }
 
 }  // namespace legopt::bus

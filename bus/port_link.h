@@ -2,20 +2,44 @@
 
 #include <lcm/lcm.h>
 #include <netinet/in.h>
+#include <sys/types.h>
 
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
+#include <set>
 #include <span>
+#include <utility>
 
 #include "bus/lcm_transport.h"
-#include "bus/open_files.h"
-
-/// @file
-/// One UDP port of LcmTransport. Private to bus.
 
 namespace legopt::bus {
+
+/// @file
+/// Finds the sockets and pipes that a library opens without exposing them. Private to bus.
+
+/// Device and inode of an open file. An inode, unlike a descriptor's number, is not reused soon after a close, so other
+/// threads may open and close files while a library is observed.
+using FileIdentity = std::pair<dev_t, ino_t>;
+
+/// Returns the descriptors of this process's open sockets and pipes with their identities. Without /proc, it misses
+/// descriptors more than 64 above the lowest free one. Thread-safe.
+std::map<int, FileIdentity> OpenSocketsAndPipes();
+
+/// Sockets and pipes that were open at construction. Thread-safe: constant.
+class OpenFilesBefore {
+ public:
+  OpenFilesBefore();
+  /// Returns the descriptors of sockets and pipes opened since construction, by any thread.
+  std::set<int> OpenedSince() const;
+
+ private:
+  std::set<FileIdentity> files_;
+};
+
+// One UDP port of LcmTransport. Private to bus.
 
 /// Sends and receives LCM's short-form packets on one port of the group. Uses LCM or, with TTL 0 and without the route
 /// that LCM requires, its own socket on loopback. Both send the same packets. Thread rule: one thread.
@@ -35,7 +59,7 @@ class PortLink {
   int wait_descriptor() const { return wait_fd_; }  ///< readable if Handle has something to do
   /// Passes one packet to the sink if it is on this program's channel. Call only if wait_descriptor() is readable.
   void Handle();
-  /// Attaches the socket filter (socket_filter.h). The kernel then drops packets for other parties than `self` and,
+  /// Attaches the socket filter (udp_socket.h). The kernel then drops packets for other parties than `self` and,
   /// with TTL 0, packets of other hosts.
   bool AttachFilter(std::int64_t deployment, std::int64_t self);
   /// Joins the group on the interface to which the routes currently send it. For TTL > 0, after changes.

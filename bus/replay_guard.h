@@ -7,7 +7,7 @@
 #include <random>
 #include <tuple>
 
-#include "bus/key_role.h"
+#include "bus/message_key.h"
 #include "bus/transport.h"
 
 /// @file

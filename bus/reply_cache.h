@@ -9,8 +9,8 @@
 #include <string>
 #include <unordered_map>
 
-#include "bus/counters.h"
-#include "bus/key_role.h"
+#include "bus/endpoint.h"
+#include "bus/message_key.h"
 #include "bus/transport.h"
 
 /// @file

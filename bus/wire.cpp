@@ -8,9 +8,8 @@
 #include <cstring>
 #include <optional>
 
-#include "bus/big_endian.h"
 #include "bus/bus_error.h"
-#include "bus/tag.h"
+#include "bus/message_key.h"
 
 namespace legopt::bus {
 namespace {

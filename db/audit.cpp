@@ -11,7 +11,6 @@
 #include "db/connection.h"
 #include "db/migrations.h"
 #include "db/read_only_database.h"
-#include "legopt/files/file_error.h"
 #include "legopt/files/written_file.h"
 
 namespace legopt::db {

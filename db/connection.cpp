@@ -12,7 +12,7 @@
 #include <system_error>
 #include <utility>
 
-#include "legopt/files/file_error.h"
+#include "legopt/files/written_file.h"
 
 namespace legopt::db {
 namespace {

@@ -12,8 +12,7 @@
 #include "db/connection.h"
 #include "db/file_state.h"
 #include "db/migrations.h"
-#include "db/private_copy.h"
-#include "legopt/files/file_error.h"
+#include "legopt/files/written_file.h"
 #include "legopt/types/nearest_name.h"
 
 namespace legopt::db {

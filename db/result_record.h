@@ -40,7 +40,7 @@ struct ResultRecord {
   int failed_waypoint = -1;
   double cost = 0;                    ///< cost per waypoint, computed by the judge; finite if any verdict is kSuccess
   std::vector<Violation> violations;  ///< largest values of the judge's checks, stored in a table of their own
-  // Values between consecutive waypoints, see legopt/judge/interpolation.h; not finite if the task has none.
+  // Values between consecutive waypoints, see legopt/judge/internal/path_examiner.h; not finite if the task has none.
   double interpolation_environment_depth_m = std::numeric_limits<double>::quiet_NaN();
   double interpolation_self_depth_m = std::numeric_limits<double>::quiet_NaN();
   double interpolation_free_share = std::numeric_limits<double>::quiet_NaN();  ///< share of collision-free transitions,

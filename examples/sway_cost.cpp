@@ -17,9 +17,9 @@
 #include "legopt/geometry/collision_query.h"
 #include "legopt/problem/terms/initial_guess.h"
 #include "legopt/problem/terms/task_program.h"
-#include "legopt/solvers/best_options.h"
 #include "legopt/solvers/methods/method.h"
 #include "legopt/solvers/solver.h"
+#include "legopt/solvers/sqp_options.h"
 #include "legopt/types/input_error.h"
 
 namespace {

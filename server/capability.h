@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "db/records.h"
-#include "legopt/types/capability.h"
+#include "legopt/types/job.h"
 #include "legopt_msg/hello_request.hpp"
 
 /// @file

@@ -5,7 +5,7 @@
 
 #include "app/network_flags.h"
 #include "app/printable.h"
-#include "bus/bridge/access_file.h"
+#include "bus/bridge/uplink.h"
 #include "bus/bus_error.h"
 
 namespace legopt::server {

@@ -8,7 +8,6 @@
 
 #include "app/command_line.h"
 #include "bus/bridge/bridge.h"
-#include "bus/bridge/link_socket.h"
 #include "bus/lcm_transport.h"
 
 namespace legopt::server {

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "bus/key_role.h"
+#include "bus/message_key.h"
 #include "legopt_msg/control_request.hpp"
 
 namespace legopt::server {

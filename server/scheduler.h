@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "bus/transport.h"
-#include "db/file_system.h"
+#include "db/database_file.h"
 #include "db/store.h"
 #include "legopt_msg/cancel_reply.hpp"
 #include "legopt_msg/cancel_request.hpp"
@@ -31,7 +31,6 @@
 #include "server/capability.h"
 #include "server/experiment.h"
 #include "server/fair_share.h"
-#include "server/rate_limit.h"
 
 namespace legopt::server {
 
@@ -267,7 +266,7 @@ class Scheduler {
     std::int64_t index = 0;
   };
 
-  // scheduler_budget.cpp
+  // budget.cpp
   std::string OverBudget(const ExperimentSpec& spec) const;
   std::string OverBudgetInMemory(const ExperimentSpec& spec) const;
   std::string OverDiskReserve(const ExperimentSpec& spec) const;
@@ -297,7 +296,7 @@ class Scheduler {
   legopt_msg::control_reply Delete(const Instant& now, std::int64_t experiment_id, Ops& ops);
   void NoteDeleted(std::int64_t first, std::int64_t end);
   std::int64_t RequeueRunning(const Instant& now, Experiment& experiment, const std::string& why, Ops& ops);
-  // scheduler_capabilities.cpp
+  // scheduler_workers.cpp
   enum class Datasets : std::uint8_t { kPresent, kPresentOrOffered };
   bool Admits(const WorkerProfile& worker, const Experiment& experiment, const Experiment::Group& group,
               Datasets datasets) const;
@@ -339,7 +338,7 @@ class Scheduler {
   legopt_msg::result_reply AnswerEnded(const Instant& now, const db::AttemptRecord& record,
                                        const legopt_msg::result_request& request, Ops& ops);
   bool IsDeleted(std::int64_t job_id) const;
-  // scheduler_view.cpp
+  // scheduler.cpp
   void CountWork(microseconds elapsed);
   std::optional<db::AttemptRecord> AttemptOf(const JobRef& ref, std::int64_t job_id, int attempt) const;
 

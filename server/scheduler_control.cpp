@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "legopt/input/name.h"
+#include "legopt/input/text.h"
 #include "legopt/types/reply.h"
 #include "server/scheduler.h"
 

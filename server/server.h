@@ -19,10 +19,9 @@
 #include "legopt_msg/dataset_request.hpp"
 #include "legopt_msg/store_dataset_reply.hpp"
 #include "legopt_msg/store_dataset_request.hpp"
-#include "server/condition_monitor.h"
+#include "server/event_monitors.h"
 #include "server/query_service.h"
 #include "server/scheduler.h"
-#include "server/transport_health.h"
 
 namespace legopt::server {
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "bus/codec.h"
-#include "bus/field_limits.h"
+#include "bus/message_limits.h"
 #include "legopt/types/reply.h"
 #include "server/budget.h"
 #include "server/server.h"

@@ -6,12 +6,12 @@
 #include <string_view>
 #include <vector>
 
-#include "bus/spec_limits.h"
+#include "bus/message_limits.h"
 #include "legopt/input/json.h"
-#include "legopt/input/name.h"
+#include "legopt/input/text.h"
 #include "legopt/math/blake2b.h"
+#include "legopt/types/experiment.h"
 #include "legopt/types/input_error.h"
-#include "legopt/types/split.h"
 
 namespace legopt::server {
 namespace {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "bus/spec_limits.h"
+#include "bus/message_limits.h"
 #include "db/records.h"
 
 namespace legopt::server {

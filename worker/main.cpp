@@ -1,5 +1,5 @@
 #include "app/program_main.h"
-#include "legopt/planning/numeric_fingerprint.h"
+#include "legopt/planning/internal/numeric_fingerprint.h"
 #include "worker/solve_executor.h"
 #include "worker/worker_main.h"
 

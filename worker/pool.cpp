@@ -7,8 +7,8 @@
 #include "app/exit_codes.h"
 #include "legopt/types/number_text.h"
 #include "legopt/types/reply.h"
-#include "worker/child_protocol.h"
-#include "worker/outcome.h"
+#include "worker/child_process.h"
+#include "worker/job_executor.h"
 
 namespace legopt::worker {
 namespace {

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "app/exit_codes.h"
-#include "worker/outcome.h"
+#include "worker/job_executor.h"
 #include "worker/pool.h"
 
 namespace legopt::worker {

@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "app/exit_codes.h"
-#include "app/signal_meaning.h"
+#include "app/processes.h"
 #include "legopt/types/reply.h"
-#include "worker/outcome.h"
+#include "worker/job_executor.h"
 #include "worker/pool.h"
 
 namespace legopt::worker {

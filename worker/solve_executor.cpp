@@ -11,11 +11,11 @@
 
 #include "app/isolated_call.h"
 #include "legopt/input/json.h"
-#include "legopt/planning/trace.h"
-#include "legopt/types/enum_input.h"
+#include "legopt/planning/internal/trace.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/number_text.h"
-#include "worker/outcome.h"
+#include "legopt/types/task.h"
+#include "worker/job_executor.h"
 
 namespace legopt::worker {
 namespace {

@@ -4,9 +4,9 @@
 #include <system_error>
 #include <utility>
 
-#include "app/affinity.h"
+#include "app/host_resources.h"
 #include "bus/codec.h"
-#include "worker/outcome.h"
+#include "worker/job_executor.h"
 
 namespace legopt::worker {
 namespace {

@@ -11,7 +11,6 @@
 
 #include "worker/child_process.h"
 #include "worker/pool.h"
-#include "worker/pool_calls.h"
 #include "worker/server_link.h"
 
 namespace legopt::worker {

@@ -14,15 +14,11 @@
 #include <string_view>
 #include <utility>
 
-#include "app/affinity.h"
 #include "app/arguments.h"
-#include "app/checks.h"
 #include "app/command_line.h"
 #include "app/data_folder.h"
-#include "app/dataset_cache_folder.h"
 #include "app/exit_codes.h"
-#include "app/granted_processors.h"
-#include "app/host_facts.h"
+#include "app/host_resources.h"
 #include "app/isolated_call.h"
 #include "app/log_format.h"
 #include "app/network_flags.h"
@@ -33,11 +29,10 @@
 #include "bus/bus_error.h"
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
-#include "legopt/input/name.h"
+#include "legopt/input/text.h"
 #include "legopt/types/input_error.h"
-#include "worker/dataset_search.h"
+#include "worker/dataset_fetch.h"
 #include "worker/external/solver_confinement.h"
-#include "worker/fetched_datasets.h"
 #include "worker/job_process.h"
 #include "worker/supervisor.h"
 

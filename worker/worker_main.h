@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/build_identity.h"
-#include "app/process_start.h"
+#include "app/processes.h"
 #include "worker/job_executor.h"
 
 namespace legopt::worker {

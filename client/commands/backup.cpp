@@ -11,7 +11,6 @@
 #include "app/printable.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
-#include "db/restore.h"
 #include "legopt/types/number_text.h"
 
 namespace legopt::client {

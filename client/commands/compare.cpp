@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <memory>
 
-#include "app/checks.h"
 #include "app/command_line.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"

@@ -1,23 +1,28 @@
-// Control of experiments after their submission: pause, resume, retry, edit.
+#include <unistd.h>
 
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "app/checks.h"
 #include "app/command_line.h"
 #include "app/printable.h"
-#include "bus/text.h"
+#include "bus/field_check.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
+#include "client/service/experiment_status.h"
 #include "db/records.h"
-#include "legopt/input/name.h"
+#include "legopt/input/json.h"
+#include "legopt/input/text.h"
 #include "legopt/types/reply.h"
 
 namespace legopt::client {
+
+// Control of experiments after their submission: pause, resume, retry, edit.
+
 namespace {
 
 struct ControlOptions {
@@ -192,6 +197,154 @@ void AddControlCommands(const app::Command& program, Invocation* invocation) {
           "--time-limit", [retry] { retry->action = ControlAction::kRetryTimeLimits; },
           "Also jobs stopped by the wall-time limit, e.g. on a busy machine; their results no longer count");
   AddEditCommand(program, invocation);
+}
+
+namespace {
+
+struct CancelOptions {
+  std::int64_t experiment = 0;
+  NetworkOptions network;
+};
+
+ExitCode Cancel(const CancelOptions& options) {
+  ServerConnection server(options.network);
+  const auto reply = server.Cancel(options.experiment);
+  if (ControlStatus{reply.status} != ControlStatus::kOk) {
+    throw ClientError(ExitCode::kUsage, "experiment " + std::to_string(options.experiment) +
+                                            " cannot be cancelled: " + reply.message + "; see 'legopt status'");
+  }
+  std::cout << "experiment " << options.experiment << ": " << reply.num_jobs
+            << " jobs cancelled; finished results are kept\n";
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddCancelCommand(const app::Command& program, Invocation* invocation) {
+  const auto command = program.AddCommand("cancel", "Cancel an experiment; finished jobs are kept");
+  const auto options = std::make_shared<CancelOptions>();
+  command.AddOption("ID", options->experiment, "Experiment").Required().Check(app::WholeNumber(1));
+  AddNetworkOptions(command, &options->network);
+  command.WhenChosen([=] { invocation->body = [options] { return Cancel(*options); }; });
+}
+
+// Deletes an experiment permanently, after confirmation.
+
+namespace {
+
+struct DeleteOptions {
+  std::int64_t experiment = 0;
+  bool yes = false;
+  NetworkOptions network;
+};
+
+std::string Count(std::int64_t number, const std::string& word) {
+  return std::to_string(number) + " " + word + (number == 1 ? "" : "s");
+}
+
+// Returns e.g. "experiment 3 'quick': 540 jobs, 540 results".
+std::string Describe(const ExperimentStatus& status) {
+  return "experiment " + std::to_string(status.id) + " '" + app::Printable(status.name) +
+         "': " + Count(status.total, "job") + ", " + Count(status.done, "result");
+}
+
+// Asks for confirmation at the terminal; scripts must use --yes.
+bool Confirmed(const std::string& what) {
+  if (isatty(STDIN_FILENO) == 0 || isatty(STDERR_FILENO) == 0) {
+    throw ClientError(ExitCode::kUsage, what + ": would be deleted for good; if that is meant, say --yes");
+  }
+  std::cerr << what << "\nDelete it for good, with all attempts and solutions? [y/N] " << std::flush;
+  std::string answer;
+  std::getline(std::cin, answer);
+  return answer == "y" || answer == "Y" || answer == "yes";
+}
+
+ExitCode Delete(const DeleteOptions& options) {
+  const std::string name = "experiment " + std::to_string(options.experiment);
+  ServerConnection server(options.network);
+  const auto found = ParseExperiments(server.Status(options.experiment));
+  if (found.empty()) throw ClientError(ExitCode::kUsage, "there is no " + name + "; see 'legopt status'");
+  if (!found.front().over()) {
+    throw ClientError(ExitCode::kUsage,
+                      name + " is active; cancel it first: 'legopt cancel " + std::to_string(options.experiment) + "'");
+  }
+  const std::string what = Describe(found.front());
+  if (!options.yes && !Confirmed(what)) {
+    std::cerr << "legopt: " << name << " is kept\n";
+    return ExitCode::kInterrupted;
+  }
+  legopt_msg::control_request request{};
+  request.experiment_id = options.experiment;
+  request.action = static_cast<std::int8_t>(ControlAction::kDelete);
+  const auto reply = server.Control(request);
+  if (ControlStatus{reply.status} != ControlStatus::kOk) throw ClientError(ExitCode::kUsage, reply.message);
+  std::cout << what << ": deleted\n";
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddDeleteCommand(const app::Command& program, Invocation* invocation) {
+  const auto command =
+      program.AddCommand("delete", "Delete a finished experiment with its jobs and results, permanently");
+  const auto options = std::make_shared<DeleteOptions>();
+  command.AddOption("ID", options->experiment, "Experiment").Required().Check(app::WholeNumber(1));
+  command.AddFlag("--yes", options->yes, "Do not ask");
+  AddNetworkOptions(command, &options->network);
+  command.WhenChosen([=] { invocation->body = [options] { return Delete(*options); }; });
+}
+
+namespace {
+
+struct DrainOptions {
+  std::string worker;
+  NetworkOptions network;
+};
+
+// Returns the connected workers with this number or name; several workers may share a name.
+std::vector<std::int64_t> Find(const nlohmann::json& workers, const std::string& wanted) {
+  std::vector<std::int64_t> found;
+  for (const auto& worker : workers) {
+    if (!worker.value("online", false)) continue;
+    if (Dump(worker.at("id")) == wanted) return {worker.at("id").get<std::int64_t>()};
+    if (worker.value("name", "") == wanted) found.push_back(worker.at("id").get<std::int64_t>());
+  }
+  return found;
+}
+
+ExitCode Drain(const DrainOptions& options) {
+  ServerConnection server(options.network);
+  const std::vector<std::int64_t> found =
+      Find(server.Status(0).value("workers", nlohmann::json::array()), options.worker);
+  if (found.empty()) {
+    throw ClientError(ExitCode::kUsage,
+                      "no worker '" + options.worker + "' is connected; 'legopt status' lists numbers and names");
+  }
+  if (found.size() > 1) {
+    std::string numbers;
+    for (const std::int64_t id : found) numbers += (numbers.empty() ? "" : ", ") + std::to_string(id);
+    throw ClientError(ExitCode::kUsage,
+                      "'" + options.worker + "' is the name of workers " + numbers + "; give a number");
+  }
+  legopt_msg::control_request request{};
+  request.experiment_id = found.front();
+  request.action = EnumNumber(ControlAction::kDrainWorker);
+  const auto reply = server.Control(request);
+  if (ControlStatus{reply.status} != ControlStatus::kOk) throw ClientError(ExitCode::kUsage, reply.message);
+  std::cout << "worker " << found.front() << ": takes no more jobs, finishes the " << reply.num_jobs
+            << " it has, and leaves\n";
+  if (!reply.message.empty()) std::cerr << "legopt: " << app::Printable(reply.message) << "\n";
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddDrainCommand(const app::Command& program, Invocation* invocation) {
+  const auto command = program.AddCommand("drain", "Stop a worker after its running jobs");
+  const auto options = std::make_shared<DrainOptions>();
+  command.AddOption("WORKER", options->worker, "Number or name of the worker, as 'legopt status' shows it").Required();
+  AddNetworkOptions(command, &options->network);
+  command.WhenChosen([=] { invocation->body = [options] { return Drain(*options); }; });
 }
 
 }  // namespace legopt::client

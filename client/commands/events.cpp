@@ -4,7 +4,6 @@
 #include <string>
 #include <thread>
 
-#include "app/checks.h"
 #include "app/command_line.h"
 #include "app/printable.h"
 #include "app/value_list.h"

@@ -3,7 +3,6 @@
 #include <memory>
 #include <utility>
 
-#include "app/checks.h"
 #include "app/command_line.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"

@@ -6,13 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "app/checks.h"
 #include "app/command_line.h"
-#include "bus/spec_limits.h"
+#include "bus/message_limits.h"
 #include "client/client_error.h"
+#include "client/plot/plot.h"
 #include "client/plot/plot_svg.h"
-#include "client/plot/plot_text.h"
-#include "client/report/replaced_file.h"
+#include "client/report/output.h"
 #include "legopt/types/task.h"
 
 namespace legopt::client {

@@ -10,8 +10,8 @@
 #include "client/plot/plot.h"
 #include "client/report/benchmark_table.h"
 #include "client/report/listing.h"
+#include "client/report/output.h"
 #include "client/report/result_source.h"
-#include "client/report/terminal.h"
 #include "client/service/server_connection.h"
 #include "client/suite/suite.h"
 

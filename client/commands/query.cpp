@@ -4,14 +4,13 @@
 #include <optional>
 #include <utility>
 
-#include "app/checks.h"
 #include "app/command_line.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
-#include "client/report/listing_writer.h"
-#include "client/report/terminal.h"
-#include "legopt/input/utf8.h"
+#include "client/report/listing.h"
+#include "client/report/output.h"
+#include "legopt/input/text.h"
 
 namespace legopt::client {
 namespace {

@@ -16,7 +16,6 @@
 #include "db/result_record.h"
 #include "legopt/input/json.h"
 #include "legopt/solvers/methods/method.h"
-#include "legopt/solvers/methods/registry.h"
 
 namespace legopt::client {
 namespace {

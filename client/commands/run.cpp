@@ -1,35 +1,78 @@
+#include "client/commands/run.h"
+
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <ctime>
+#include <exception>
 #include <iostream>
 #include <memory>
 #include <span>
+#include <system_error>
 
 #include "app/build_identity.h"
-#include "app/checks.h"
 #include "app/command_line.h"
 #include "app/data_folder.h"
-#include "app/granted_processors.h"
+#include "app/host_resources.h"
 #include "app/printable.h"
-#include "app/shell_word.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/dry_run.h"
-#include "client/commands/new_database.h"
 #include "client/commands/submission.h"
 #include "client/pool/packed_dataset.h"
 #include "client/pool/slurm_pool.h"
-#include "client/report/certified_counts.h"
+#include "client/report/certificate_report.h"
 #include "client/report/reading.h"
+#include "client/report/result_source.h"
 #include "client/report/watching.h"
 #include "client/service/interrupt.h"
-#include "client/service/local_pool.h"
+#include "client/service/managed_pool.h"
 #include "client/suite/input_files.h"
+#include "db/database_file.h"
+#include "db/named_queries.h"
+#include "legopt/files/written_file.h"
 #include "legopt/input/json.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/reply.h"
 
 namespace legopt::client {
+namespace {
+
+bool HoldsExperiments(const std::filesystem::path& file) {
+  try {
+    const auto source = OpenResults({file.string(), {}});
+    return source->Query(db::Sql(db::Query::kExperimentCount)).At(0, "n").get<std::int64_t>() > 0;
+  } catch (const std::exception&) {
+    return false;  // no database was created
+  }
+}
+
+}  // namespace
+
+NewDatabase::NewDatabase(const std::optional<std::string>& named, const std::string& stem)
+    : path_(named.value_or(stem + ".sqlite")) {
+  std::error_code error;
+  if (named) {
+    // The server reports a missing or unwritable folder.
+    created_ = !std::filesystem::exists(path_, error) && !error;
+    return;
+  }
+  for (int i = 2; !files::ReserveFileName(path_); ++i) path_ = stem + "-" + std::to_string(i) + ".sqlite";
+  created_ = true;
+}
+
+NewDatabase::~NewDatabase() {
+  std::error_code error;
+  if (!created_ || !std::filesystem::exists(path_, error)) return;
+  try {
+    const db::LockFile lock(path_);
+    if (HoldsExperiments(path_)) return;
+    for (const char* suffix : {"", "-wal", "-shm", "-journal"}) std::filesystem::remove(path_.string() + suffix, error);
+  } catch (const std::exception&) {
+    return;  // a server uses it
+  }
+}
+
 namespace {
 
 using std::chrono::milliseconds;

@@ -6,7 +6,7 @@
 
 #include "client/client_error.h"
 #include "client/commands/options.h"
-#include "client/report/job_choice.h"
+#include "client/report/result_filter.h"
 #include "client/report/result_source.h"
 
 namespace legopt::client {

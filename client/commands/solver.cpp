@@ -12,7 +12,6 @@
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "client/report/listing.h"
-#include "client/suite/chosen_files.h"
 #include "client/suite/input_files.h"
 #include "legopt/dataset/dataset.h"
 #include "worker/external/external_solvers.h"

@@ -21,14 +21,14 @@ struct Submission {
   std::filesystem::path dataset_folder;  ///< required by workers on this machine
 };
 
-/// Records the location of the submission's dataset for later commands that read its results (submitted_datasets.h).
+/// Records the location of the submission's dataset for later commands that read its results (result_dataset.h).
 void RecordDataset(const Submission& submission);
 
 /// Warns on standard error about omitted problems if that is surprising.
 void WarnAboutOmittedProblems(const Submission& submission);
 
 /// Reads the suite, applies the filters, loads the dataset and builds the spec. Warns on standard error about
-/// implausible values in the dataset (plausibility.h). Throws InputError or ClientError; sends nothing.
+/// implausible values in the dataset (dataset_check.h). Throws InputError or ClientError; sends nothing.
 Submission PrepareSubmission(const SuiteOptions& options);
 
 /// Returns e.g. "80 jobs: 2 methods x 2 initializations x 20 problems of a task x 1 repetition".

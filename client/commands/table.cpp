@@ -1,7 +1,6 @@
 #include <memory>
 #include <optional>
 
-#include "app/checks.h"
 #include "app/command_line.h"
 #include "app/data_folder.h"
 #include "client/client_error.h"
@@ -10,8 +9,7 @@
 #include "client/compare/figures.h"
 #include "client/compare/statistics_table.h"
 #include "client/report/benchmark_table.h"
-#include "client/report/certified_counts.h"
-#include "client/report/paper_table.h"
+#include "client/report/certificate_report.h"
 #include "client/report/reading.h"
 
 namespace legopt::client {

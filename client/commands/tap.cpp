@@ -9,14 +9,13 @@
 #include <set>
 #include <vector>
 
-#include "app/checks.h"
 #include "app/command_line.h"
 #include "bus/endpoint.h"
 #include "bus/message_key.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
-#include "client/report/json_text.h"
+#include "client/report/escaped_text.h"
 #include "client/service/interrupt.h"
 #include "client/tap/captured_datagram.h"
 #include "legopt/types/nearest_name.h"

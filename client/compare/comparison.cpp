@@ -7,9 +7,9 @@
 
 #include "client/client_error.h"
 #include "legopt/statistics/bootstrap.h"
-#include "legopt/statistics/charged_times.h"
-#include "legopt/statistics/checks.h"
-#include "legopt/statistics/many_methods.h"
+#include "legopt/statistics/hypothesis_tests.h"
+#include "legopt/statistics/internal/checks.h"
+#include "legopt/statistics/problem_scores.h"
 #include "legopt/types/number_text.h"
 
 namespace legopt::client {

@@ -5,12 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "client/compare/charge.h"
 #include "client/compare/solves.h"
-#include "legopt/statistics/paired_tests.h"
+#include "legopt/statistics/hypothesis_tests.h"
 #include "legopt/statistics/profiles.h"
-#include "legopt/statistics/proportions.h"
-#include "legopt/types/comparison.h"
+#include "legopt/types/experiment.h"
 
 /// Comparison of two methods on the same problems. All values describe B relative to A: differences are B - A, ratios B
 /// / A.

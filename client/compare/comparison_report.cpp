@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "app/printable.h"
-#include "client/report/inner_starts.h"
-#include "client/report/json_text.h"
+#include "client/report/benchmark_table.h"
+#include "client/report/escaped_text.h"
 #include "client/report/listing.h"
 #include "legopt/types/number_text.h"
 

@@ -9,7 +9,7 @@
 #include "client/client_error.h"
 #include "client/report/method_choice.h"
 #include "db/named_queries.h"
-#include "legopt/input/utf8.h"
+#include "legopt/input/text.h"
 #include "legopt/types/number_text.h"
 
 namespace legopt::client {

@@ -5,7 +5,7 @@
 
 #include "app/printable.h"
 #include "client/compare/comparison_report.h"
-#include "client/report/inner_starts.h"
+#include "client/report/benchmark_table.h"
 #include "legopt/types/number_text.h"
 
 namespace legopt::client {

@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "client/client_error.h"
-#include "legopt/statistics/charged_times.h"
-#include "legopt/statistics/checks.h"
-#include "legopt/statistics/proportions.h"
+#include "legopt/statistics/hypothesis_tests.h"
+#include "legopt/statistics/internal/checks.h"
+#include "legopt/statistics/problem_scores.h"
 
 namespace legopt::client {
 namespace {

@@ -7,11 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "client/compare/charge.h"
 #include "client/compare/solves.h"
 #include "client/report/reading.h"
-#include "legopt/statistics/interval.h"
-#include "legopt/statistics/many_methods.h"
+#include "legopt/statistics/hypothesis_tests.h"
+#include "legopt/statistics/problem_scores.h"
 #include "legopt/statistics/profiles.h"
 
 namespace legopt::client {

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "legopt/dataset/support_polygon.h"
-#include "legopt/geometry/convex_surfaces.h"
+#include "legopt/dataset/contact.h"
+#include "legopt/geometry/collision_model.h"
 #include "legopt/robot/configuration.h"
-#include "legopt/robot/dof_names.h"
 #include "legopt/robot/kinematics.h"
+#include "legopt/robot/robot_model.h"
 
 namespace legopt::client {
 namespace {

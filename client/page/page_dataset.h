@@ -4,7 +4,7 @@
 #include <set>
 #include <string>
 
-#include "client/page/page_block.h"
+#include "client/page/page_file.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/types/task.h"
 

@@ -3,8 +3,11 @@
 #include <string>
 #include <vector>
 
-/// Figures as data, rendered as text (plot_text.h) or as SVG (plot_svg.h).
+#include "client/report/text_layout.h"
+
 namespace legopt::client {
+
+/// Figures as data, rendered as text (plot.h) or as SVG (plot_svg.h).
 
 /// An axis of a panel.
 struct PlotAxis {
@@ -60,5 +63,11 @@ double PlaceOn(const PlotAxis& axis, double value);
 /// Returns at most `most` (>= 2) round values within the limits, ascending. For a logarithmic axis: powers of ten, and
 /// 2 and 5 times these if there is space; otherwise multiples of 1, 2 or 5 times a power of ten.
 std::vector<PlotTick> TicksOf(const PlotAxis& axis, int most);
+
+/// Renders the figure in ASCII, panels one below the other, each with a legend. A step curve is drawn with the letter
+/// of its series; where curves overlap, their letters alternate so that none is hidden. A cell of a point panel shows
+/// the number of points: "o" for one, digits, "#" for ten and more; infinite values are beyond the bar of their axis.
+/// Lines are limited to the layout's width (default: 80; clamped to 40 .. 100), except titles and notes.
+std::string RenderPlotText(const Plot& plot, const TextLayout& layout = {});
 
 }  // namespace legopt::client

@@ -10,7 +10,6 @@
 
 #include "app/printable.h"
 #include "client/client_error.h"
-#include "legopt/types/classic_stream.h"
 #include "legopt/types/number_text.h"
 
 namespace legopt::client {

@@ -4,10 +4,10 @@
 #include <cstdlib>
 #include <system_error>
 
+#include "app/data_folder.h"
 #include "app/isolated_call.h"
-#include "app/offered_datasets.h"
 #include "client/client_error.h"
-#include "legopt/dataset/dataset_archive.h"
+#include "legopt/dataset/internal/dataset_content.h"
 #include "legopt/files/written_file.h"
 
 namespace legopt::client {

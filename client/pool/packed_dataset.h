@@ -5,7 +5,7 @@
 
 namespace legopt::client {
 
-/// A dataset archive in a folder of datasets that a server offers (app/offered_datasets.h).
+/// A dataset archive in a folder of datasets that a server offers (app/data_folder.h).
 struct PackedDataset {
   std::string hash;
   std::filesystem::path archive;

@@ -5,10 +5,10 @@
 
 #include "client/pool/pool_file.h"
 
+namespace legopt::client {
+
 /// @file
 /// Scripts for batch systems. Pure functions.
-
-namespace legopt::client {
 
 /// Server access, programs and datasets of the workers of a pool.
 struct PoolAccess {
@@ -40,5 +40,38 @@ std::string ReadWhole(const std::string& file);
 
 /// Returns the script with the key, if any, replaced by a placeholder for display.
 std::string WithoutKey(std::string script, const PoolAccess& access);
+
+// Common parts of the scripts of all batch systems.
+
+/// Returns the worker's arguments except its name.
+std::vector<std::string> WorkerArguments(const PoolFile& pool, const PoolAccess& access);
+
+/// Returns the worker's command line for a shell. `name` is shell text that may be placed between double quotes.
+std::string WorkerCommand(const PoolFile& pool, const PoolAccess& access, const std::string& name);
+
+/// Returns a line that sets the worker's environment variables; empty if none are needed.
+std::string Environment(const PoolAccess& access);
+
+// Quoting of values for batch scripts: one function per syntax, used for all values.
+
+/// Refuses values that no script can contain: control characters (including line breaks) and, in the log folder,
+/// characters that the batch system interprets. Throws InputError naming the field.
+void CheckForScript(Engine engine, const PoolFile& pool, const PoolAccess& access);
+
+/// Quotes a value as one word of an #SBATCH line: in single quotes if needed, with backslash escapes as in sbatch.
+std::string SlurmWord(const std::string& value);
+
+/// Escapes a literal path at the start of a pattern for --output.
+std::string SlurmPatternOf(const std::string& path);
+
+/// Quotes a value as one word of a #PBS or #$ line if needed. Throws InputError for a value that contains both kinds of
+/// quotes or a backslash, because these lines have no escape character.
+std::string QsubWord(const std::string& value);
+
+/// Quotes a value as one word inside the double quotes of 'arguments' or 'environment' of condor_submit.
+std::string CondorWord(const std::string& value);
+
+/// Escapes a literal value after the '=' of a line for condor_submit.
+std::string CondorValue(const std::string& value);
 
 }  // namespace legopt::client

@@ -11,7 +11,7 @@
 
 #include "app/isolated_call.h"
 #include "legopt/input/json.h"
-#include "legopt/planning/trace.h"
+#include "legopt/planning/internal/trace.h"
 #include "legopt/types/number_text.h"
 #include "legopt/types/read_guard.h"
 

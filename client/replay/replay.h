@@ -7,7 +7,7 @@
 
 #include "client/replay/stored_job.h"
 #include "legopt/planning/job_runner.h"
-#include "legopt/types/reproduction.h"
+#include "legopt/types/job.h"
 
 namespace legopt::client {
 
@@ -23,8 +23,8 @@ struct Replay {
 /// Compares the stored result with the result of solving the job again. Times are not compared.
 Replay CompareResults(const StoredJob& stored, const JobResult& now);
 
-/// Returns a description of the first difference between a stored trace (legopt/planning/trace.h) and a new one: the
-/// first stored step that differs in anything except time. Empty: no difference, or no stored trace.
+/// Returns a description of the first difference between a stored trace (legopt/planning/internal/trace.h) and a new
+/// one: the first stored step that differs in anything except time. Empty: no difference, or no stored trace.
 std::string FirstDivergence(std::span<const IterationRecord> stored, std::span<const IterationRecord> now);
 
 /// Solves the jobs again, each in a separate process so that a crash is a possible outcome, `parallel` (>= 1) at a

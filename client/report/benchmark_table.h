@@ -4,6 +4,7 @@
 #include <compare>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -13,15 +14,21 @@
 #include <vector>
 
 #include "client/report/listing.h"
-#include "client/report/result_origins.h"
+#include "client/report/result_source.h"
+#include "client/report/table.h"
 #include "client/report/text_layout.h"
 #include "legopt/types/check.h"
 #include "legopt/types/collision.h"
-#include "legopt/types/feasibility.h"
-#include "legopt/types/split.h"
+#include "legopt/types/experiment.h"
+#include "legopt/types/result.h"
 #include "legopt/types/task.h"
 
 namespace legopt::client {
+
+/// Formats the number of starts: "10", or "0 + 8 inside" with internal restarts.
+std::string FormatStarts(std::int64_t multi_starts, std::int64_t inner_starts);
+/// Returns a cell with the number of starts, as formatted by FormatStarts.
+TableCell ShownStarts(std::int64_t multi_starts, std::int64_t inner_starts);
 
 struct BenchmarkColumn {
   Task task{};
@@ -194,5 +201,13 @@ std::string RenderBenchmarkTable(const BenchmarkTable& table, TableFormat format
 
 /// Returns the JSON as an object, to be inserted into a larger one.
 nlohmann::ordered_json BenchmarkTableJson(const BenchmarkTable& table);
+
+/// Reads the paper's Table I from data/paper-table1.csv, in the order of its rows. Lines that start with '#' are
+/// comments; an empty field is a dash. Throws InputError with file, line and column.
+std::vector<BenchmarkRow> ReadPaperTable(const std::filesystem::path& file);
+
+/// Adds the paper's figures to every row of the table with the same method (ignoring case), multi-starts and sample
+/// size.
+void AddPaperFigures(const std::vector<BenchmarkRow>& paper, BenchmarkTable* table);
 
 }  // namespace legopt::client

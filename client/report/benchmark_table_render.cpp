@@ -5,8 +5,7 @@
 #include <vector>
 
 #include "client/report/benchmark_table.h"
-#include "client/report/inner_starts.h"
-#include "client/report/json_text.h"
+#include "client/report/escaped_text.h"
 
 namespace legopt::client {
 namespace {

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <map>
 
-#include "client/report/json_text.h"
+#include "client/report/escaped_text.h"
 #include "client/report/listing.h"
 #include "client/report/violation_list.h"
-#include "legopt/types/classic_stream.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt::client {
 namespace {

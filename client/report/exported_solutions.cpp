@@ -5,9 +5,9 @@
 #include <set>
 
 #include "client/client_error.h"
-#include "client/report/result_origins.h"
+#include "client/report/result_source.h"
 #include "db/named_queries.h"
-#include "legopt/robot/dof_names.h"
+#include "legopt/robot/robot_model.h"
 #include "legopt/types/check.h"
 
 namespace legopt::client {

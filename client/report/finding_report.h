@@ -4,7 +4,7 @@
 #include <span>
 
 #include "client/report/table.h"
-#include "legopt/import/dataset_diagnostic.h"
+#include "legopt/import/internal/dataset_diagnostic.h"
 
 namespace legopt::client {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "client/report/inner_starts.h"
-#include "client/report/json_text.h"
+#include "client/report/benchmark_table.h"
+#include "client/report/escaped_text.h"
 #include "db/named_queries.h"
 
 namespace legopt::client {

@@ -9,7 +9,7 @@
 
 #include "client/report/benchmark_table.h"
 #include "client/report/listing.h"
-#include "legopt/types/split.h"
+#include "legopt/types/experiment.h"
 
 namespace legopt::client {
 

@@ -6,7 +6,7 @@
 
 #include "app/value_list.h"
 #include "client/client_error.h"
-#include "legopt/types/method_name.h"
+#include "legopt/types/experiment.h"
 #include "legopt/types/nearest_name.h"
 
 namespace legopt::client {

@@ -1,10 +1,20 @@
 #include "client/report/progress.h"
 
+#include <sys/ioctl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <iomanip>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <utility>
 #include <vector>
 
+#include "app/printable.h"
+#include "client/report/escaped_text.h"
+#include "legopt/input/json.h"
 #include "legopt/types/number_text.h"
 
 namespace legopt::client {
@@ -176,6 +186,187 @@ std::string RenderSummary(const ExperimentStatus& status) {
   if (status.failed > 0) text += ", " + std::to_string(status.failed) + " could not run";
   if (status.cancelled > 0) text += ", " + std::to_string(status.cancelled) + " cancelled";
   return text;
+}
+
+namespace {
+
+int TerminalWidth() {
+  constexpr int kDefaultWidth = 80;
+  winsize size{};
+  if (::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return kDefaultWidth;
+  return size.ws_col;
+}
+
+}  // namespace
+
+ProgressPrinter::ProgressPrinter()
+    : terminal_(::isatty(STDERR_FILENO) == 1), start_(std::chrono::steady_clock::now()) {}
+
+ProgressPrinter::~ProgressPrinter() { Break(); }
+
+Seconds ProgressPrinter::elapsed() const { return std::chrono::steady_clock::now() - start_; }
+
+void ProgressPrinter::Break() {
+  if (line_open_) std::fputs("\n", stderr);
+  line_open_ = false;
+}
+
+bool ProgressPrinter::DueAsLine(const ExperimentStatus& status, const std::string& note) const {
+  constexpr std::int64_t kParts = 10;
+  if (!last_ || (status.over() && !last_->over())) return true;
+  if (note != last_note_) return true;
+  const Seconds since = elapsed() - last_time_;
+  if (!note.empty()) return since >= kWaitingPeriod;
+  if (SameProgress(status, *last_)) return false;
+  const auto part = [&](const ExperimentStatus& s) { return s.total > 0 ? s.finished() * kParts / s.total : 0; };
+  return part(status) > part(*last_) || since >= kQuietPeriod;
+}
+
+void ProgressPrinter::Show(const ExperimentStatus& status) {
+  const std::optional<double> rate = meter_.Observe(elapsed(), status);
+  const std::string note = app::Printable(stall_notice_.Observe(elapsed(), status));
+  if (terminal_) {
+    // One column less than the terminal's width: some terminals wrap full lines.
+    std::fprintf(stderr, "\r\033[K%s", RenderProgressBar(status, rate, note, TerminalWidth() - 1).c_str());
+    std::fflush(stderr);
+    line_open_ = true;
+    return;
+  }
+  if (!DueAsLine(status, note)) return;
+  std::fprintf(stderr, "%s\n", RenderProgressLine(status, rate, note).c_str());
+  last_ = status;
+  last_note_ = note;
+  last_time_ = elapsed();
+}
+
+void ProgressPrinter::ServerSilent(Seconds silence, Seconds patience) {
+  Break();
+  std::fprintf(stderr, "legopt: no answer for %s s; waiting for the server to come back, for up to %s\n",
+               FormatFixed(silence.count(), 0).c_str(), FormatDuration(patience).c_str());
+}
+
+void ProgressPrinter::ServerBack() {
+  Break();
+  std::fprintf(stderr, "legopt: the server answers again\n");
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json OrNull(const std::optional<double>& number) { return number ? Json(*number) : Json(); }
+
+void AddProgress(const ExperimentStatus& status, Json* line) {
+  Json running = Json::array();
+  for (const RunningJob& job : status.running) {
+    running.push_back({{"job", job.job},
+                       {"task", ToString(job.task)},
+                       {"worker", job.worker},
+                       {"done", job.done},
+                       {"total", job.total}});
+  }
+  line->update(Json{{"name", status.name},
+                    {"state", ToString(status.state)},
+                    {"hold", ToString(status.hold)},
+                    {"hold_reason", status.hold_reason},
+                    {"waiting_for", status.waiting_for},
+                    {"total", status.total},
+                    {"queued", status.queued},
+                    {"leased", status.leased},
+                    {"done", status.done},
+                    {"failed", status.failed},
+                    {"dead", status.dead},
+                    {"cancelled", status.cancelled},
+                    {"solved", status.solved},
+                    {"rule", ToString(status.rule)},
+                    {"taken_over", status.taken_over},
+                    {"elapsed_s", status.elapsed_s},
+                    {"worked_s", OrNull(status.worked_s)},
+                    {"eta_s", OrNull(status.eta_s)},
+                    {"share", status.share},
+                    {"running", std::move(running)}});
+}
+
+}  // namespace
+
+WatchJson::WatchJson(std::int64_t experiment_id, Seconds interval, Clock clock, WallClock wall_clock, Write write)
+    : experiment_id_(experiment_id),
+      interval_(interval),
+      clock_(std::move(clock)),
+      wall_clock_(std::move(wall_clock)),
+      write_(std::move(write)) {}
+
+Json WatchJson::Event(const char* name) const {
+  return {{"event", name}, {"at_us", wall_clock_()}, {"experiment", experiment_id_}};
+}
+
+bool WatchJson::Due(const ExperimentStatus& status) const {
+  constexpr int kIntervalsUnchanged = 10;
+  if (!written_ || status.over()) return true;
+  const Seconds since = clock_() - written_at_;
+  return since >= (SameProgress(status, *written_) ? kIntervalsUnchanged * interval_ : interval_);
+}
+
+void WatchJson::Show(const ExperimentStatus& status) {
+  latest_ = status;
+  if (!Due(status)) return;
+  Json line = Event("progress");
+  AddProgress(status, &line);
+  write_(JsonText(line, -1));
+  written_ = status;
+  written_at_ = clock_();
+}
+
+void WatchJson::ServerSilent(Seconds silence, Seconds /*patience*/) {
+  Json line = Event("silent");
+  line["silent_s"] = silence.count();
+  write_(JsonText(line, -1));
+}
+
+void WatchJson::ServerBack() { write_(Dump(Event("back"))); }
+
+void WatchJson::End(ExitCode exit_code, const std::string& reason) {
+  Json line = Event("end");
+  line["exit_code"] = static_cast<int>(exit_code);
+  line["reason"] = reason;
+  if (latest_) AddProgress(*latest_, &line);
+  write_(JsonText(line, -1));
+}
+
+GenerationProgress::GenerationProgress() : terminal_(isatty(STDERR_FILENO) != 0) {}
+
+GenerationProgress::~GenerationProgress() { Break(); }
+
+void GenerationProgress::Break() {
+  if (line_open_) std::cerr << std::endl;
+  line_open_ = false;
+}
+
+void GenerationProgress::Show(const std::string& stage, double done, double total, const std::string& unit) {
+  const Clock::time_point now = Clock::now();
+  const bool fresh = stage != stage_;
+  if (fresh) {
+    Break();
+    stage_ = stage;
+    stage_start_ = now;
+  }
+  constexpr auto kTerminalPeriod = std::chrono::milliseconds(200);
+  constexpr auto kQuietPeriod = std::chrono::seconds(10);
+  const bool last = done >= total;
+  const Clock::duration period = terminal_ ? Clock::duration(kTerminalPeriod) : Clock::duration(kQuietPeriod);
+  if (!fresh && !last && now - shown_ < period) return;
+  shown_ = now;
+  ClassicOutput line;
+  line << stage << " " << std::setprecision(4) << done << " of " << total << " " << unit;
+  const Seconds elapsed = now - stage_start_;
+  line << ", " << FormatDuration(elapsed);
+  if (done > 0 && !last) line << ", about " << FormatDuration(elapsed * (total - done) / done) << " left";
+  if (terminal_) {
+    std::cerr << "\r\033[K" << line.str() << std::flush;
+    line_open_ = true;
+  } else {
+    std::cerr << line.str() << std::endl;
+  }
 }
 
 }  // namespace legopt::client

@@ -1,5 +1,8 @@
 #include "client/report/result_dataset.h"
 
+#include <unistd.h>
+
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
@@ -9,19 +12,50 @@
 #include <utility>
 
 #include "app/data_folder.h"
-#include "app/dataset_cache_folder.h"
 #include "app/isolated_call.h"
 #include "app/printable.h"
 #include "client/client_error.h"
-#include "client/report/submitted_datasets.h"
 #include "db/named_queries.h"
-#include "legopt/dataset/dataset_archive.h"
+#include "legopt/dataset/internal/dataset_content.h"
 #include "legopt/types/input_error.h"
 
 namespace legopt::client {
 namespace {
 
 namespace fs = std::filesystem;
+
+fs::path LinkOf(const std::string& hash) { return app::DatasetCacheFolder().parent_path() / "submitted" / hash; }
+
+bool IsEmbedded(const fs::path& folder) {
+  std::error_code ignored;
+  return std::ranges::any_of(app::EmbeddedDatasetFolders(),
+                             [&](const fs::path& embedded) { return fs::equivalent(embedded, folder, ignored); });
+}
+
+}  // namespace
+
+void RecordDatasetFolder(const std::string& hash, const fs::path& folder) {
+  if (!app::IsDatasetHash(hash) || IsEmbedded(folder)) return;
+  std::error_code error;
+  const fs::path link = LinkOf(hash);
+  if (fs::read_symlink(link, error) == folder) return;
+  fs::create_directories(link.parent_path(), error);
+  // Create the link under a temporary name first, so that other processes never find it missing.
+  const fs::path fresh = link.string() + "." + std::to_string(::getpid());
+  fs::create_symlink(folder, fresh, error);
+  if (!error) fs::rename(fresh, link, error);
+  if (error) fs::remove(fresh, error);
+}
+
+std::optional<fs::path> RecordedDatasetFolder(const std::string& hash) {
+  if (!app::IsDatasetHash(hash)) return std::nullopt;
+  std::error_code error;
+  const fs::path folder = fs::read_symlink(LinkOf(hash), error);
+  if (error || !fs::is_directory(folder, error)) return std::nullopt;
+  return folder;
+}
+
+namespace {
 
 // A stored dataset and the temporary folder that contains its meshes.
 class UnpackedDataset {

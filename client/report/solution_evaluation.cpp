@@ -5,8 +5,8 @@
 #include <limits>
 #include <set>
 
-#include "legopt/dataset/problem_file.h"
-#include "legopt/robot/dof_names.h"
+#include "legopt/dataset/problem_definition.h"
+#include "legopt/robot/robot_model.h"
 #include "legopt/types/input_error.h"
 
 namespace legopt::client {

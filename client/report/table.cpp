@@ -8,7 +8,7 @@
 #include "app/printable.h"
 #include "app/value_list.h"
 #include "client/client_error.h"
-#include "client/report/json_text.h"
+#include "client/report/escaped_text.h"
 #include "client/report/table_writers.h"
 #include "legopt/input/json.h"
 #include "legopt/types/nearest_name.h"

@@ -6,8 +6,9 @@
 
 #include "client/report/table.h"
 
-/// The five writers of RenderTable.
 namespace legopt::client {
+
+/// The five writers of RenderTable.
 
 /// The texts of a table as displayed: every text is printable, and every cell has its text.
 struct ShownTable {

@@ -9,7 +9,7 @@
 
 #include "app/printable.h"
 #include "client/client_error.h"
-#include "client/report/progress_printer.h"
+#include "client/report/progress.h"
 #include "client/service/interrupt.h"
 
 namespace legopt::client {

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "client/client_error.h"
-#include "client/report/watch_view.h"
+#include "client/report/progress.h"
 #include "client/service/experiment_status.h"
 #include "client/service/server_connection.h"
 

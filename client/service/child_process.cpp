@@ -14,10 +14,9 @@
 #include <string_view>
 #include <utility>
 
-#include "app/process_start.h"
-#include "app/signal_meaning.h"
+#include "app/processes.h"
 #include "client/client_error.h"
-#include "legopt/files/file_error.h"
+#include "legopt/files/written_file.h"
 
 namespace legopt::client {
 namespace {

@@ -14,12 +14,11 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "bus/field_limits.h"
+#include "bus/message_limits.h"
 #include "bus/typed_calls.h"
 #include "client/client_error.h"
 #include "client/service/experiment_status.h"
 #include "client/service/interrupt.h"
-#include "client/service/submit_call.h"
 #include "legopt/types/reply.h"
 
 namespace legopt::client {
@@ -179,6 +178,32 @@ legopt_msg::cancel_reply ServerConnection::Cancel(std::int64_t experiment_id) {
   legopt_msg::cancel_request request{};
   request.experiment_id = experiment_id;
   return Ask(request, timeout_);
+}
+
+SubmitCall::SubmitCall(bus::Endpoint& endpoint, legopt_msg::submit_request request, const Patience& patience)
+    : shared_(std::make_shared<Shared>(Shared{endpoint, std::move(request), patience, 0, {}})) {
+  bus::CallOptions options;
+  options.timeout = patience.presence;
+  shared_->call = bus::CallMessage(endpoint, bus::kServer, legopt_msg::probe_request{}, options,
+                                   [shared = shared_](bus::CallOutcome<legopt_msg::probe_reply>&& reply) {
+                                     if (reply.ok()) return Send(shared);
+                                     Outcome outcome;
+                                     outcome.status = reply.status;
+                                     outcome.code = reply.code;
+                                     outcome.error = std::move(reply.error);
+                                     shared->outcome = std::move(outcome);
+                                   });
+}
+
+SubmitCall::~SubmitCall() {
+  if (!shared_->outcome) shared_->endpoint.Abandon(shared_->call);
+}
+
+void SubmitCall::Send(const std::shared_ptr<Shared>& shared) {
+  bus::CallOptions options;
+  options.timeout = std::max(shared->patience.presence, shared->patience.work);
+  shared->call = bus::CallMessage(shared->endpoint, bus::kServer, std::move(shared->request), options,
+                                  [shared](Outcome&& outcome) { shared->outcome = std::move(outcome); });
 }
 
 }  // namespace legopt::client

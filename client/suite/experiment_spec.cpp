@@ -9,11 +9,11 @@
 #include <cstdlib>
 #include <iterator>
 
-#include "bus/text.h"
+#include "bus/field_check.h"
 #include "client/client_error.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/input/json.h"
-#include "legopt/input/name.h"
+#include "legopt/input/text.h"
 #include "legopt/math/blake2b.h"
 #include "legopt/types/input_error.h"
 

@@ -2,10 +2,12 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "client/suite/suite.h"
 #include "legopt/types/input_error.h"
 
 namespace legopt::client {
@@ -42,5 +44,14 @@ InputError WithGivenNames(const InputError& error, std::span<const std::unique_p
 
 /// Throws ClientError (kUsage) if more than one of `names` is standard input, which can be read only once.
 void RequireOneStandardInput(std::span<const std::filesystem::path> names);
+
+/// Returns the path of the suite that the user named: a readable file or pipe, "-" for standard input, or the bare name
+/// of an embedded suite ("quick" for data/suites/quick.yaml). Throws ClientError (kUsage) that lists the embedded
+/// suites.
+std::filesystem::path FindSuite(const std::string& name);
+
+/// Returns the dataset to use: `flag` if given (a folder, or the bare name of an embedded dataset such as
+/// "garage-hard"), else the suite's, else the embedded default.
+std::filesystem::path ChooseDatasetFolder(const std::optional<std::string>& flag, const Suite* suite);
 
 }  // namespace legopt::client

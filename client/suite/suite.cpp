@@ -8,11 +8,10 @@
 #include <set>
 
 #include "app/value_list.h"
-#include "bus/spec_limits.h"
+#include "bus/message_limits.h"
 #include "client/suite/yaml_map.h"
 #include "legopt/files/written_file.h"
-#include "legopt/input/file_text.h"
-#include "legopt/input/name.h"
+#include "legopt/input/text.h"
 #include "legopt/input/yaml.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/nearest_name.h"

@@ -7,10 +7,9 @@
 #include <vector>
 
 #include "legopt/solvers/methods/method.h"
-#include "legopt/solvers/methods/registry.h"
 #include "legopt/types/check.h"
+#include "legopt/types/experiment.h"
 #include "legopt/types/job.h"
-#include "legopt/types/split.h"
 #include "legopt/types/task.h"
 
 namespace legopt::client {

@@ -6,8 +6,8 @@
 #include <optional>
 #include <utility>
 
-#include "bus/spec_limits.h"
-#include "legopt/input/name.h"
+#include "bus/message_limits.h"
+#include "legopt/input/text.h"
 #include "legopt/types/nearest_name.h"
 #include "legopt/types/number_text.h"
 

@@ -2,13 +2,22 @@
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 
+#include "bus/messages.h"
 #include "bus/wire.h"
 
 namespace legopt::client {
+
+/// Converts the body of a request or reply to JSON: fields by name, in the order of the .lcm file; 64-bit numbers
+/// exact, NaN as null, nested messages as objects. Returns nullopt if `body` is not exactly one legal message of that
+/// call; `why` then contains the error. Source: bus/message_fields.h, PROTOCOL.md, section 7. Thread rule: none, no
+/// state.
+std::optional<nlohmann::ordered_json> BodyToJson(bus::MessageType type, bool of_reply, std::string_view body,
+                                                 std::string* why);
 
 /// A datagram of a deployment, decoded by an observer.
 struct CapturedDatagram {
@@ -18,7 +27,7 @@ struct CapturedDatagram {
   bool is_frame = false;    ///< `header` is valid; unverified if `rejected` is "deployment", "tag" or "field"
   bus::FrameHeader header;
   std::string_view tag;            ///< "signed" (with the key), "unsigned" (a checksum), "wrong"; empty: not checked
-  std::string_view rejected;       ///< why receivers reject it, as in bus/counters.h ("size", "tag", ...); empty: legal
+  std::string_view rejected;       ///< why receivers reject it, as in bus/endpoint.h ("size", "tag", ...); empty: legal
   std::string why;                 ///< description of the error for "body" and "type"
   nlohmann::ordered_json payload;  ///< {"body": {...}}, {"chunk": {...}}, ... of a legal frame; else null
 };

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "legopt/dataset/contact.h"
-#include "legopt/dataset/dataset_file.h"
-#include "legopt/dataset/stance.h"
+#include "legopt/dataset/internal/dataset_file.h"
+#include "legopt/dataset/problem_definition.h"
 #include "legopt/geometry/collision_model.h"
 #include "legopt/geometry/scene.h"
 #include "legopt/robot/robot_model.h"
@@ -18,10 +18,15 @@
 
 namespace legopt {
 
+/// Computes the axis-aligned bounding box of a link's collision geometry, in the link frame, metres. Exact for
+/// primitives (cylinders are not replaced by prisms); meshes are loaded under `guard`. Empty if the link has no
+/// geometry. Throws InputError for a mesh that cannot be loaded.
+Eigen::AlignedBox3d LinkBox(const Link& link, const ReadGuard& guard = {});
+
 /// A robot, a scene, benchmark constants and problems: all data that affects how a solution is judged.
 ///
 /// Loaded from a folder with a `dataset.yaml` (format: dataset_file.h) or from a bare LegOpt-style folder
-/// (legopt_folder.h). Immutable after loading and thread-safe; share it as shared_ptr<const Dataset>.
+/// (dataset_file.h). Immutable after loading and thread-safe; share it as shared_ptr<const Dataset>.
 class Dataset {
  public:
   /// Reads and checks the whole dataset, including every mesh, so that a corrupt mesh is reported here and not by a

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "legopt/dataset/yaml_fields.h"
-#include "legopt/geometry/collada_up_axis.h"
+#include "legopt/dataset/internal/yaml_fields.h"
+#include "legopt/geometry/internal/mesh_file.h"
 #include "legopt/input/yaml.h"
 #include "legopt/types/nearest_name.h"
 #include "legopt/types/number_text.h"

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/random.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -9,14 +10,64 @@
 #include <cerrno>
 #include <charconv>
 #include <cstdint>
+#include <fstream>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <system_error>
 #include <utility>
 
-#include "legopt/files/file_error.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt::files {
+namespace {
+
+// Returns the limit on file sizes as text; empty if there is none.
+std::string FileSizeLimit() {
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_FSIZE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return {};
+  return "no file may exceed " + std::to_string(limit.rlim_cur) + " bytes here; raise 'ulimit -f'";
+}
+
+}  // namespace
+
+bool IsShortage(int error) { return error == EMFILE || error == ENFILE || error == ENOMEM; }
+
+std::string Explain(int error) {
+  const std::string text = std::generic_category().message(error);
+  switch (error) {
+    case EFBIG:
+      return text + ": " + WriteAdvice("use another file system");
+    case ENOSPC:
+    case EDQUOT:
+      return text + "; make room, or choose another folder";
+    case EMFILE:
+      return text + "; raise 'ulimit -n'";
+    case ENFILE:
+      return text + "; close other programs";
+    case ENOENT:
+      return text + "; check that the folder exists";
+    case EACCES:
+    case EPERM:
+    case EROFS:
+      return text + "; check the permissions of the file and its folder";
+    case EEXIST:
+      return text + "; choose another name";
+    default:
+      return text + "; check the path";
+  }
+}
+
+std::string WriteAdvice(const std::string& usual) {
+  const std::string limit = FileSizeLimit();
+  return limit.empty() ? usual : limit;
+}
+
+FileError::FileError(const std::filesystem::path& path, const std::string& action, int error)
+    : std::runtime_error(path.string() + ": " + action + ": " + Explain(error)),
+      reason_(action + ": " + Explain(error)),
+      error_(error) {}
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -198,3 +249,28 @@ fs::path CreateTemporaryFile(const fs::path& folder, std::string_view prefix) {
 }
 
 }  // namespace legopt::files
+
+namespace legopt {
+
+void WriteOutputFile(const std::filesystem::path& path, std::string_view bytes, const files::WriteOptions& options) {
+  try {
+    files::ReplaceFile(path, bytes, options);
+  } catch (const files::FileError& error) {
+    if (error.shortage()) throw;
+    throw InputError({path.string(), "", "", error.reason(), ""});
+  }
+}
+
+void CopyOutputFile(const std::filesystem::path& from, const std::filesystem::path& to) {
+  std::ifstream stream(from, std::ios::binary);
+  if (!stream && files::IsShortage(errno)) throw std::system_error(errno, std::generic_category(), from.string());
+  const std::string bytes{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  std::error_code error;
+  if (!stream.is_open() || stream.bad() || std::filesystem::is_directory(from, error)) {
+    throw InputError({from.string(), "", "", "cannot be read", "check that the file exists and its permissions"});
+  }
+  std::filesystem::create_directories(to.parent_path(), error);
+  WriteOutputFile(to, bytes, {files::kReadableByAll, files::Durability::kBuffered});
+}
+
+}  // namespace legopt

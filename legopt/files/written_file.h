@@ -3,11 +3,40 @@
 #include <sys/types.h>
 
 #include <filesystem>
+#include <stdexcept>
+#include <string>
 #include <string_view>
+
+namespace legopt::files {
+
+/// Returns whether the error is a shortage of the machine, not a fault of the file: too many open files (EMFILE,
+/// ENFILE) or no memory (ENOMEM). Programs end with exit code 71 then.
+bool IsShortage(int error);
+
+/// Returns the system's text for an error number and a remedy: "No space left on device; make room".
+std::string Explain(int error);
+
+/// Returns the advice for a write that failed for an unknown reason: the limit on file sizes, if there is one, else
+/// `usual`.
+std::string WriteAdvice(const std::string& usual);
+
+/// Error: a file cannot be created, written or locked. what() is "PATH: CAUSE; FIX", ready to be printed.
+class FileError : public std::runtime_error {
+ public:
+  /// "PATH: cannot be written: Permission denied; ..." for `action` "cannot be written".
+  FileError(const std::filesystem::path& path, const std::string& action, int error);
+
+  int error() const { return error_; }                   ///< errno
+  const std::string& reason() const { return reason_; }  ///< text after the path
+  bool shortage() const { return IsShortage(error_); }
+
+ private:
+  std::string reason_;
+  int error_;
+};
 
 /// All files that the programs and the library create are created here: never through a planted link, never left half
 /// written. Thread-safe. Linux only.
-namespace legopt::files {
 
 inline constexpr mode_t kReadableByAll = 0666;    ///< mode before the umask
 inline constexpr mode_t kReadableByOwner = 0600;  ///< mode of keys and access files
@@ -75,3 +104,15 @@ int OpenOrCreate(const std::filesystem::path& path);
 std::filesystem::path CreateTemporaryFile(const std::filesystem::path& folder, std::string_view prefix);
 
 }  // namespace legopt::files
+
+namespace legopt {
+
+/// Writes a file atomically with files::ReplaceFile. Throws InputError with file, cause and fix; files::FileError if
+/// memory or file descriptors are exhausted.
+void WriteOutputFile(const std::filesystem::path& path, std::string_view bytes,
+                     const files::WriteOptions& options = {});
+
+/// Copies a file and creates the parent folders of `to`. Throws like WriteOutputFile.
+void CopyOutputFile(const std::filesystem::path& from, const std::filesystem::path& to);
+
+}  // namespace legopt

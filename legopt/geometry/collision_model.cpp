@@ -8,11 +8,12 @@
 #include <string>
 #include <utility>
 
-#include "legopt/geometry/link_pieces.h"
-#include "legopt/geometry/link_trimeshes.h"
-#include "legopt/geometry/model_data.h"
-#include "legopt/geometry/scene_solids.h"
-#include "legopt/geometry/trimesh_world.h"
+#include "legopt/geometry/internal/convex_decomposition.h"
+#include "legopt/geometry/internal/convex_shape.h"
+#include "legopt/geometry/internal/link_trimeshes.h"
+#include "legopt/geometry/internal/model_data.h"
+#include "legopt/geometry/internal/scene_solids.h"
+#include "legopt/geometry/internal/trimesh_world.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/number_text.h"
 
@@ -221,6 +222,60 @@ double MaxDisplacement(const CollisionModel::Ball& ball, const Eigen::Isometry3d
   const Eigen::Matrix3d turn = b.linear() - a.linear();  // Frobenius norm 2 sqrt(2) sin(angle / 2)
   const Eigen::Vector3d shift = turn * ball.centre + (b.translation() - a.translation());
   return shift.norm() + ball.radius * turn.norm() / std::numbers::sqrt2;
+}
+
+namespace {
+
+void Append(const std::vector<Eigen::Vector3d>& vertices, const std::vector<std::array<int, 3>>& triangles,
+            TriangleMesh* mesh) {
+  const int first = static_cast<int>(mesh->vertices.size());
+  mesh->vertices.insert(mesh->vertices.end(), vertices.begin(), vertices.end());
+  for (const auto& t : triangles) mesh->triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+}
+
+ShapeSpec::Kind KindOf(ConvexShape::Kind kind) {
+  switch (kind) {
+    case ConvexShape::Kind::kSphere:
+      return ShapeSpec::Kind::kSphere;
+    case ConvexShape::Kind::kCapsule:
+      return ShapeSpec::Kind::kCapsule;
+    case ConvexShape::Kind::kCylinder:
+      return ShapeSpec::Kind::kCylinder;
+    default:
+      return ShapeSpec::Kind::kBox;
+  }
+}
+
+void AppendSurface(const ConvexShape& shape, TriangleMesh* mesh) {
+  if (shape.kind() != ConvexShape::Kind::kHull) {
+    ShapeSpec spec;
+    spec.kind = KindOf(shape.kind());
+    spec.size = shape.size();
+    spec.pose = shape.pose();
+    const TriangleMesh surface = Tessellate(spec);
+    Append(surface.vertices, surface.triangles, mesh);
+  } else if (!shape.hull().flat()) {
+    Append(shape.hull().vertices, shape.hull().triangles, mesh);
+  } else if (shape.hull().vertices.size() == 3) {
+    Append(shape.hull().vertices, {{0, 1, 2}}, mesh);
+  }
+}
+
+}  // namespace
+
+TriangleMesh LinkSurfaces(const CollisionModel& model, int link) {
+  const CollisionModel::Impl& data = model.impl();
+  const LinkShapes& shapes = data.links[static_cast<size_t>(link)];
+  const ShapeRun& run = shapes.Finest();
+  TriangleMesh mesh;
+  for (int i = run.first; i < run.end(); ++i) AppendSurface(data.shapes[static_cast<size_t>(i)], &mesh);
+  return mesh;
+}
+
+TriangleMesh SceneSurfaces(const CollisionModel& model) {
+  TriangleMesh mesh;
+  for (const ConvexShape& solid : model.impl().solids) AppendSurface(solid, &mesh);
+  return mesh;
 }
 
 }  // namespace legopt

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "legopt/geometry/mesh.h"
+#include "legopt/geometry/internal/mesh.h"
 #include "legopt/geometry/scene.h"
 #include "legopt/robot/robot_model.h"
 #include "legopt/types/collision.h"
@@ -108,5 +108,15 @@ class CollisionModel {
 /// Returns an upper bound of the straight-line distance that any point of the ball moves between two poses of its link,
 /// m.
 double MaxDisplacement(const CollisionModel::Ball& ball, const Eigen::Isometry3d& a, const Eigen::Isometry3d& b);
+
+/// Triangles of the solver's convex shapes, for display; curved surfaces are tessellated. A shape without volume
+/// contributes only its triangle, if it is one.
+
+/// Returns the surfaces of a link, in its frame, m: the finer pieces if there are any, else one hull or primitive per
+/// geometry. Empty for a link without geometry.
+TriangleMesh LinkSurfaces(const CollisionModel& model, int link);
+
+/// Returns the surfaces of all solid obstacles, in the world, m. Empty for a scene as a surface, which is its own mesh.
+TriangleMesh SceneSurfaces(const CollisionModel& model);
 
 }  // namespace legopt

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "legopt/geometry/model_data.h"
-#include "legopt/geometry/ode_convex.h"
+#include "legopt/geometry/internal/model_data.h"
+#include "legopt/geometry/internal/ode_world.h"
 
 namespace legopt {
 namespace {

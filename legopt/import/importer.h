@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "legopt/import/dataset_diagnostic.h"
-#include "legopt/import/source_layout.h"
+#include "legopt/import/internal/dataset_diagnostic.h"
+#include "legopt/import/internal/source_layout.h"
 #include "legopt/types/read_guard.h"
 
 namespace legopt {
@@ -36,7 +36,7 @@ struct ImportReport {
 /// Creates a dataset from robot, scene and problems in `folder`, which must exist and be empty, and checks it
 /// (dataset_check.h). Does not change the source.
 ///
-/// Robot: URDF with its collision meshes (robot_files.h), or COLLADA with kinematics (collada_robot.h). Scene: copied;
+/// Robot: URDF with its collision meshes (copied_files.h), or COLLADA with kinematics (collada_robot.h). Scene: copied;
 /// with `fix_winding`, meshes with inverted bodies are rewritten. Problems: copied byte by byte; rewritten if their
 /// quaternions are x y z w. Constants: those of the source's dataset.yaml if there is one; else, for a robot with the
 /// joints of the benchmark's Atlas, those of the benchmark; else joints at 0 and the benchmark's gravity. A folder

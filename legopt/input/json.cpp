@@ -5,8 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "legopt/input/file_text.h"
-#include "legopt/input/utf8.h"
+#include "legopt/input/text.h"
 #include "legopt/types/input_error.h"
 
 namespace legopt {

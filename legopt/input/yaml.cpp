@@ -9,10 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "legopt/input/file_text.h"
-#include "legopt/input/utf8.h"
-#include "legopt/types/classic_stream.h"
+#include "legopt/input/text.h"
 #include "legopt/types/input_error.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt {
 namespace {

@@ -7,11 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "legopt/geometry/exact_collision.h"
-#include "legopt/judge/checks.h"
-#include "legopt/judge/diagnostic_text.h"
-#include "legopt/judge/path_examiner.h"
-#include "legopt/judge/timed_path.h"
+#include "legopt/geometry/internal/exact_collision.h"
+#include "legopt/judge/internal/checks.h"
+#include "legopt/judge/internal/diagnostic.h"
+#include "legopt/judge/internal/path_examiner.h"
 #include "legopt/robot/configuration.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/types/input_error.h"

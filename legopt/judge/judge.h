@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "legopt/dataset/dataset.h"
-#include "legopt/dataset/stance.h"
-#include "legopt/geometry/culling.h"
-#include "legopt/judge/interpolation.h"
+#include "legopt/dataset/problem_definition.h"
+#include "legopt/geometry/internal/exact_collision.h"
+#include "legopt/judge/internal/path_examiner.h"
 #include "legopt/types/check.h"
 #include "legopt/types/task.h"
 

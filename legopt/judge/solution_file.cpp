@@ -8,10 +8,10 @@
 #include <set>
 #include <utility>
 
-#include "legopt/dataset/problem_file.h"
-#include "legopt/files/output_file.h"
-#include "legopt/input/file_text.h"
+#include "legopt/dataset/problem_definition.h"
+#include "legopt/files/written_file.h"
 #include "legopt/input/json.h"
+#include "legopt/input/text.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/number_text.h"
 

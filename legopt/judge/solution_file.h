@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "legopt/dataset/stance.h"
+#include "legopt/dataset/problem_definition.h"
 #include "legopt/types/task.h"
 
 namespace legopt {

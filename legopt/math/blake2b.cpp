@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "legopt/types/demand.h"
+#include "legopt/types/invariant.h"
 
 namespace legopt {
 

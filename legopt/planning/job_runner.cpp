@@ -3,7 +3,7 @@
 #include <string>
 #include <utility>
 
-#include "legopt/judge/diagnostic_text.h"
+#include "legopt/judge/internal/diagnostic.h"
 
 namespace legopt {
 namespace {

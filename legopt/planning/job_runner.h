@@ -9,7 +9,7 @@
 #include "legopt/judge/judge.h"
 #include "legopt/planning/problem_solver.h"
 #include "legopt/solvers/methods/method.h"
-#include "legopt/solvers/solve_outcome.h"
+#include "legopt/solvers/solver.h"
 #include "legopt/types/task.h"
 
 namespace legopt {

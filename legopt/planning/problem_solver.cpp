@@ -1,7 +1,10 @@
 #include "legopt/planning/problem_solver.h"
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <memory>
 #include <optional>
 #include <random>
@@ -9,16 +12,42 @@
 #include <string>
 #include <utility>
 
-#include "legopt/judge/timed_path.h"
+#include "legopt/judge/internal/path_examiner.h"
 #include "legopt/math/blake2b.h"
-#include "legopt/planning/multi_start.h"
-#include "legopt/planning/path_solver.h"
-#include "legopt/planning/solve_timer.h"
+#include "legopt/planning/internal/multi_start.h"
+#include "legopt/planning/internal/path_solver.h"
 #include "legopt/problem/terms/initial_guess.h"
 #include "legopt/problem/terms/task_program.h"
 #include "legopt/types/number_text.h"
 
 namespace legopt {
+namespace {
+
+std::int64_t Now_us(clockid_t clock) {
+  constexpr std::int64_t kMicrosPerSecond = 1'000'000;
+  constexpr std::int64_t kNanosPerMicro = 1'000;
+  timespec time{};
+  clock_gettime(clock, &time);
+  return time.tv_sec * kMicrosPerSecond + time.tv_nsec / kNanosPerMicro;
+}
+
+std::int64_t Switches() {
+  rusage usage{};
+  getrusage(RUSAGE_THREAD, &usage);
+  return usage.ru_nivcsw;
+}
+
+}  // namespace
+
+SolveTimer::SolveTimer()
+    : wall_start_us_(Now_us(CLOCK_MONOTONIC)),
+      cpu_start_us_(Now_us(CLOCK_THREAD_CPUTIME_ID)),
+      switches_start_(Switches()) {}
+
+std::int64_t SolveTimer::wall_us() const { return Now_us(CLOCK_MONOTONIC) - wall_start_us_; }
+std::int64_t SolveTimer::cpu_us() const { return Now_us(CLOCK_THREAD_CPUTIME_ID) - cpu_start_us_; }
+std::int64_t SolveTimer::involuntary_context_switches() const { return Switches() - switches_start_; }
+
 namespace {
 
 constexpr double kRadiansPerDegree = M_PI / 180.0;

@@ -1,6 +1,7 @@
 #include "legopt/problem/program.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace legopt {
 
@@ -43,5 +44,76 @@ std::int64_t Program::TermEvaluations() const {
 }
 
 void Program::PullBack(const double* /*dx*/, double* /*row*/) const {}
+
+namespace {
+
+TermShape AtFirstWaypoint(TermShape shape) {
+  shape.waypoint = 0;
+  return shape;
+}
+
+/// Term of the whole program as waypoint 0. The original term counts the evaluations.
+class ViewedTerm : public Term {
+ public:
+  explicit ViewedTerm(Term& term) : Term(AtFirstWaypoint(term.shape())), term_(&term) {}
+
+  void RowKeys(int rows, std::vector<int>& keys) override { term_->RowKeys(rows, keys); }
+  double AbsentRow() const override { return term_->AbsentRow(); }
+  bool RelaxMargin(double share) override { return term_->RelaxMargin(share); }
+
+ private:
+  void ComputeResiduals(std::vector<double>& residuals) override { term_->Evaluate(residuals); }
+  void ComputeModel(LinearModel& model) override { term_->Linearize(model); }
+
+  Term* term_;
+};
+
+bool IsConstraint(TermKind kind) { return kind == TermKind::kEquality || kind == TermKind::kInequality; }
+
+}  // namespace
+
+WaypointView::WaypointView(Program& whole, int waypoint, Eigen::Ref<const Eigen::VectorXd> x)
+    : whole_(&whole), waypoint_(waypoint), x_(x), next_(x) {
+  for (const auto& term : whole.terms()) {
+    const TermShape& shape = term->shape();
+    if (shape.waypoint != waypoint || shape.num_waypoints != 1 || !IsConstraint(shape.kind)) continue;
+    terms_.push_back(std::make_unique<ViewedTerm>(*term));
+  }
+  const Eigen::Index tangents = static_cast<Eigen::Index>(whole.num_waypoints()) * whole.tangent_size();
+  for (auto* vector : {&dx_, &lower_, &upper_}) vector->setZero(tangents);
+}
+
+void WaypointView::SetPoint(Eigen::Ref<const Eigen::VectorXd> x) {
+  Part(x_, point_size()) = x;
+  whole_->SetPoint(x_);
+}
+
+void WaypointView::Retract(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<const Eigen::VectorXd> dx,
+                           Eigen::Ref<Eigen::VectorXd> x_next) const {
+  Part(x_, point_size()) = x;
+  Part(dx_, tangent_size()) = dx;
+  whole_->Retract(x_, dx_, next_);
+  x_next = Part(next_, point_size());
+}
+
+void WaypointView::StepBounds(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<Eigen::VectorXd> lower,
+                              Eigen::Ref<Eigen::VectorXd> upper) const {
+  Part(x_, point_size()) = x;
+  whole_->StepBounds(x_, lower_, upper_);
+  lower = Part(lower_, tangent_size());
+  upper = Part(upper_, tangent_size());
+}
+
+void WaypointView::ProjectOnBounds(Eigen::Ref<Eigen::VectorXd> x) const {
+  Part(x_, point_size()) = x;
+  next_ = x_;
+  whole_->ProjectOnBounds(next_);
+  x = Part(next_, point_size());
+}
+
+bool WaypointView::IsFree() const {
+  whole_->StepBounds(x_, lower_, upper_);
+  return (Part(lower_, tangent_size()).array() < Part(upper_, tangent_size()).array()).any();
+}
 
 }  // namespace legopt

@@ -147,4 +147,13 @@ class RobotModel {
   std::vector<Eigen::Isometry3d> link_in_body_;
 };
 
+/// Returns the joint names of all degrees of freedom, in the order of configurations.
+std::vector<std::string> DofNames(const RobotModel& robot);
+
+/// Returns "revolute", "continuous", "prismatic" or "fixed".
+std::string_view ToString(JointType type);
+
+/// Returns the unit of a joint's value: "m" for prismatic joints, else "rad".
+std::string_view UnitOf(JointType type);
+
 }  // namespace legopt

@@ -4,7 +4,7 @@
 #include <functional>
 #include <span>
 
-#include "legopt/statistics/interval.h"
+#include "legopt/statistics/problem_scores.h"
 
 namespace legopt::statistics {
 

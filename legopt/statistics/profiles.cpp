@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-#include "legopt/statistics/checks.h"
+#include "legopt/statistics/internal/checks.h"
 
 namespace legopt::statistics {
 namespace {

@@ -10,7 +10,8 @@
 
 /// @file
 /// The table of the judge's checks. Names of verdicts, messages, database rows, findings on the page and
-/// docs/reference/checks.md derive from it. A new check is a row here and a function in legopt/judge/checks.cpp.
+/// docs/reference/checks.md derive from it. A new check is a row here and a function in
+/// legopt/judge/internal/checks.cpp.
 ///
 /// Source: evaluator of the LegOpt benchmark (docs/explanation/judge.md). Stateless, thread-safe.
 

@@ -106,4 +106,34 @@ template <>
 inline constexpr auto kEnumNames<BuildPolicy> = MakeEnumNames<BuildPolicy>({{BuildPolicy::kOne, "one"},
                                                                             {BuildPolicy::kAny, "any"}});
 
+/// Kinds of capabilities that a worker announces by name and hash and that jobs may require.
+enum class CapabilityKind : std::uint8_t {
+  kDataset,    ///< name and content hash
+  kSolver,     ///< external solver: name, and hash of its declaration and files
+  kCollision,  ///< collision model (SceneRepresentation): its enum name; no hash
+  kFetch,      ///< the worker can fetch missing datasets from the server; no name, no hash
+  kUnfetched,  ///< content hash of a dataset that the worker tried to fetch and cannot use
+};
+
+template <>
+inline constexpr auto kEnumNames<CapabilityKind> =
+    MakeEnumNames<CapabilityKind>({{CapabilityKind::kDataset, "dataset"},
+                                   {CapabilityKind::kSolver, "solver"},
+                                   {CapabilityKind::kCollision, "collision"},
+                                   {CapabilityKind::kFetch, "fetch"},
+                                   {CapabilityKind::kUnfetched, "unfetched"}});
+
+/// Result of re-running a job, compared with its stored result.
+enum class Reproduction : std::uint8_t {
+  kBitIdentical,  ///< same solution, counts, costs and verdicts, bit by bit
+  kSameStatus,    ///< same status and verdicts, but different bits
+  kDiffers,       ///< another status or verdict, or no result
+};
+
+template <>
+inline constexpr auto kEnumNames<Reproduction> =
+    MakeEnumNames<Reproduction>({{Reproduction::kBitIdentical, "bit-identical"},
+                                 {Reproduction::kSameStatus, "same status"},
+                                 {Reproduction::kDiffers, "differs"}});
+
 }  // namespace legopt

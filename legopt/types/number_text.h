@@ -1,17 +1,20 @@
 #pragma once
 
 #include <charconv>
+#include <clocale>
 #include <concepts>
+#include <locale>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <system_error>
 
+namespace legopt {
+
 /// @file
 /// Conversion between numbers and text, independent of the locale, unlike printf, strtod, std::to_string of a double
 /// and streams. All code of the programs reads and writes numbers with these functions.
-
-namespace legopt {
 
 /// Parses the whole text as a double, rounded to nearest: "1.5", "-2e-3", "+1", "inf", "nan". Numbers below the range
 /// of double give zero, numbers above it infinity. Empty for any other text, including hexadecimal numbers and
@@ -36,5 +39,35 @@ std::string FormatFixed(double value, int decimals);
 std::string FormatGeneral(double value, int digits = 6);
 /// Formats like printf's "%.Ne" with N = `decimals`.
 std::string FormatScientific(double value, int decimals);
+
+/// A string stream that does not follow the global locale: numbers have a decimal point and no thousands separators.
+template <class Stream>
+class ClassicStream : public Stream {
+ public:
+  ClassicStream() { this->imbue(std::locale::classic()); }
+  explicit ClassicStream(const std::string& text) : Stream(text) { this->imbue(std::locale::classic()); }
+};
+
+using ClassicInput = ClassicStream<std::istringstream>;   ///< input stream over a text
+using ClassicOutput = ClassicStream<std::ostringstream>;  ///< output stream to a text
+
+/// Sets the calling thread's locale for numbers to "C" until the end of the scope. Used around third-party libraries
+/// that read or write numbers with the C library's locale (tinyxml2, urdfdom, assimp), so that a host program with a
+/// decimal comma reads the same datasets. Other threads keep their locale. May be nested.
+class ClassicNumericLocale {
+ public:
+  ClassicNumericLocale() : previous_(::uselocale(Classic())) {}
+  ~ClassicNumericLocale() { ::uselocale(previous_); }
+  ClassicNumericLocale(const ClassicNumericLocale&) = delete;
+  ClassicNumericLocale& operator=(const ClassicNumericLocale&) = delete;
+
+ private:
+  static locale_t Classic() {
+    static const locale_t kClassic = ::newlocale(LC_ALL_MASK, "C", nullptr);
+    return kClassic;
+  }
+
+  locale_t previous_;
+};
 
 }  // namespace legopt

@@ -5,10 +5,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include "legopt/types/enum_names.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt {
 
@@ -171,6 +174,28 @@ constexpr int StanceOfWaypoint(Task task, int waypoint) { return waypoint / Desc
 constexpr bool HasStances(Task task, int num_stances) {
   const TaskDescription& description = DescriptionOf(task);
   return num_stances >= description.least_stances && num_stances <= description.most_stances;
+}
+
+/// Parses an enum name. Throws InputError "unknown WHAT" with the accepted names; `file` and `field` are its location.
+template <NamedEnum Enum>
+Enum ReadEnum(std::string_view text, std::string_view file, std::string_view field, std::string_view what) {
+  if (const std::optional<Enum> value = ParseEnum<Enum>(text)) return *value;
+  throw InputError({.file = std::string(file),
+                    .field = std::string(field),
+                    .value = std::string(text),
+                    .message = "unknown " + std::string(what),
+                    .fix = "use " + EnumChoices<Enum>()});
+}
+
+/// Parses a task. Throws InputError like ReadEnum, with the field "task".
+inline Task ReadTask(std::string_view text, std::string_view file) {
+  return ReadEnum<Task>(text, file, "task", "task");
+}
+
+/// Parses an initialization; also accepts "in-collision".
+inline Initialization ReadInitialization(std::string_view text, std::string_view file) {
+  if (text == "in-collision") return Initialization::kInCollision;
+  return ReadEnum<Initialization>(text, file, "initialization", "initialisation");
 }
 
 }  // namespace legopt

@@ -8,25 +8,21 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "legopt/dataset/content_hash.h"
-#include "legopt/dataset/dataset_writer.h"
-#include "legopt/dataset/problem_file.h"
-#include "legopt/dataset/text_file.h"
+#include "legopt/dataset/internal/dataset_content.h"
+#include "legopt/dataset/internal/dataset_writer.h"
+#include "legopt/dataset/internal/text_file.h"
+#include "legopt/dataset/problem_definition.h"
 #include "legopt/judge/solution_file.h"
 #include "legopt/math/parallel.h"
 #include "legopt/planning/certify/certificate.h"
-#include "legopt/planning/certify/dataset_certifier.h"
-#include "legopt/planning/certify/stance_catalogue.h"
-#include "legopt/planning/certify/stance_certifier.h"
-#include "legopt/types/classic_stream.h"
+#include "legopt/planning/certify/internal/stance_certifier.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/number_text.h"
-#include "legopt/worldgen/feasible_stances.h"
-#include "legopt/worldgen/generation_record.h"
-#include "legopt/worldgen/posture_selection.h"
-#include "legopt/worldgen/seeds.h"
-#include "legopt/worldgen/source_check.h"
-#include "legopt/worldgen/stance_features.h"
+#include "legopt/worldgen/internal/generation_record.h"
+#include "legopt/worldgen/internal/posture_selection.h"
+#include "legopt/worldgen/internal/seeds.h"
+#include "legopt/worldgen/internal/stance_probe.h"
+#include "legopt/worldgen/internal/stance_sampler.h"
 
 namespace legopt::worldgen {
 namespace {

@@ -6,10 +6,10 @@
 #include <optional>
 #include <string>
 
-#include "legopt/worldgen/histogram.h"
-#include "legopt/worldgen/pair_planner.h"
-#include "legopt/worldgen/scenario.h"
-#include "legopt/worldgen/stance_sampler.h"
+#include "legopt/worldgen/internal/histogram.h"
+#include "legopt/worldgen/internal/pair_planner.h"
+#include "legopt/worldgen/internal/scenario.h"
+#include "legopt/worldgen/internal/stance_sampler.h"
 
 namespace legopt::worldgen {
 

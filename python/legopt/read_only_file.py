@@ -168,7 +168,7 @@ class ReadOnlyFile:
             raise self._fault(error) from error
 
     def _would_leave_side_files(self) -> bool:
-        """As db/private_copy.h: a -shm of the reader would lock the owner's server out."""
+        """As db/file_state.h: a -shm of the reader would lock the owner's server out."""
         return os.geteuid() not in (0, os.stat(self._real_path).st_uid) and not os.path.exists(self._real_path + "-shm")
 
     def _open(self, mode: str) -> sqlite3.Connection:

@@ -1,7 +1,5 @@
 // Policy: if slots fill the granted cores, each gets one core, child processes stay on it, and two hardware threads
 // count as one core.
-#include "app/affinity.h"
-
 #include <gtest/gtest.h>
 #include <sched.h>
 #include <unistd.h>
@@ -9,6 +7,7 @@
 #include <fstream>
 #include <map>
 
+#include "app/host_resources.h"
 #include "tests/temporary_folder.h"
 
 namespace legopt::test {

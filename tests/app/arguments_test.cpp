@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "app/checks.h"
 #include "app/command_line.h"
 #include "app/network_flags.h"
 #include "legopt/types/task.h"

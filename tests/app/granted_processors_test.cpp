@@ -1,8 +1,6 @@
 // The number of granted processors: the rule applied to made-up facts, control groups read from file trees as on real
 // systems, and this process with a real affinity mask.
 
-#include "app/granted_processors.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sched.h>
@@ -11,6 +9,7 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "app/host_resources.h"
 #include "app/isolated_call.h"
 #include "tests/temporary_folder.h"
 

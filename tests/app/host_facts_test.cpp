@@ -1,12 +1,11 @@
 // Facts of a host, read from file trees as on real systems, and from this host.
 
-#include "app/host_facts.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <fstream>
 
+#include "app/host_resources.h"
 #include "tests/temporary_folder.h"
 
 namespace legopt::app {

@@ -1,10 +1,9 @@
 // Policy: a server serves the files of one folder whose name is a hash, and no other files.
-#include "app/offered_datasets.h"
-
 #include <gtest/gtest.h>
 
 #include <fstream>
 
+#include "app/data_folder.h"
 #include "legopt/types/input_error.h"
 #include "tests/temporary_folder.h"
 

@@ -1,8 +1,6 @@
 // Policy: a program starts with the same descriptors, signals and limits under every parent. Each case runs in a
 // separate process.
 
-#include "app/process_start.h"
-
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,6 +14,7 @@
 #include <system_error>
 
 #include "app/isolated_call.h"
+#include "app/processes.h"
 
 namespace legopt::app {
 namespace {

@@ -16,7 +16,7 @@
 #include <system_error>
 
 #include "app/isolated_call.h"
-#include "legopt/files/file_error.h"
+#include "legopt/files/written_file.h"
 #include "legopt/types/input_error.h"
 #include "tests/temporary_folder.h"
 

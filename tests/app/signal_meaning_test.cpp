@@ -1,11 +1,11 @@
 // Policy: every signal that ends a process is named, also when a shell reports it as an exit code.
 
-#include "app/signal_meaning.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <csignal>
+
+#include "app/processes.h"
 
 namespace legopt::app {
 namespace {

@@ -9,11 +9,11 @@
 
 #include "legopt/geometry/collision_model.h"
 #include "legopt/geometry/collision_query.h"
-#include "legopt/geometry/exact_collision.h"
-#include "legopt/geometry/model_data.h"
-#include "legopt/geometry/ode_runtime.h"
-#include "legopt/geometry/signed_distance.h"
-#include "legopt/problem/terms/swept_collision_term.h"
+#include "legopt/geometry/internal/exact_collision.h"
+#include "legopt/geometry/internal/model_data.h"
+#include "legopt/geometry/internal/ode_world.h"
+#include "legopt/geometry/internal/signed_distance.h"
+#include "legopt/problem/terms/internal/transition_terms.h"
 #include "tests/geometry/atlas_data.h"
 #include "tests/geometry/test_shapes.h"
 

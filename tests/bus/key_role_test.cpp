@@ -1,7 +1,5 @@
 // Keys of roles: which calls each role may make, and that no role can send, answer or acknowledge in the name of
 // another. PROTOCOL.md, section 11, "Roles".
-#include "bus/key_role.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,7 +10,7 @@
 #include <vector>
 
 #include "bus/endpoint.h"
-#include "bus/tag.h"
+#include "bus/message_key.h"
 #include "bus/wire.h"
 #include "tests/bus/test_bed.h"
 #include "tests/doubles/simulated_network.h"

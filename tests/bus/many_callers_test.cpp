@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "bus/endpoint.h"
-#include "bus/retry_policy.h"
+#include "bus/endpoint_core.h"
 #include "tests/bus/test_bed.h"
 #include "tests/doubles/simulated_network.h"
 

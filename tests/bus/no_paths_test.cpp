@@ -92,7 +92,7 @@ TEST(NoPaths, MessageHandlersOpenAndRunNothing) {
     for (const auto& entry : std::filesystem::directory_iterator(legopt::SourceFolder() + "/" + std::string(room))) {
       if (entry.path().extension() != ".cpp") continue;
       // It opens only /proc and /sys, by constant names.
-      if (entry.path().filename() == "udp_statistics.cpp") continue;
+      if (entry.path().filename() == "udp_socket.cpp") continue;
       std::ifstream file(entry.path());
       int number = 0;
       for (std::string line; std::getline(file, line);) {

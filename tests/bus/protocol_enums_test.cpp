@@ -8,8 +8,8 @@
 #include <sstream>
 #include <string>
 
-#include "bus/key_role.h"
 #include "bus/message_fields.h"
+#include "bus/message_key.h"
 #include "legopt/types/check.h"
 #include "legopt/types/result.h"
 #include "tests/folders.h"

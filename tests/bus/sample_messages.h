@@ -11,8 +11,8 @@
 #include <type_traits>
 #include <vector>
 
-#include "bus/field_validation.h"
 #include "bus/message_fields.h"
+#include "bus/message_validation.h"
 #include "bus/messages.h"
 
 namespace legopt::bus {

@@ -16,7 +16,6 @@
 #include <stdexcept>
 
 #include "bus/bridge/bridge.h"
-#include "bus/bridge/link_socket.h"
 #include "bus/lcm_transport.h"
 #include "tests/doubles/simulated_network.h"
 

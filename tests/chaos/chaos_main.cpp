@@ -17,8 +17,8 @@
 #include <random>
 #include <thread>
 
-#include "bus/bridge/access_file.h"
-#include "bus/bridge/link_socket.h"
+#include "bus/bridge/bridge.h"
+#include "bus/bridge/uplink.h"
 #include "bus/lcm_transport.h"
 #include "client/client_error.h"
 #include "client/service/child_process.h"

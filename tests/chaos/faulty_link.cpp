@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "bus/bridge/link_socket.h"
+#include "bus/bridge/bridge.h"
 #include "tests/chaos/fault_injector.h"
 #include "tests/guarded_main.h"
 

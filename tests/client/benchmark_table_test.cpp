@@ -13,7 +13,6 @@
 
 #include "client/client_error.h"
 #include "client/report/interpolation_table.h"
-#include "client/report/paper_table.h"
 #include "table_parsers.h"
 #include "tests/folders.h"
 

@@ -1,7 +1,5 @@
 // Policy: a table counts the problems that a certificate certifies and shows the results of the others. The
 // certificate of another dataset is refused if requested explicitly and ignored otherwise.
-#include "client/report/certified_counts.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -13,6 +11,7 @@
 
 #include "app/exit_codes.h"
 #include "client/report/benchmark_table.h"
+#include "client/report/certificate_report.h"
 #include "client/report/reading.h"
 #include "legopt/planning/certify/certificate.h"
 #include "program_run.h"

@@ -5,8 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "legopt/dataset/content_hash.h"
 #include "legopt/dataset/dataset.h"
+#include "legopt/dataset/internal/dataset_content.h"
 #include "table_parsers.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"

@@ -12,7 +12,7 @@
 #include "client/report/evaluation_report.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/problem/terms/initial_guess.h"
-#include "legopt/robot/dof_names.h"
+#include "legopt/robot/robot_model.h"
 #include "test_database.h"
 #include "tests/folders.h"
 

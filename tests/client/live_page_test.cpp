@@ -1,10 +1,10 @@
 // Policy: a live server of pages sends the same content as a report. It follows a growing database, reports read
 // errors, and computes nothing twice.
+#include "client/serve/live_page.h"
+
 #include <gtest/gtest.h>
 
 #include "client/client_error.h"
-#include "client/serve/live_blocks.h"
-#include "client/serve/live_state.h"
 #include "db/connection.h"
 #include "page_fixture.h"
 

@@ -1,9 +1,8 @@
 // Policy: LaTeX and Markdown show a name as it was written, in every font encoding and with babel's shorthands.
-#include "client/report/markup_text.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "client/report/escaped_text.h"
 #include "client/report/listing.h"
 
 namespace legopt::client {

@@ -1,7 +1,5 @@
 // Policy: every message of lcmtypes/ is shown completely with the names of its .lcm file, and the output determines
 // the same bytes again.
-#include "client/tap/message_json.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,6 +12,7 @@
 
 #include "bus/codec.h"
 #include "bus/message_fields.h"
+#include "client/tap/captured_datagram.h"
 #include "tests/bus/sample_messages.h"
 #include "tests/folders.h"
 

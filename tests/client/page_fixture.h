@@ -7,8 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "client/page/page_report.h"
-#include "client/page/page_view.h"
+#include "client/page/page.h"
 #include "test_database.h"
 #include "tests/dataset/synthetic_dataset.h"
 

@@ -1,6 +1,8 @@
 // Policy: a page contains the figures that commands print and poses that agree with the kinematics. It contains
 // nothing that a browser would fetch or that would end a block early. A page that cannot be made leaves nothing
 // behind.
+#include "client/page/page.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,12 +12,9 @@
 
 #include "client/client_error.h"
 #include "client/compare/statistics_table.h"
-#include "client/page/page_block.h"
 #include "client/page/page_file.h"
-#include "client/page/page_report.h"
-#include "client/page/page_view.h"
+#include "client/report/output.h"
 #include "client/report/reading.h"
-#include "client/report/replaced_file.h"
 #include "legopt/problem/terms/initial_guess.h"
 #include "legopt/robot/kinematics.h"
 #include "page_fixture.h"

@@ -13,7 +13,6 @@
 #include "client/client_error.h"
 #include "client/compare/figures.h"
 #include "client/plot/plot_svg.h"
-#include "client/plot/plot_text.h"
 #include "toy_experiment.h"
 
 namespace legopt::client {

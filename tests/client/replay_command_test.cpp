@@ -8,10 +8,10 @@
 
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
-#include "client/replay/stored_trace.h"
+#include "client/replay/stored_job.h"
 #include "command_line_fixture.h"
 #include "legopt/math/blake2b.h"
-#include "legopt/planning/trace.h"
+#include "legopt/planning/internal/trace.h"
 
 namespace legopt::client {
 namespace {

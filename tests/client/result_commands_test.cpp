@@ -8,7 +8,7 @@
 
 #include "command_line_fixture.h"
 #include "db/connection.h"
-#include "legopt/planning/trace.h"
+#include "legopt/planning/internal/trace.h"
 
 namespace legopt::client {
 namespace {

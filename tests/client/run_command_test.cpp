@@ -17,7 +17,7 @@
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"
 #include "client/report/result_source.h"
-#include "client/service/local_pool.h"
+#include "client/service/managed_pool.h"
 #include "program_run.h"
 #include "test_database.h"
 

@@ -15,7 +15,7 @@
 #include "bus/lcm_transport.h"
 #include "command_line_fixture.h"
 #include "db/sqlite_store.h"
-#include "legopt/planning/trace.h"
+#include "legopt/planning/internal/trace.h"
 #include "tests/client/raw_http.h"
 #include "tests/dataset/synthetic_dataset.h"
 

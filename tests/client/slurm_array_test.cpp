@@ -1,7 +1,7 @@
 // Policy: Slurm's output is parsed as printed. Unexpected parts are shown and never cause a failure.
-#include "client/pool/slurm_array.h"
-
 #include <gtest/gtest.h>
+
+#include "client/pool/slurm_pool.h"
 
 namespace legopt::client {
 namespace {

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "client/client_error.h"
-#include "legopt/solvers/best_options.h"
 #include "legopt/solvers/methods/method.h"
+#include "legopt/solvers/sqp_options.h"
 #include "toy_experiment.h"
 
 namespace legopt::client {

@@ -9,7 +9,7 @@
 #include <set>
 #include <string>
 
-#include "client/report/paper_table.h"
+#include "client/report/benchmark_table.h"
 #include "legopt/math/blake2b.h"
 #include "legopt/types/input_error.h"
 #include "tests/folders.h"

@@ -1,12 +1,10 @@
 // Policy: flags take precedence over the environment, and the environment over the terminal. Output to other files is
 // plain text.
-#include "client/report/terminal.h"
-
 #include <gtest/gtest.h>
 
 #include <map>
 
-#include "client/report/pager.h"
+#include "client/report/output.h"
 
 namespace legopt::client {
 namespace {

@@ -10,9 +10,9 @@
 #include "client/compare/comparison_report.h"
 #include "client/compare/figures.h"
 #include "client/compare/statistics_table.h"
-#include "client/page/page_curves.h"
+#include "client/page/page_experiment.h"
+#include "client/plot/plot.h"
 #include "client/plot/plot_svg.h"
-#include "client/plot/plot_text.h"
 #include "test_database.h"
 
 namespace legopt::client {

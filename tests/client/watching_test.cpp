@@ -7,7 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "client/report/watch_json.h"
+#include "client/report/progress.h"
 
 namespace legopt::client {
 namespace {

@@ -10,9 +10,7 @@
 #include "app/data_folder.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/planning/certify/certificate.h"
-#include "legopt/planning/certify/dataset_certifier.h"
-#include "legopt/planning/certify/stance_catalogue.h"
-#include "legopt/planning/certify/stance_certifier.h"
+#include "legopt/planning/certify/internal/stance_certifier.h"
 
 namespace legopt {
 namespace {

@@ -15,7 +15,7 @@
 #include "legopt/judge/judge.h"
 #include "legopt/planning/problem_solver.h"
 #include "legopt/solvers/methods/method.h"
-#include "legopt/statistics/proportions.h"
+#include "legopt/statistics/hypothesis_tests.h"
 #include "tests/folders.h"
 
 namespace legopt {

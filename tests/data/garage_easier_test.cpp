@@ -9,7 +9,7 @@
 
 #include "app/data_folder.h"
 #include "legopt/dataset/dataset.h"
-#include "legopt/geometry/exact_collision.h"
+#include "legopt/geometry/internal/exact_collision.h"
 #include "legopt/judge/judge.h"
 #include "legopt/judge/solution_file.h"
 #include "legopt/robot/kinematics.h"

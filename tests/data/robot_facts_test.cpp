@@ -10,7 +10,7 @@
 #include <map>
 #include <sstream>
 
-#include "legopt/geometry/exact_collision.h"
+#include "legopt/geometry/internal/exact_collision.h"
 #include "tests/data/embedded_dataset.h"
 #include "tests/folders.h"
 

@@ -7,10 +7,9 @@
 #include <set>
 #include <string>
 
-#include "legopt/dataset/content_hash.h"
 #include "legopt/dataset/dataset.h"
-#include "legopt/dataset/dataset_writer.h"
-#include "legopt/dataset/support_polygon.h"
+#include "legopt/dataset/internal/dataset_content.h"
+#include "legopt/dataset/internal/dataset_writer.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
 

@@ -1,6 +1,4 @@
 // Policy: packing and unpacking preserve the dataset, and an untrusted archive writes nothing outside its folder.
-#include "legopt/dataset/dataset_archive.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <zstd.h>
@@ -8,6 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "legopt/dataset/internal/dataset_content.h"
 #include "legopt/types/input_error.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/temporary_folder.h"

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "app/isolated_call.h"
-#include "legopt/dataset/content_hash.h"
 #include "legopt/dataset/dataset.h"
+#include "legopt/dataset/internal/dataset_content.h"
 #include "legopt/math/blake2b.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"

@@ -5,7 +5,7 @@
 
 #include <thread>
 
-#include "legopt/dataset/content_hash.h"
+#include "legopt/dataset/internal/dataset_content.h"
 #include "legopt/math/blake2b.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"

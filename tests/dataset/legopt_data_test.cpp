@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <numbers>
 
-#include "legopt/dataset/content_hash.h"
 #include "legopt/dataset/dataset.h"
+#include "legopt/dataset/internal/dataset_content.h"
 #include "tests/dataset/test_data.h"
 #include "tests/folders.h"
 

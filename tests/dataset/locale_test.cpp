@@ -7,12 +7,11 @@
 #include <string>
 
 #include "legopt/dataset/dataset.h"
-#include "legopt/dataset/dataset_file.h"
-#include "legopt/dataset/dataset_writer.h"
-#include "legopt/input/file_text.h"
+#include "legopt/dataset/internal/dataset_file.h"
+#include "legopt/dataset/internal/dataset_writer.h"
 #include "legopt/input/json.h"
-#include "legopt/robot/urdf_check.h"
-#include "legopt/robot/urdf_review.h"
+#include "legopt/input/text.h"
+#include "legopt/robot/internal/urdf_check.h"
 #include "legopt/types/number_text.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"

@@ -1,11 +1,9 @@
-#include "legopt/dataset/stance.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "legopt/types/enum_input.h"
+#include "legopt/dataset/problem_definition.h"
 #include "legopt/types/task.h"
 #include "tests/dataset/test_data.h"
 

@@ -1,11 +1,10 @@
-#include "legopt/dataset/support_polygon.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 #include <random>
 
+#include "legopt/dataset/contact.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
 

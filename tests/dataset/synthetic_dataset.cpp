@@ -3,7 +3,7 @@
 #include <cmath>
 #include <string>
 
-#include "legopt/dataset/content_hash.h"
+#include "legopt/dataset/internal/dataset_content.h"
 #include "tests/dataset/test_data.h"
 
 namespace legopt::test {

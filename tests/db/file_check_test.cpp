@@ -1,6 +1,4 @@
 // Policy: damage that SQLite misreads is refused with its name. Files after a crash or a loss of power are accepted.
-#include "db/file_check.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -10,6 +8,7 @@
 #include <fstream>
 #include <functional>
 
+#include "db/file_state.h"
 #include "db/read_only_database.h"
 #include "db/sqlite_store.h"
 #include "db/store_error.h"

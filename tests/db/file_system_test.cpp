@@ -1,10 +1,10 @@
 // Policy: a database is refused on file systems known to lose data, and nowhere else. fuse_test uses a real one.
-#include "db/file_system.h"
-
 #include <gtest/gtest.h>
 #include <linux/magic.h>
 
 #include <filesystem>
+
+#include "db/database_file.h"
 
 namespace legopt::db {
 namespace {

@@ -9,8 +9,8 @@
 #include "db/audit.h"
 #include "db/backup.h"
 #include "db/connection.h"
+#include "db/file_state.h"
 #include "db/migrations.h"
-#include "db/private_copy.h"
 #include "db/sqlite_store.h"
 #include "tests/db/store_samples.h"
 

@@ -1,6 +1,4 @@
 // A log is only read with the file it was written for, and a backup replaces a database completely.
-#include "db/restore.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -11,6 +9,7 @@
 #include <functional>
 
 #include "db/audit.h"
+#include "db/backup.h"
 #include "db/connection.h"
 #include "db/file_state.h"
 #include "db/read_only_database.h"

@@ -14,7 +14,7 @@
 
 #include "client/suite/experiment_spec.h"
 #include "legopt/dataset/dataset.h"
-#include "legopt/solvers/methods/registry.h"
+#include "legopt/solvers/methods/method.h"
 #include "tests/figures/figures.h"
 #include "tests/figures/process_facts.h"
 #include "tests/service/deployment.h"

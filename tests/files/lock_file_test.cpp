@@ -1,7 +1,5 @@
 // Policy: only a file that can be a lock file of this program is opened as one, and no other file is changed.
 
-#include "legopt/files/lock_file.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -9,7 +7,8 @@
 #include <fstream>
 #include <string>
 
-#include "legopt/files/file_error.h"
+#include "legopt/files/name_lock.h"
+#include "legopt/files/written_file.h"
 #include "tests/temporary_folder.h"
 
 namespace legopt::files {

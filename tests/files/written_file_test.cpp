@@ -15,7 +15,6 @@
 #include <set>
 #include <string>
 
-#include "legopt/files/file_error.h"
 #include "tests/temporary_folder.h"
 
 namespace legopt::files {

@@ -1,6 +1,6 @@
 // The reader of COLLADA robots: it reads, or throws InputError. Zip archives are .zae files, all other inputs .dae
 // files.
-#include "legopt/import/collada_robot.h"
+#include "legopt/import/internal/collada_robot.h"
 #include "legopt/types/input_error.h"
 #include "tests/fuzz/fuzz_input.h"
 

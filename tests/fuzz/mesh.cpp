@@ -1,5 +1,5 @@
 // The reader of meshes: it reads, or throws InputError. The first byte chooses the suffix.
-#include "legopt/geometry/mesh.h"
+#include "legopt/geometry/internal/mesh.h"
 
 #include <array>
 #include <cmath>

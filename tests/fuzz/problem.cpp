@@ -1,5 +1,5 @@
 // The reader of LegOpt problem files: it reads, or throws InputError.
-#include "legopt/dataset/problem_file.h"
+#include "legopt/dataset/problem_definition.h"
 #include "legopt/types/input_error.h"
 #include "tests/fuzz/fuzz_input.h"
 

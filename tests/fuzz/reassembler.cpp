@@ -3,7 +3,7 @@
 #include <array>
 #include <string>
 
-#include "bus/bulk_receiver.h"
+#include "bus/bulk_transfer.h"
 #include "bus/wire.h"
 #include "tests/fuzz/fuzz_input.h"
 

@@ -2,7 +2,7 @@
 // without messages. urdfdom runs in the calling process, so it must not crash on any checked text.
 #include <string>
 
-#include "legopt/robot/urdf_tree.h"
+#include "legopt/robot/internal/urdf_reader.h"
 #include "legopt/types/input_error.h"
 #include "tests/fuzz/fuzz_input.h"
 

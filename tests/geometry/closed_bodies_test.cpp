@@ -1,12 +1,11 @@
-#include "legopt/geometry/closed_bodies.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <initializer_list>
 #include <numbers>
 
-#include "legopt/geometry/scene_solids.h"
+#include "legopt/geometry/internal/mesh_bodies.h"
+#include "legopt/geometry/internal/scene_solids.h"
 #include "tests/folders.h"
 #include "tests/geometry/test_shapes.h"
 

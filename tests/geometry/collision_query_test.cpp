@@ -6,9 +6,9 @@
 #include <set>
 #include <thread>
 
-#include "legopt/geometry/link_trimeshes.h"
-#include "legopt/geometry/model_data.h"
-#include "legopt/geometry/signed_distance.h"
+#include "legopt/geometry/internal/link_trimeshes.h"
+#include "legopt/geometry/internal/model_data.h"
+#include "legopt/geometry/internal/signed_distance.h"
 #include "tests/geometry/allocation_count.h"
 #include "tests/geometry/atlas_data.h"
 #include "tests/geometry/test_shapes.h"

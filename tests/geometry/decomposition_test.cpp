@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <numeric>
 
-#include "legopt/geometry/convex_decomposition.h"
-#include "legopt/geometry/hull.h"
-#include "legopt/geometry/mesh_components.h"
-#include "legopt/geometry/prism_decomposition.h"
-#include "legopt/geometry/scene_solids.h"
+#include "legopt/geometry/internal/convex_decomposition.h"
+#include "legopt/geometry/internal/convex_shape.h"
+#include "legopt/geometry/internal/mesh_bodies.h"
+#include "legopt/geometry/internal/scene_solids.h"
 #include "tests/geometry/test_shapes.h"
 
 namespace legopt::test {

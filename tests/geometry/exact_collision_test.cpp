@@ -1,4 +1,4 @@
-#include "legopt/geometry/exact_collision.h"
+#include "legopt/geometry/internal/exact_collision.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <thread>
 #include <vector>
 
-#include "legopt/geometry/link_trimeshes.h"
-#include "legopt/geometry/trimesh_world.h"
+#include "legopt/geometry/internal/link_trimeshes.h"
+#include "legopt/geometry/internal/trimesh_world.h"
 #include "tests/geometry/atlas_data.h"
 #include "tests/geometry/test_shapes.h"
 

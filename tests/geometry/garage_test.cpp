@@ -5,9 +5,9 @@
 #include <map>
 #include <tuple>
 
-#include "legopt/geometry/mesh_components.h"
-#include "legopt/geometry/ode_convex.h"
-#include "legopt/geometry/scene_solids.h"
+#include "legopt/geometry/internal/mesh_bodies.h"
+#include "legopt/geometry/internal/ode_world.h"
+#include "legopt/geometry/internal/scene_solids.h"
 #include "tests/geometry/atlas_data.h"
 #include "tests/geometry/test_shapes.h"
 

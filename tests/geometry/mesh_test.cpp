@@ -1,4 +1,4 @@
-#include "legopt/geometry/mesh.h"
+#include "legopt/geometry/internal/mesh.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

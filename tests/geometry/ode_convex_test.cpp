@@ -1,9 +1,8 @@
-#include "legopt/geometry/ode_convex.h"
-
 #include <gtest/gtest.h>
 #include <ode/ode.h>
 
-#include "legopt/geometry/trimesh_world.h"
+#include "legopt/geometry/internal/ode_world.h"
+#include "legopt/geometry/internal/trimesh_world.h"
 #include "tests/geometry/test_shapes.h"
 
 namespace legopt::test {

@@ -1,7 +1,7 @@
 // Policy: exactness is proved, not sampled. A separated pair is certified by duality: the witness points lie in their
 // shapes, and the reported normal separates the shapes by exactly the reported distance. A penetrating pair is
 // compared with the exact minimum over all facet normals and all cross products of edges.
-#include "legopt/geometry/signed_distance.h"
+#include "legopt/geometry/internal/signed_distance.h"
 
 #include <gtest/gtest.h>
 

@@ -7,12 +7,12 @@
 #include <map>
 
 #include "legopt/geometry/collision_query.h"
-#include "legopt/geometry/model_data.h"
-#include "legopt/geometry/scene_solids.h"
-#include "legopt/geometry/signed_distance.h"
+#include "legopt/geometry/internal/model_data.h"
+#include "legopt/geometry/internal/scene_solids.h"
+#include "legopt/geometry/internal/signed_distance.h"
 #include "legopt/types/collision.h"
-#include "legopt/types/enum_input.h"
 #include "legopt/types/input_error.h"
+#include "legopt/types/task.h"
 #include "tests/geometry/allocation_count.h"
 #include "tests/geometry/atlas_data.h"
 #include "tests/geometry/test_shapes.h"

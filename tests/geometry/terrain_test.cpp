@@ -1,4 +1,4 @@
-#include "legopt/geometry/terrain.h"
+#include "legopt/geometry/internal/terrain.h"
 
 #include <gtest/gtest.h>
 

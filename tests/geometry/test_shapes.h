@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "legopt/geometry/convex_shape.h"
-#include "legopt/geometry/mesh.h"
+#include "legopt/geometry/internal/convex_shape.h"
+#include "legopt/geometry/internal/mesh.h"
 
 namespace legopt::test {
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "legopt/geometry/trimesh_world.h"
+#include "legopt/geometry/internal/trimesh_world.h"
 #include "tests/geometry/atlas_data.h"
 #include "tests/geometry/test_shapes.h"
 

@@ -46,8 +46,8 @@ class LayeringTest(unittest.TestCase):
         self.assertEqual(self.check(), "")
 
     def test_a_solver_that_includes_robots_is_reported(self):
-        self.plant("legopt/solvers/sqp_solver.cpp", '#include "legopt/robot/robot_model.h"\n')
-        self.assertRegex(self.check(), r"^legopt/solvers/sqp_solver.cpp:\d+: `legopt/solvers/` may not include `legopt/robot/`")
+        self.plant("legopt/solvers/internal/sqp_solver.cpp", '#include "legopt/robot/robot_model.h"\n')
+        self.assertRegex(self.check(), r"^legopt/solvers/internal/sqp_solver.cpp:\d+: `legopt/solvers/` may not include `legopt/robot/`")
 
     def test_a_generated_header_belongs_to_its_module(self):
         self.plant("db/records.h", '#include "legopt_msg/lease.hpp"\n')

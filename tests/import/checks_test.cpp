@@ -3,11 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "legopt/dataset/content_hash.h"
-#include "legopt/geometry/mesh_faults.h"
-#include "legopt/geometry/scene_solids.h"
-#include "legopt/import/dataset_check.h"
-#include "legopt/import/quaternion_order.h"
+#include "legopt/dataset/internal/dataset_content.h"
+#include "legopt/geometry/internal/mesh_bodies.h"
+#include "legopt/geometry/internal/scene_solids.h"
+#include "legopt/import/internal/dataset_check.h"
+#include "legopt/import/internal/used_contacts.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/import/clone_folder.h"
 

@@ -3,9 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "legopt/dataset/link_box.h"
-#include "legopt/import/collada_robot.h"
-#include "legopt/import/robot_files.h"
+#include "legopt/dataset/dataset.h"
+#include "legopt/import/internal/collada_robot.h"
+#include "legopt/import/internal/copied_files.h"
 #include "legopt/math/random_numbers.h"
 #include "legopt/robot/kinematics.h"
 #include "tests/dataset/synthetic_dataset.h"

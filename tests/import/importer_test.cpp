@@ -10,9 +10,9 @@
 #include <map>
 
 #include "legopt/dataset/dataset.h"
-#include "legopt/dataset/dataset_writer.h"
-#include "legopt/dataset/problem_file.h"
-#include "legopt/import/used_contacts.h"
+#include "legopt/dataset/internal/dataset_writer.h"
+#include "legopt/dataset/problem_definition.h"
+#include "legopt/import/internal/used_contacts.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/import/clone_folder.h"
 

@@ -1,7 +1,5 @@
 // Policy: mixed-up units are reported with a remedy, a scene of kilometres takes neither much memory nor time, and
 // meaningless values are refused. Valid datasets, including those of the repository, cause no message.
-#include "legopt/import/plausibility.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,9 +7,10 @@
 #include <sstream>
 
 #include "app/isolated_call.h"
-#include "legopt/dataset/content_hash.h"
-#include "legopt/geometry/terrain.h"
+#include "legopt/dataset/internal/dataset_content.h"
+#include "legopt/geometry/internal/terrain.h"
 #include "legopt/import/importer.h"
+#include "legopt/import/internal/dataset_check.h"
 #include "legopt/types/input_error.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"

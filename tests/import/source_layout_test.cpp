@@ -1,6 +1,6 @@
 // Policy: unambiguous files are found without a message; missing or ambiguous ones are reported with the flag that
 // selects them.
-#include "legopt/import/source_layout.h"
+#include "legopt/import/internal/source_layout.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

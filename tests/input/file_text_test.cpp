@@ -1,12 +1,11 @@
 // Policy: reading any file takes no more memory than its limit.
-#include "legopt/input/file_text.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <string>
 
+#include "legopt/input/text.h"
 #include "tests/input/faults.h"
 #include "tests/temporary_folder.h"
 

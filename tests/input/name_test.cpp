@@ -1,9 +1,8 @@
 // Policy: names that look the same are equal, and letters of every script are allowed in a name.
-#include "legopt/input/name.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "legopt/input/text.h"
 #include "tests/input/faults.h"
 
 namespace legopt::test {

@@ -8,8 +8,6 @@
 #include <cstdlib>
 #include <limits>
 
-#include "legopt/types/classic_stream.h"
-
 namespace legopt::test {
 namespace {
 

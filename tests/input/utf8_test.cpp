@@ -1,9 +1,8 @@
 // Policy: exactly the UTF-8 defined by RFC 3629 is accepted.
-#include "legopt/input/utf8.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "legopt/input/text.h"
 #include "tests/input/faults.h"
 
 namespace legopt::test {

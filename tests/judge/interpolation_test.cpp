@@ -1,13 +1,12 @@
 // Policy: between two waypoints a robot moves in a straight line, its base along the shortest rotation. Collisions in
 // between are measured for every verdict.
-#include "legopt/judge/interpolation.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "legopt/judge/internal/path_examiner.h"
 #include "legopt/judge/judge.h"
-#include "legopt/robot/interpolation.h"
+#include "legopt/robot/configuration.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
 

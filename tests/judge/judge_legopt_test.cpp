@@ -6,7 +6,7 @@
 #include <limits>
 #include <optional>
 
-#include "legopt/dataset/support_polygon.h"
+#include "legopt/dataset/contact.h"
 #include "legopt/judge/judge.h"
 #include "legopt/judge/solution_file.h"
 #include "legopt/robot/kinematics.h"

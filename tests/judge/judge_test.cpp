@@ -7,7 +7,7 @@
 #include <functional>
 #include <limits>
 
-#include "legopt/dataset/content_hash.h"
+#include "legopt/dataset/internal/dataset_content.h"
 #include "legopt/problem/terms/initial_guess.h"
 #include "legopt/robot/kinematics.h"
 #include "tests/dataset/synthetic_dataset.h"

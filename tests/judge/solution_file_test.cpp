@@ -14,7 +14,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "legopt/dataset/problem_file.h"
+#include "legopt/dataset/problem_definition.h"
 #include "legopt/input/json.h"
 #include "tests/dataset/test_data.h"
 

@@ -1,12 +1,11 @@
 // Policy: numbers that do not form a path are refused with the number of the point and the requirement.
-#include "legopt/judge/timed_path.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <initializer_list>
 #include <limits>
 
+#include "legopt/judge/internal/path_examiner.h"
 #include "legopt/types/task.h"
 
 namespace legopt {

@@ -1,6 +1,6 @@
 // Policy: listed findings have the judge's own figures. The largest value of a list equals the evaluation's, and a
 // pair is listed as a collision by a rule exactly if it fails a verdict by that rule.
-#include "legopt/judge/waypoint_inspector.h"
+#include "legopt/judge/internal/waypoint_inspector.h"
 
 #include <gtest/gtest.h>
 

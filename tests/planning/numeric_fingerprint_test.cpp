@@ -1,6 +1,6 @@
 // Elementary functions with the same bits on every machine, and the fingerprint that detects machines which differ.
 
-#include "legopt/planning/numeric_fingerprint.h"
+#include "legopt/planning/internal/numeric_fingerprint.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -6,13 +6,12 @@
 #include <limits>
 #include <random>
 
+#include "legopt/judge/internal/path_examiner.h"
 #include "legopt/judge/judge.h"
-#include "legopt/judge/timed_path.h"
-#include "legopt/planning/path_clearance.h"
-#include "legopt/planning/path_solver.h"
+#include "legopt/planning/internal/path_solver.h"
 #include "legopt/planning/problem_solver.h"
-#include "legopt/robot/interpolation.h"
-#include "legopt/solvers/methods/registry.h"
+#include "legopt/robot/configuration.h"
+#include "legopt/solvers/methods/method.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
 #include "tests/folders.h"

@@ -6,9 +6,9 @@
 
 #include <utility>
 
-#include "legopt/dataset/content_hash.h"
+#include "legopt/dataset/internal/dataset_content.h"
 #include "legopt/judge/judge.h"
-#include "legopt/solvers/best_options.h"
+#include "legopt/solvers/sqp_options.h"
 #include "legopt/types/input_error.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"

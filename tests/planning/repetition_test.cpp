@@ -5,11 +5,11 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "legopt/planning/internal/trace.h"
 #include "legopt/planning/problem_solver.h"
-#include "legopt/planning/trace.h"
 #include "legopt/problem/terms/initial_guess.h"
 #include "legopt/problem/terms/task_program.h"
-#include "legopt/solvers/methods/registry.h"
+#include "legopt/solvers/methods/method.h"
 #include "legopt/solvers/solver.h"
 #include "tests/dataset/test_data.h"
 #include "tests/folders.h"

@@ -1,6 +1,6 @@
 // A fixed structure for a varying number of rows, and derivatives through the retraction.
 
-#include "legopt/solvers/slotted_program.h"
+#include "legopt/solvers/internal/slotted_program.h"
 
 #include <gtest/gtest.h>
 

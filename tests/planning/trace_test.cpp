@@ -1,7 +1,7 @@
 // The stored trace of a solve's convergence. It contains everything that the curve of the best point so far needs, its
 // bytes decode to the same records or to a clear error, and the records of every registered solver end at its result.
 
-#include "legopt/planning/trace.h"
+#include "legopt/planning/internal/trace.h"
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@
 #include <tuple>
 
 #include "legopt/planning/problem_solver.h"
-#include "legopt/solvers/methods/registry.h"
+#include "legopt/solvers/methods/method.h"
 #include "legopt/types/input_error.h"
 #include "tests/dataset/test_data.h"
 #include "tests/folders.h"
@@ -141,7 +141,7 @@ TEST(TraceBytes, BecomeTheSameRecords) {
 }
 
 TEST(TraceBytes, OfTheLongestTraceStayWithinTheMessage) {
-  constexpr std::size_t kMostBytes = std::size_t{1} << 20;  // bus/result_fields.h
+  constexpr std::size_t kMostBytes = std::size_t{1} << 20;  // bus/worker_call_fields.h
   std::mt19937_64 random(1);
   Records records(kMaxTraceRecords);
   for (IterationRecord& record : records) {

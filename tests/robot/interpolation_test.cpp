@@ -1,12 +1,11 @@
 // The path between two configurations: geodesic base, straight joints, and the derivative of the rotation by
 // differences.
 
-#include "legopt/robot/interpolation.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "legopt/robot/configuration.h"
 #include "legopt/robot/kinematics.h"
 
 namespace legopt {

@@ -1,7 +1,7 @@
 // Policy: every checked attribute and element of a URDF is corrupted in many ways, one at a time, in a robot that has
 // them all. Each time the file is refused, and the error names the link or joint, the element, the attribute and a
 // fix. A valid file is read bit by bit as urdfdom reads it.
-#include "legopt/robot/urdf_check.h"
+#include "legopt/robot/internal/urdf_check.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,8 +13,8 @@
 #include <set>
 
 #include "app/isolated_call.h"
+#include "legopt/robot/internal/urdf_rules.h"
 #include "legopt/robot/robot_model.h"
-#include "legopt/robot/urdf_rules.h"
 #include "legopt/types/input_error.h"
 #include "tests/folders.h"
 #include "tests/robot/complete_urdf.h"

@@ -1,10 +1,9 @@
 // Policy: a condition that no message reports is recorded as one event when it begins, and again only after it has
 // ended.
 
-#include "server/condition_monitor.h"
-
 #include <gmock/gmock.h>
 
+#include "server/event_monitors.h"
 #include "tests/server/scheduler_fixture.h"
 
 namespace legopt::server {

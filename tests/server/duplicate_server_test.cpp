@@ -1,14 +1,13 @@
 // Policy: servers that hear each other agree on exactly one that serves, on any unreliable network. A server that
 // already serves has priority; among starting servers, the smallest instance serves.
 
-#include "server/duplicate_server.h"
-
 #include <gtest/gtest.h>
 
 #include <memory>
 #include <vector>
 
 #include "bus/codec.h"
+#include "server/single_server.h"
 #include "tests/doubles/simulated_network.h"
 
 namespace legopt::server {

@@ -2,14 +2,13 @@
 // histories of real runs are replayed on virtual slots, and every estimate in between is compared with the actual
 // time.
 
-#include "server/estimate.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <set>
 
+#include "server/forecast.h"
 #include "tests/server/recorded_history.h"
 
 namespace legopt::server {

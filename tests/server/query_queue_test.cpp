@@ -1,9 +1,9 @@
 // Policy: the senders of queries take turns, a sender at its limit is skipped, and no data are kept of senders without
 // queries.
 
-#include "server/query_queue.h"
-
 #include <gtest/gtest.h>
+
+#include "server/query_service.h"
 
 namespace legopt::server {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "server/estimate.h"
+#include "server/forecast.h"
 
 namespace legopt::server {
 

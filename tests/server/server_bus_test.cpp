@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "bus/codec.h"
-#include "bus/field_limits.h"
+#include "bus/message_limits.h"
 #include "server/permission.h"
 #include "server/server.h"
 #include "tests/doubles/simulated_network.h"

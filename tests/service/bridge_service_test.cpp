@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "app/exit_codes.h"
-#include "bus/bridge/link_socket.h"
+#include "bus/bridge/bridge.h"
 #include "bus/message_key.h"
 #include "tests/service/deployment.h"
 #include "tests/service/posture_spec.h"

@@ -13,7 +13,7 @@
 #include <optional>
 #include <random>
 
-#include "legopt/dataset/dataset_archive.h"
+#include "legopt/dataset/internal/dataset_content.h"
 #include "tests/client/program_run.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "worker/outcome.h"
+#include "worker/job_executor.h"
 
 namespace legopt::worker {
 namespace {

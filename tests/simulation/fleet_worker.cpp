@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "bus/messages.h"
-#include "worker/outcome.h"
+#include "worker/job_executor.h"
 
 namespace legopt::simulation {
 namespace {

@@ -7,7 +7,6 @@
 #include "bus/endpoint.h"
 #include "tests/doubles/simulated_network.h"
 #include "worker/pool.h"
-#include "worker/pool_calls.h"
 #include "worker/server_link.h"
 
 namespace legopt::simulation {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "bus/endpoint.h"
-#include "client/service/submit_call.h"
+#include "client/service/server_connection.h"
 #include "tests/simulation/process.h"
 #include "tests/simulation/record.h"
 #include "tests/simulation/simulated_server.h"

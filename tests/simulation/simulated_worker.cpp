@@ -5,7 +5,7 @@
 
 #include "bus/codec.h"
 #include "tests/simulation/experiment_text.h"
-#include "worker/outcome.h"
+#include "worker/job_executor.h"
 
 namespace legopt::simulation {
 namespace {

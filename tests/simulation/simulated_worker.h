@@ -9,7 +9,6 @@
 #include "tests/simulation/process.h"
 #include "tests/simulation/record.h"
 #include "worker/pool.h"
-#include "worker/pool_calls.h"
 #include "worker/server_link.h"
 
 namespace legopt::simulation {

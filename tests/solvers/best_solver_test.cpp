@@ -1,6 +1,6 @@
 // Internal restarts of LegOpt-best.
 
-#include "legopt/solvers/best_solver.h"
+#include "legopt/solvers/internal/best_solver.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // CMA-ES in the penalty loop: bounds and fixed variables in more dimensions than in the conformance catalogue.
-#include "legopt/solvers/cma_es_solver.h"
+#include "legopt/solvers/internal/cma_es_solver.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // The smooth penalties and the step lengths of gradient methods, on functions with known answers.
 
-#include "legopt/solvers/line_search.h"
+#include "legopt/solvers/internal/line_search.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <functional>
 #include <limits>
 
-#include "legopt/solvers/smooth_penalty.h"
+#include "legopt/solvers/internal/smooth_objective.h"
 
 namespace legopt {
 namespace {

@@ -10,10 +10,9 @@
 #include <nlohmann/json.hpp>
 
 #include "legopt/math/random_numbers.h"
-#include "legopt/solvers/equality_projection.h"
-#include "legopt/solvers/gradient_solver.h"
+#include "legopt/solvers/internal/gradient_solver.h"
+#include "legopt/solvers/internal/waypoint_metric.h"
 #include "legopt/solvers/methods/method.h"
-#include "legopt/solvers/waypoint_metric.h"
 #include "tests/solvers/analytic_program.h"
 
 namespace legopt {

@@ -1,6 +1,6 @@
 // SQP on small problems with known optima, and the correctness of its reports on problems without a solution.
 
-#include "legopt/solvers/sqp_solver.h"
+#include "legopt/solvers/internal/sqp_solver.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Subsets of terms: sizes, units, passes, and uniform sampling.
 
-#include "legopt/solvers/term_sampler.h"
+#include "legopt/solvers/internal/term_sampler.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,9 @@
 // One waypoint of a program as a program of its own: its terms, its variables, and the unchanged rest.
 
-#include "legopt/problem/waypoint_view.h"
-
 #include <gtest/gtest.h>
 
-#include "legopt/solvers/sqp_solver.h"
+#include "legopt/problem/program.h"
+#include "legopt/solvers/internal/sqp_solver.h"
 #include "tests/solvers/analytic_program.h"
 
 namespace legopt {

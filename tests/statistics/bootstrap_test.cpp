@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "legopt/math/random_numbers.h"
-#include "legopt/statistics/charged_times.h"
-#include "legopt/statistics/checks.h"
+#include "legopt/statistics/internal/checks.h"
+#include "legopt/statistics/problem_scores.h"
 #include "tests/statistics/refusal.h"
 
 namespace legopt::statistics {

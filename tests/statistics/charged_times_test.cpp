@@ -1,13 +1,12 @@
 // Policy: the toy pool, whose worst method looks best if failures cost nothing; limits of each mean; defined results
 // for no problems and for none solved.
 
-#include "legopt/statistics/charged_times.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "legopt/statistics/checks.h"
+#include "legopt/statistics/internal/checks.h"
+#include "legopt/statistics/problem_scores.h"
 #include "tests/statistics/refusal.h"
 #include "tests/statistics/toy.h"
 

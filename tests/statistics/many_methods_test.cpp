@@ -1,15 +1,14 @@
 // Policy: published examples, agreement between tests of which one is a special case of the other, invariance under
 // irrelevant changes, and a defined result if methods do not differ.
 
-#include "legopt/statistics/many_methods.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
 
 #include "legopt/math/random_numbers.h"
-#include "legopt/statistics/checks.h"
+#include "legopt/statistics/hypothesis_tests.h"
+#include "legopt/statistics/internal/checks.h"
 #include "tests/statistics/refusal.h"
 
 namespace legopt::statistics {

@@ -1,8 +1,6 @@
 // Policy: published examples, every sign enumerated where possible, levels and coverage by simulation from a fixed
 // seed, and a defined result if nothing differs.
 
-#include "legopt/statistics/paired_tests.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,8 +8,8 @@
 #include <vector>
 
 #include "legopt/math/random_numbers.h"
-#include "legopt/statistics/checks.h"
-#include "legopt/statistics/ranks.h"
+#include "legopt/statistics/hypothesis_tests.h"
+#include "legopt/statistics/internal/checks.h"
 #include "tests/statistics/refusal.h"
 
 namespace legopt::statistics {

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "legopt/statistics/checks.h"
-#include "legopt/statistics/proportions.h"
+#include "legopt/statistics/hypothesis_tests.h"
+#include "legopt/statistics/internal/checks.h"
 #include "tests/statistics/refusal.h"
 
 namespace legopt::statistics {

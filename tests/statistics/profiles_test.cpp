@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "legopt/statistics/checks.h"
+#include "legopt/statistics/internal/checks.h"
 #include "tests/statistics/refusal.h"
 #include "tests/statistics/toy.h"
 

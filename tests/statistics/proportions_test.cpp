@@ -1,13 +1,12 @@
 // Policy: published examples to their printed digits, coverage summed exactly or by simulation, and a defined result
 // if there is nothing to compute.
 
-#include "legopt/statistics/proportions.h"
-
 #include <boost/math/distributions/binomial.hpp>
 #include <cmath>
 #include <random>
 
 #include "legopt/math/random_numbers.h"
+#include "legopt/statistics/hypothesis_tests.h"
 #include "tests/statistics/refusal.h"
 
 namespace legopt::statistics {

@@ -15,11 +15,9 @@
 #include <vector>
 
 #include "legopt/statistics/bootstrap.h"
-#include "legopt/statistics/charged_times.h"
-#include "legopt/statistics/many_methods.h"
-#include "legopt/statistics/paired_tests.h"
+#include "legopt/statistics/hypothesis_tests.h"
+#include "legopt/statistics/problem_scores.h"
 #include "legopt/statistics/profiles.h"
-#include "legopt/statistics/proportions.h"
 #include "tests/folders.h"
 
 namespace legopt::statistics {

@@ -1,11 +1,10 @@
-#include "worker/child_protocol.h"
-
 #include <gtest/gtest.h>
 
 #include <random>
 
 #include "tests/worker/sample_messages.h"
-#include "worker/outcome.h"
+#include "worker/child_process.h"
+#include "worker/job_executor.h"
 
 namespace legopt::worker {
 namespace {

@@ -13,17 +13,15 @@
 #include <sstream>
 #include <utility>
 
-#include "app/dataset_cache_folder.h"
+#include "app/data_folder.h"
 #include "bus/codec.h"
-#include "legopt/dataset/dataset_archive.h"
+#include "legopt/dataset/internal/dataset_content.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/reply.h"
 #include "legopt_msg/dataset_reply.hpp"
 #include "legopt_msg/dataset_request.hpp"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/temporary_folder.h"
-#include "worker/dataset_cache.h"
-#include "worker/fetched_datasets.h"
 
 namespace legopt::worker {
 namespace {

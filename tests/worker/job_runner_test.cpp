@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "legopt/planning/trace.h"
+#include "legopt/planning/internal/trace.h"
 #include "legopt/types/input_error.h"
 #include "tests/folders.h"
 #include "tests/worker/sample_messages.h"

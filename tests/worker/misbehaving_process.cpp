@@ -21,8 +21,8 @@
 #include "tests/worker/fake_server.h"
 #include "tests/worker/misbehaviour.h"
 #include "worker/child_process.h"
+#include "worker/job_executor.h"
 #include "worker/job_process.h"
-#include "worker/outcome.h"
 #include "worker/supervisor.h"
 
 namespace legopt::worker {

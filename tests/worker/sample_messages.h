@@ -4,7 +4,7 @@
 #include <string>
 
 #include "legopt_msg/lease.hpp"
-#include "worker/outcome.h"
+#include "worker/job_executor.h"
 
 namespace legopt::worker {
 

@@ -1,4 +1,4 @@
-#include "legopt/worldgen/collapse.h"
+#include "legopt/worldgen/internal/collapse.h"
 
 #include <gtest/gtest.h>
 

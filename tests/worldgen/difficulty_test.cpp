@@ -1,8 +1,7 @@
-#include "legopt/worldgen/difficulty.h"
-
 #include <gtest/gtest.h>
 
-#include "legopt/worldgen/pieces.h"
+#include "legopt/worldgen/internal/collapse.h"
+#include "legopt/worldgen/internal/scenario.h"
 
 namespace legopt::worldgen {
 namespace {

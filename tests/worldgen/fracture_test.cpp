@@ -1,13 +1,13 @@
-#include "legopt/worldgen/fracture.h"
+#include "legopt/worldgen/internal/fracture.h"
 
 #include <gtest/gtest.h>
 
 #include <bit>
 #include <cstdint>
 
-#include "legopt/geometry/mesh_faults.h"
-#include "legopt/geometry/mesh_writer.h"
-#include "legopt/worldgen/pieces.h"
+#include "legopt/geometry/internal/mesh_bodies.h"
+#include "legopt/geometry/internal/mesh_file.h"
+#include "legopt/worldgen/internal/collapse.h"
 #include "tests/dataset/test_data.h"
 
 namespace legopt::worldgen {

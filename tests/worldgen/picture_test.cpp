@@ -1,8 +1,8 @@
-#include "legopt/worldgen/picture.h"
+#include "legopt/worldgen/internal/picture.h"
 
 #include <gtest/gtest.h>
 
-#include "legopt/worldgen/pieces.h"
+#include "legopt/worldgen/internal/collapse.h"
 #include "tests/dataset/test_data.h"
 
 namespace legopt::worldgen {

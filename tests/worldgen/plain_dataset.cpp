@@ -1,7 +1,7 @@
 #include "tests/worldgen/plain_dataset.h"
 
-#include "legopt/dataset/content_hash.h"
-#include "legopt/dataset/dataset_writer.h"
+#include "legopt/dataset/internal/dataset_content.h"
+#include "legopt/dataset/internal/dataset_writer.h"
 #include "tests/dataset/test_data.h"
 #include "tests/folders.h"
 

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "legopt/types/input_error.h"
-#include "legopt/worldgen/footstep_planner.h"
-#include "legopt/worldgen/stance_sampler.h"
+#include "legopt/worldgen/internal/footstep_planner.h"
+#include "legopt/worldgen/internal/stance_sampler.h"
 #include "tests/dataset/test_data.h"
 #include "tests/worldgen/plain_dataset.h"
 

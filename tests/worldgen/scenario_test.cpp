@@ -1,12 +1,12 @@
-#include "legopt/worldgen/scenario.h"
+#include "legopt/worldgen/internal/scenario.h"
 
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "legopt/dataset/text_file.h"
-#include "legopt/geometry/mesh_faults.h"
-#include "legopt/geometry/scene_solids.h"
+#include "legopt/dataset/internal/text_file.h"
+#include "legopt/geometry/internal/mesh_bodies.h"
+#include "legopt/geometry/internal/scene_solids.h"
 #include "tests/dataset/test_data.h"
 
 namespace legopt::worldgen {

@@ -4,17 +4,16 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "legopt/dataset/content_hash.h"
-#include "legopt/dataset/dataset_writer.h"
-#include "legopt/dataset/problem_file.h"
+#include "legopt/dataset/internal/dataset_content.h"
+#include "legopt/dataset/internal/dataset_writer.h"
+#include "legopt/dataset/problem_definition.h"
 #include "legopt/judge/judge.h"
 #include "legopt/judge/solution_file.h"
 #include "legopt/types/input_error.h"
 #include "legopt/worldgen/dataset_builder.h"
-#include "legopt/worldgen/feasible_stances.h"
-#include "legopt/worldgen/posture_selection.h"
-#include "legopt/worldgen/source_check.h"
-#include "legopt/worldgen/stance_features.h"
+#include "legopt/worldgen/internal/posture_selection.h"
+#include "legopt/worldgen/internal/stance_probe.h"
+#include "legopt/worldgen/internal/stance_sampler.h"
 #include "tests/dataset/test_data.h"
 #include "tests/worldgen/plain_dataset.h"
 

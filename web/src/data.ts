@@ -143,7 +143,7 @@ export async function readPage(): Promise<Page> {
   return page;
 }
 
-/** Inverse of PackWaypoints and PackExactly (client/page/page_block.h). */
+/** Inverse of PackWaypoints and PackExactly (client/page/page_file.h). */
 export function unpack(bytes: DataView, encoding: 'd32' | 'f64'): Float64Array[] {
   const count = bytes.getUint32(0, true), size = bytes.getUint32(4, true), values = count * size, head = 8;
   const rows = Array.from({ length: count }, () => new Float64Array(size));

@@ -45,7 +45,7 @@ export class LinkTree {
   }
 }
 
-/** Interpolates two waypoints: joints and base linearly, the rotation by the shortest path (legopt/robot/interpolation.h). */
+/** Interpolates two waypoints: joints and base linearly, the rotation by the shortest path (legopt/robot/configuration.h). */
 export function between(a: Float64Array, b: Float64Array, s: number): Float64Array {
   const x = new Float64Array(a.length), n = a.length - 7;
   for (let i = 0; i < n + 3; ++i) x[i] = a[i] + s * (b[i] - a[i]);

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "legopt/input/json.h"
-#include "worker/external/robot_lines.h"
+#include "worker/external/protocol.h"
 
 namespace legopt::external {
 namespace {

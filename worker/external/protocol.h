@@ -8,11 +8,13 @@
 #include <variant>
 #include <vector>
 
-#include "legopt/solvers/slotted_program.h"
+#include "legopt/problem/program.h"
+#include "legopt/solvers/internal/slotted_program.h"
+
+namespace legopt::external {
 
 /// Lines of the protocol between legopt and an external solver: docs/reference/external-solvers.md. Each is one JSON
 /// object with a `type`. Pure functions.
-namespace legopt::external {
 
 /// Protocol version, in `hello` and `solve`.
 inline constexpr int kProtocol = 1;
@@ -63,7 +65,7 @@ struct SolveTerms {
   std::uint64_t seed = 0;   ///< seed of the solver's random numbers; below 2^53, which JSON parsers read exactly
   double tolerance = 0.0;   ///< smallest violation at which a row counts as violated
   nlohmann::json settings;  ///< settings from the declaration
-  nlohmann::json robot;     ///< see RobotJson (robot_lines.h); null: not a robot's program
+  nlohmann::json robot;     ///< see RobotJson (protocol.h); null: not a robot's program
   nlohmann::json at_start;  ///< evaluation at the start for solvers without requests; otherwise null
 };
 
@@ -71,7 +73,7 @@ struct SolveTerms {
 std::string SolveLine(const SlottedProgram& program, int num_waypoints, const SolveTerms& terms);
 
 /// Returns the answer to an EvaluateRequest at the current point of the program. `finite` is the result of Evaluate,
-/// `contacts` is ContactsJson() (robot_lines.h) if requested.
+/// `contacts` is ContactsJson() (protocol.h) if requested.
 nlohmann::json EvaluationJson(const SlottedProgram& program, const EvaluateRequest& request, bool finite,
                               nlohmann::json contacts = {});
 
@@ -87,5 +89,21 @@ std::string SolutionLine(std::string_view file, int num_variables);
 
 /// Returns the `solution` of a solver that was stopped before it had any: the start.
 std::string StoppedLine(int num_variables);
+
+// Robot data for external solvers in addition to the nonlinear program, if the program is that of a robot
+// (WaypointProgram).
+
+/// Returns the pairs of bodies near or inside each other at the program's point, waypoint after waypoint
+/// (docs/reference/external-solvers.md); an empty list if the program is not a robot's.
+nlohmann::json ContactsJson(Program& program);
+
+/// Returns the robot, the initial configurations `x` of a solve, and the targets of its feet
+/// (docs/reference/external-solvers.md); null if the program is not a robot's.
+nlohmann::json RobotJson(const Program& program, const Eigen::VectorXd& x);
+
+/// Returns dx with Retract(x, dx) = `waypoints`. Throws SolverFault if their number or size differs from the program's,
+/// a quaternion is zero, or the program is not a robot's.
+Eigen::VectorXd TangentTo(const Program& program, const Eigen::VectorXd& x,
+                          const std::vector<Eigen::VectorXd>& waypoints);
 
 }  // namespace legopt::external

@@ -36,7 +36,7 @@ struct ProcessEnd {
 };
 
 /// Child process that starts external solvers. A job process may not start processes once it runs jobs
-/// (worker/process_guards.h). The launcher is therefore forked before, without that guard, and starts only the commands
+/// (worker/job_process.h). The launcher is therefore forked before, without that guard, and starts only the commands
 /// declared then. When a solver ends, all its remaining processes end with it, in its process group or in others:
 /// orphans become children of the launcher (PR_SET_CHILD_SUBREAPER). When the process that has forked the launcher ends
 /// in any way, the launcher ends the solver and itself.
@@ -83,5 +83,22 @@ class SolverLauncher {
   pid_t launcher_ = -1;
   ProcessUsage usage_;
 };
+
+/// Packet to the launcher.
+struct LaunchRequest {
+  enum class Kind : std::uint8_t { kStart, kCount, kEnd } kind = Kind::kStart;
+  bool leaving = false;           ///< kEnd: the solver is about to exit by itself
+  std::uint32_t command = 0;      ///< kStart: index of the command
+  std::int64_t memory_bytes = 0;  ///< kStart: memory limit
+};
+
+/// Answer of the launcher. If a solver was started, four descriptors come with it: its three streams and its pidfd.
+struct LaunchReply {
+  int error = 0;   ///< errno of kStart
+  ProcessEnd end;  ///< result of kEnd
+};
+
+/// Main function of the launcher after the fork, as a child of `owner`. Returns its exit status.
+int ServeLaunches(int socket, std::span<const LaunchCommand> commands);
 
 }  // namespace legopt::external

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <random>
 
-#include "legopt/dataset/stance.h"
+#include "legopt/dataset/problem_definition.h"
 #include "legopt/robot/robot_model.h"
 #include "legopt/types/task.h"
 

@@ -1,15 +1,93 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <deque>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
-#include "legopt/problem/terms/swept_collision_term.h"
-#include "legopt/problem/terms/waypoint_program.h"
+#include "legopt/dataset/dataset.h"
+#include "legopt/problem/program.h"
+#include "legopt/problem/terms/internal/transition_terms.h"
+#include "legopt/problem/terms/internal/waypoint_terms.h"
+#include "legopt/types/collision.h"
 #include "legopt/types/task.h"
 
 namespace legopt {
+
+/// Treatment of collisions in a program. Metres.
+struct ProximityOptions {
+  double margin_m = 5e-4;  ///< distance to keep
+  double relaxed_margin_m =
+      -5e-4;              ///< relaxed margin, if nothing else helps: half of the depth that the judge tolerates
+  double range_m = 0.03;  ///< pairs nearer than this become rows; > margin_m
+  ContinuousCollision continuous = ContinuousCollision::kPreferred;  ///< used by programs with transitions
+  double continuous_weight = 1e2;                                    ///< weight of the preference, per metre, > 0
+};
+
+/// Constraints of one waypoint of a chain besides its joint limits.
+struct WaypointConstraints {
+  const Stance* stance = nullptr;  ///< its feet are planted, nothing collides; null: no terms
+  bool fixed = false;              ///< the waypoint does not move
+  bool balanced = true;            ///< the centre of mass is over the support polygon of its feet
+  bool on_segment = false;         ///< its feet drift on the next segment, so their margin is not relaxed
+};
+
+/// A chain of waypoints of one robot, each constrained by a stance: one pose term per foot, the centre of mass over the
+/// support polygon of the targets, collision, joint limits as bounds. The task adds its own terms (task_program.h).
+///
+/// A workspace. The dataset and the collision query, which must use the dataset's collision model, must outlive it. One
+/// thread.
+class WaypointProgram : public Program {
+ public:
+  /// Adds the constraints of all waypoints; `demands` and their stances need not outlive the call.
+  WaypointProgram(const Dataset& dataset, CollisionQuery& query, std::span<const WaypointConstraints> demands,
+                  const ProximityOptions& proximity);
+
+  /// Adds a term before the existing ones. It may refer to the states.
+  void Prepend(std::unique_ptr<Term> term) { terms_.insert(terms_.begin(), std::move(term)); }
+  /// Adds a term after the existing ones. It may refer to the states.
+  void Append(std::unique_ptr<Term> term) { terms_.push_back(std::move(term)); }
+
+  int num_waypoints() const override { return static_cast<int>(states_.size()); }
+  int tangent_size() const override { return robot_->tangent_size(); }
+  int point_size() const override { return robot_->configuration_size(); }
+  /// Returns the constraints, by waypoint, with the terms of Prepend and Append; the program owns them.
+  const std::vector<std::unique_ptr<Term>>& terms() const override { return terms_; }
+  /// Clears the memory of nearby shapes.
+  void ClearCache() override {
+    for (WaypointState& state : states_) state.ClearCache();
+  }
+  void SetPoint(Eigen::Ref<const Eigen::VectorXd> x) override;
+  void Retract(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<const Eigen::VectorXd> dx,
+               Eigen::Ref<Eigen::VectorXd> x_next) const override;
+  /// Joints and base position are plain sums. A base rotation by phi, exp(phi) R, moves with phi + d by the local
+  /// tangent J(phi) d, with J the left Jacobian of SO(3).
+  void PullBack(const double* dx, double* row) const override;
+  void StepBounds(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<Eigen::VectorXd> lower,
+                  Eigen::Ref<Eigen::VectorXd> upper) const override;
+  void ProjectOnBounds(Eigen::Ref<Eigen::VectorXd> x) const override;
+
+  const Dataset& dataset() const { return *dataset_; }
+  const RobotModel& robot() const { return *robot_; }
+  /// Returns the stance of a waypoint; without contacts if there are no constraints.
+  const Stance& stance(int waypoint) const { return stances_[static_cast<size_t>(waypoint)]; }
+  /// Returns the state that the terms of a waypoint share, at the point of the last SetPoint.
+  WaypointState& state(int waypoint) { return states_[static_cast<size_t>(waypoint)]; }
+
+ private:
+  void AddConstraints(const Dataset& dataset, const WaypointConstraints& demand, int waypoint,
+                      const ProximityOptions& proximity);
+  bool IsFixed(Eigen::Index waypoint) const { return fixed_[static_cast<size_t>(waypoint)]; }
+
+  const Dataset* dataset_;
+  const RobotModel* robot_;
+  std::vector<bool> fixed_;           ///< one entry per waypoint
+  std::vector<Stance> stances_;       ///< one entry per waypoint
+  std::deque<WaypointState> states_;  ///< terms point into it
+  std::vector<std::unique_ptr<Term>> terms_;
+};
 
 /// Stances [first_stance, first_stance + num_stances) of a problem that are solved as one program.
 struct StanceWindow {
@@ -22,7 +100,7 @@ struct StanceWindow {
 /// (docs/explanation/paper.md#motion-windows); the last window may be shorter.
 std::vector<StanceWindow> StanceWindows(Task task, int num_stances);
 
-/// Creates the program of one window: the constraints of every waypoint (waypoint_program.h), and the task's own terms:
+/// Creates the program of one window: the constraints of every waypoint (task_program.h), and the task's own terms:
 ///
 ///     posture: the torque cost; five terms in double support
 ///     motion:  the velocity cost as one sampling unit (docs/explanation/paper.md#terms-and-samples), continuous

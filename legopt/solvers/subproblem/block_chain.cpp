@@ -4,7 +4,7 @@
 
 #include "legopt/solvers/subproblem/block_kernels.h"
 #include "legopt/solvers/subproblem/dense_kernels.h"
-#include "legopt/types/demand.h"
+#include "legopt/types/invariant.h"
 
 namespace legopt {
 namespace {

@@ -1,6 +1,4 @@
 // Access files: the reader parses the writer's output, and the writer does not follow a link planted by another user.
-#include "bus/bridge/access_file.h"
-
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -8,7 +6,8 @@
 #include <sstream>
 #include <string>
 
-#include "bus/bridge/link_socket.h"
+#include "bus/bridge/bridge.h"
+#include "bus/bridge/uplink.h"
 #include "bus/bus_error.h"
 #include "tests/temporary_folder.h"
 

@@ -15,8 +15,7 @@
 #include <vector>
 
 #include "bus/bridge/bridge.h"
-#include "bus/bridge/link_socket.h"
-#include "bus/bridge/spoke.h"
+#include "bus/bridge/hub_and_spoke.h"
 #include "bus/bus_error.h"
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"

@@ -11,8 +11,7 @@
 #include <vector>
 
 #include "bus/bridge/bridge.h"
-#include "bus/bridge/envelope.h"
-#include "bus/bridge/link_socket.h"
+#include "bus/bridge/link.h"
 #include "bus/bus_error.h"
 #include "bus/endpoint.h"
 #include "bus/lcm_transport.h"

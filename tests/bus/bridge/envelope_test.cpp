@@ -1,6 +1,4 @@
 // The envelope as printed in PROTOCOL.md, section 14, and malformed envelopes.
-#include "bus/bridge/envelope.h"
-
 #include <gtest/gtest.h>
 
 #include <map>
@@ -9,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "bus/bridge/link.h"
 #include "tests/bus/protocol_vectors.h"
 
 namespace legopt::bridge {

@@ -13,8 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "bus/bridge/hub.h"
-#include "bus/bridge/spoke.h"
+#include "bus/bridge/hub_and_spoke.h"
 #include "bus/endpoint.h"
 #include "bus/message_key.h"
 #include "tests/doubles/simulated_network.h"

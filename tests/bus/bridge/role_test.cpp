@@ -5,8 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "bus/bridge/hub.h"
-#include "bus/bridge/spoke.h"
+#include "bus/bridge/hub_and_spoke.h"
 #include "bus/wire.h"
 #include "tests/bus/bridge/joined_hosts.h"
 

@@ -1,12 +1,11 @@
 // Certification of a whole dataset: the certificate does not depend on the number of threads or on interruptions.
 
-#include "legopt/planning/certify/dataset_certifier.h"
-
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <set>
 
+#include "legopt/planning/certify/certificate.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
 

@@ -1,7 +1,7 @@
 // Proofs of infeasibility. A stance that has a posture is never declared infeasible, for any robot. Feet that are out
 // of reach, twisted or too high are proved infeasible.
 
-#include "legopt/planning/certify/reach_prover.h"
+#include "legopt/planning/certify/internal/reach_prover.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,15 +1,14 @@
 // Certification of one stance: a posture that the judge accepts, or the name of the obstacle.
 
-#include "legopt/planning/certify/stance_certifier.h"
+#include "legopt/planning/certify/internal/stance_certifier.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "legopt/dataset/stance.h"
+#include "legopt/dataset/problem_definition.h"
 #include "legopt/judge/judge.h"
-#include "legopt/planning/certify/stance_program.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
 

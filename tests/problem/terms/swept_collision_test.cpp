@@ -8,8 +8,8 @@
 #include <random>
 
 #include "legopt/problem/terms/initial_guess.h"
-#include "legopt/problem/terms/swept_collision_term.h"
-#include "legopt/robot/interpolation.h"
+#include "legopt/problem/terms/internal/transition_terms.h"
+#include "legopt/robot/configuration.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
 #include "tests/geometry/allocation_count.h"

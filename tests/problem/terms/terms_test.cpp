@@ -11,8 +11,8 @@
 #include <string>
 
 #include "legopt/problem/terms/initial_guess.h"
+#include "legopt/problem/terms/internal/waypoint_terms.h"
 #include "legopt/problem/terms/task_program.h"
-#include "legopt/problem/terms/waypoint_terms.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
 

@@ -9,7 +9,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "legopt/solvers/gradient_options.h"
+#include "legopt/solvers/penalty_options.h"
 #include "legopt/solvers/solver.h"
 #include "legopt/types/input_error.h"
 

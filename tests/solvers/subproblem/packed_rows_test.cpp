@@ -9,7 +9,7 @@
 #include <numeric>
 #include <vector>
 
-#include "legopt/solvers/subproblem/rounded_numbers.h"
+#include "legopt/solvers/subproblem/aligned_numbers.h"
 
 namespace legopt {
 namespace {

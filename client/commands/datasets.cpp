@@ -1,0 +1,315 @@
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/command_line.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
+#include "client/client_error.h"
+#include "client/commands/commands.h"
+#include "client/commands/options.h"
+#include "client/pool/packed_dataset.h"
+#include "client/report/escaped_text.h"
+#include "client/report/finding_report.h"
+#include "client/report/output.h"
+#include "client/suite/input_files.h"
+#include "legopt/dataset/dataset.h"
+#include "legopt/dataset/internal/dataset_content.h"
+#include "legopt/dataset/internal/dataset_file.h"
+#include "legopt/dataset/internal/text_file.h"
+#include "legopt/files/written_file.h"
+#include "legopt/import/importer.h"
+#include "legopt/import/internal/dataset_check.h"
+#include "legopt/input/json.h"
+#include "legopt/robot/robot_model.h"
+#include "legopt/types/input_error.h"
+
+namespace legopt::client {
+namespace {
+
+struct DatasetOptions {
+  std::optional<std::string> folder;
+  bool check = false;
+  TableFormat format = TableFormat::kText;
+};
+
+ExitCode CheckHashes(const std::filesystem::path& folder, const DatasetOptions& options) {
+  const DatasetDescription description = ReadDatasetFile(folder);
+  const auto manifest = ComputeManifest(folder, CallIsolated);
+  Listing listing;
+  listing.columns = {"file", "state", "hash"};
+  std::size_t faults = 0;
+  for (const auto& file : manifest) {
+    const auto expected = description.files.find(file.path);
+    std::string fault;
+    if (expected == description.files.end())
+      fault = "not in the manifest";
+    else if (expected->second != file.hash)
+      fault = "differs";
+    faults += fault.empty() ? 0 : 1;
+    listing.rows.push_back({file.path, fault.empty() ? "ok" : fault, file.hash});
+  }
+  for (const auto& [path, hash] : description.files) {
+    const bool used = std::any_of(manifest.begin(), manifest.end(),
+                                  [&wanted = path](const FileHash& file) { return file.path == wanted; });
+    if (used) continue;
+    ++faults;
+    listing.rows.push_back({path, "not used by the dataset", hash});
+  }
+  PrintPlain(listing, options.format);
+  if (faults == 0) return ExitCode::kOk;
+  throw ClientError(ExitCode::kDatasetMismatch, (folder / kDatasetFileName).string() + ": " + std::to_string(faults) +
+                                                    " hashes do not fit the files; 'legopt dataset hash " +
+                                                    folder.string() + "' writes them anew");
+}
+
+ExitCode Hash(const DatasetOptions& options) {
+  const std::filesystem::path folder = *options.folder;
+  if (options.check) return CheckHashes(folder, options);
+  Listing listing;
+  listing.columns = {"file", "hash"};
+  for (const auto& file : WriteManifestHashes(folder, CallIsolated)) listing.rows.push_back({file.path, file.hash});
+  PrintPlain(listing, options.format);
+  std::cerr << "dataset " << Dataset::Load(folder, CallIsolated)->content_hash() << "\n";
+  return ExitCode::kOk;
+}
+
+// Returns the degrees of freedom in the order of solution vectors; missing limits are null.
+Listing JointListing(const RobotModel& robot) {
+  Listing listing;
+  listing.columns = {"index", "joint", "type", "lower", "upper", "unit"};
+  const auto limit = [](double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); };
+  for (int dof = 0; dof < robot.num_dofs(); ++dof) {
+    const Joint& joint = robot.joints()[static_cast<std::size_t>(robot.dof_joint(dof))];
+    listing.rows.push_back({dof, joint.name, std::string(ToString(joint.type)), limit(joint.lower), limit(joint.upper),
+                            std::string(UnitOf(joint.type))});
+  }
+  return listing;
+}
+
+std::string OrderNote(const RobotModel& robot) {
+  const auto range = [](int first, int last) { return std::to_string(first) + "-" + std::to_string(last); };
+  const int position = robot.base_position_index(), rotation = robot.base_rotation_index();
+  return "Order of x: these joints, then the base: position x y z (" + range(position, rotation - 1) +
+         ", m), quaternion w x y z (" + range(rotation, robot.configuration_size() - 1) + ").";
+}
+
+// CSV contains one table, as for every command; the other formats include the joints.
+std::string RenderInfo(const Listing& listing, const RobotModel& robot, TableFormat format) {
+  if (format == TableFormat::kCsv) return CsvFor(StandardOutput(), RenderListing(listing, format));
+  const Listing joints = JointListing(robot);
+  if (format == TableFormat::kJson) {
+    nlohmann::ordered_json json = ListingToJson(listing);
+    json[0]["joints"] = ListingToJson(joints);
+    return Dump(json, 2) + "\n";
+  }
+  Table order = TableOf(joints);
+  order.notes = {{OrderNote(robot)}};
+  return RenderTables({TableOf(listing), order}, format);
+}
+
+ExitCode Info(const DatasetOptions& options) {
+  const auto dataset = Dataset::Load(ChooseDatasetFolder(options.folder, nullptr), CallIsolated);
+  Listing listing;
+  auto& row = listing.rows.emplace_back();
+  const auto add = [&](const std::string& column, nlohmann::json cell) {
+    listing.columns.push_back(column);
+    row.push_back(std::move(cell));
+  };
+  add("name", dataset->name());
+  add("folder", dataset->folder().string());
+  add("robot", dataset->robot().name());
+  add("dofs", dataset->robot().num_dofs());
+  add("mass_kg", dataset->robot().total_mass());
+  add("scene_objects", dataset->scene().objects.size());
+  for (const TaskDescription& of : ProblemTasks()) {
+    add(std::string(ToString(of.task)) + "_problems", dataset->problems(of.task).size());
+  }
+  add("hash", dataset->content_hash());
+  std::cout << RenderInfo(listing, dataset->robot(), options.format);
+  return ExitCode::kOk;
+}
+
+struct PackOptions {
+  std::string folder;
+  std::string out = ".";
+};
+
+ExitCode Pack(const PackOptions& options) {
+  std::cout << app::Printable(PackInto(options.folder, options.out).archive.string()) << "\n";
+  return ExitCode::kOk;
+}
+
+struct CheckOptions {
+  std::optional<std::string> folder;
+  bool json = false;
+};
+
+ExitCode Check(const CheckOptions& options) {
+  const auto dataset = Dataset::Load(ChooseDatasetFolder(options.folder, nullptr), CallIsolated);
+  const std::vector<DatasetDiagnostic> findings = CheckDataset(*dataset);
+  if (options.json) {
+    std::cout << JsonText(DatasetFindingsToJson(findings)) << "\n";
+  } else {
+    std::cout << RenderTable(TableOf(findings), TableFormat::kText, LayoutOf({}));
+  }
+  if (!AnyError(findings)) return ExitCode::kOk;
+  throw ClientError(ExitCode::kUsage, dataset->folder().string() +
+                                          ": the dataset has faults with which results would "
+                                          "mean nothing (marked FAIL)");
+}
+
+}  // namespace
+
+void AddDatasetCommand(const app::Command& program, Invocation* invocation) {
+  const auto dataset = program.AddCommand("dataset", "Check, hash, pack and download datasets");
+  dataset.RequireCommand();
+  dataset.LetOptionsFollowCommands();
+
+  const auto hash = dataset.AddCommand("hash", "Write the content hashes of all files into dataset.yaml");
+  const auto options = std::make_shared<DatasetOptions>();
+  hash.AddOption("DIR", options->folder, "Dataset folder").Required();
+  hash.AddFlag("--check", options->check, "Only compare; exit code 5 when a hash does not fit");
+  AddFormatOption(hash, &options->format);
+  hash.WhenChosen([=] { invocation->body = [options] { return Hash(*options); }; });
+
+  const auto check = dataset.AddCommand("check", "Check winding, quaternions, footholds and starts of a dataset");
+  const auto check_options = std::make_shared<CheckOptions>();
+  check.AddOption("DIR", check_options->folder, "Dataset folder (default: the embedded garage-easier)");
+  AddTextOrJsonOption(check, &check_options->json);
+  check.WhenChosen([=] { invocation->body = [check_options] { return Check(*check_options); }; });
+
+  const auto pack =
+      dataset.AddCommand("pack", "Pack a dataset into one file, which 'legopt-server --datasets' sends to workers");
+  const auto pack_options = std::make_shared<PackOptions>();
+  pack.AddOption("DIR", pack_options->folder, "Dataset folder").Required();
+  pack.AddOption("--out", pack_options->out, "Folder to write it to, as HASH.legopt-dataset").ShowDefault();
+  pack.WhenChosen([=] { invocation->body = [pack_options] { return Pack(*pack_options); }; });
+
+  const auto info = dataset.AddCommand(
+      "info", "Load a dataset, check its hashes and describe it, with its joints in the order of solutions");
+  const auto info_options = std::make_shared<DatasetOptions>();
+  info.AddOption("DIR", info_options->folder, "Dataset folder (default: the embedded garage-easier)");
+  AddFormatOption(info, &info_options->format);
+  info.WhenChosen([=] { invocation->body = [info_options] { return Info(*info_options); }; });
+}
+
+namespace {
+
+struct Flags {
+  ImportOptions options;
+  std::string out;
+  std::vector<std::string> nominal;
+  bool json = false;
+};
+
+/// Parses JOINT=NUMBER.
+void AddNominal(const std::string& word, ImportOptions* options) {
+  const size_t equals = word.find('=');
+  double value = 0.0;
+  const char* end = word.data() + word.size();
+  const char* begin = equals == std::string::npos ? end : word.data() + equals + 1;
+  const auto [stop, error] = std::from_chars(begin, end, value);
+  if (begin == end || error != std::errc() || stop != end) {
+    throw InputError({"", "--nominal", word, "is not JOINT=RADIANS", "e.g. --nominal l_knee=0.9"});
+  }
+  options->nominal_posture[word.substr(0, equals)] = value;
+}
+
+void PrintReport(const ImportReport& report, const std::string& out, bool json) {
+  if (json) {
+    const nlohmann::ordered_json document = {{"dataset", out},
+                                             {"hash", report.content_hash},
+                                             {"written", !AnyError(report.findings)},
+                                             {"findings", DatasetFindingsToJson(report.findings)}};
+    std::cout << JsonText(document) << "\n";
+    return;
+  }
+  std::cout << RenderTable(TableOf(report.findings), TableFormat::kText, LayoutOf({}));
+  if (!AnyError(report.findings))
+    std::cout << "dataset " << report.content_hash << " in " << app::Printable(out) << "\n";
+}
+
+// Problem files are read twice: once to check them and once to copy them.
+std::vector<std::unique_ptr<RereadableFile>> MakeProblemsRereadable(ImportOptions& options) {
+  std::vector<std::filesystem::path> names;
+  for (const TaskDescription& task : ProblemTasks()) names.emplace_back(options.files.problems[task.task].value_or(""));
+  RequireOneStandardInput(names);
+  std::vector<std::unique_ptr<RereadableFile>> copies;
+  for (const TaskDescription& task : ProblemTasks()) {
+    auto& file = options.files.problems[task.task];
+    if (!file || !files::IsStream(InputFile(*file))) continue;
+    copies.push_back(std::make_unique<RereadableFile>(*file, std::filesystem::temp_directory_path()));
+    file = copies.back()->path().string();
+  }
+  return copies;
+}
+
+ExitCode Import(const Flags& flags) {
+  ImportOptions options = flags.options;
+  options.read_guard = CallIsolated;
+  for (const std::string& word : flags.nominal) AddNominal(word, &options);
+  const std::filesystem::path out = std::filesystem::path(flags.out).lexically_normal();
+  if (options.name.empty()) options.name = (out.has_filename() ? out : out.parent_path()).filename().string();
+  options.Validate();
+  const std::vector<std::unique_ptr<RereadableFile>> copies = MakeProblemsRereadable(options);
+  StagedFolder folder(out, "import of " + options.source.string() + "\n", Unfinished::kRemoved);
+  ImportReport report;
+  try {
+    report = ImportDataset(options, folder.path());
+    if (!AnyError(report.findings)) folder.Finish();
+  } catch (const InputError& error) {
+    folder.Discard();
+    throw WithGivenNames(error, copies);
+  } catch (...) {
+    folder.Discard();
+    throw;
+  }
+  PrintReport(report, out.string(), flags.json);
+  if (!AnyError(report.findings)) return ExitCode::kOk;
+  folder.Discard();
+  throw ClientError(ExitCode::kUsage, options.source.string() +
+                                          ": the files have faults with which results would mean "
+                                          "nothing (marked FAIL); no dataset was made");
+}
+
+}  // namespace
+
+void AddImportCommand(const app::Command& program, Invocation* invocation) {
+  const auto command = program.AddCommand(
+      "import", "Make and check a dataset from robot, scene and problem files, e.g. a clone of the original benchmark");
+  const auto flags = std::make_shared<Flags>();
+  ImportOptions& options = flags->options;
+  command.AddOption("DIR", options.source, "Folder with the files").Required();
+  command.AddOption("--out", flags->out, "Folder to make; it must not exist").Required();
+  command.AddOption("--name", options.name, "Name of the dataset (default: that of the folder)");
+  command.AddOption("--robot", options.files.robot, "URDF, or COLLADA with kinematics (default: the only one)");
+  command.AddOption("--scene", options.files.scene, "Mesh or scene.yaml (default: scene.yaml, else the only mesh)");
+  for (const TaskDescription& task : ProblemTasks()) {
+    command.AddOption("--" + std::string(ToString(task.task)), options.files.problems[task.task],
+                      std::string(task.short_title) + " problems (default: problems*.json of that task)");
+  }
+  command.AddList("--feet", options.feet, "Links that may carry the robot (default: those in the problems)");
+  command.AddOption(
+      "--sole-offset", options.sole_offset_m,
+      "Height of a foot's link frame above its target pose in m (default: lowest point of the feet plus 1 mm)");
+  command.AddList("--nominal", flags->nominal,
+                  "Start of every solve, JOINT=RADIANS, comma separated (default: all joints 0)");
+  command.AddFlag("--fix-winding", options.fix_winding, "Flip inverted bodies of the scene");
+  AddTextOrJsonOption(command, &flags->json);
+  command.SetFooter(
+      "Files without an option are searched in DIR: those of its dataset.yaml; else the only URDF (else the only "
+      "COLLADA\n"
+      "robot), the scene of an OpenRAVE environment *.xml, scene.yaml or the only mesh, and problems*.json, one per "
+      "task.\n"
+      "The scene is in metres, z up; quaternions have norm 1, their order is found out. DIR is not changed;\n"
+      "faults marked FAIL make no dataset, exit code 2.");
+  command.WhenChosen([=] { invocation->body = [flags] { return Import(*flags); }; });
+}
+
+}  // namespace legopt::client

@@ -1,0 +1,205 @@
+#include <algorithm>
+#include <cstdint>
+#include <iostream>
+#include <map>
+#include <memory>
+
+#include "app/command_line.h"
+#include "app/isolated_call.h"
+#include "app/printable.h"
+#include "client/client_error.h"
+#include "client/commands/commands.h"
+#include "client/commands/options.h"
+#include "client/report/evaluation_report.h"
+#include "client/report/exported_solutions.h"
+#include "client/report/result_dataset.h"
+#include "client/report/result_filter.h"
+#include "client/suite/input_files.h"
+#include "legopt/files/written_file.h"
+
+namespace legopt::client {
+namespace {
+
+struct ExportOptions {
+  std::optional<std::int64_t> experiment;
+  std::string out;
+  std::optional<std::string> dataset;
+  ResultFilter filter;
+  SourceOptions source;
+};
+
+std::shared_ptr<const Dataset> LoadDatasetOf(ResultSource& source, const ExperimentInfo& experiment,
+                                             const ExportOptions& options) {
+  if (!options.dataset) {
+    if (auto found = FindResultDataset(source, experiment.dataset_hash)) return found;
+  }
+  const auto folder = ChooseDatasetFolder(options.dataset, nullptr);
+  auto dataset = Dataset::Load(folder, CallIsolated);
+  if (dataset->content_hash() != experiment.dataset_hash) {
+    throw ClientError(ExitCode::kDatasetMismatch, "experiment " + std::to_string(experiment.id) +
+                                                      " was made with the dataset '" + experiment.dataset_name +
+                                                      "' of hash " + experiment.dataset_hash + ", but " +
+                                                      folder.string() + " has hash " + dataset->content_hash() +
+                                                      "; name the right folder with --dataset");
+  }
+  return dataset;
+}
+
+constexpr char kStandardOutput[] = "-";
+
+// Returns the file itself for a single task, else one file per task with the task appended to its name.
+std::filesystem::path FileFor(const std::string& out, const SolutionFile& file, std::size_t num_files) {
+  if (num_files == 1) return out;
+  std::filesystem::path path(out);
+  const std::string name = path.stem().string() + "-" + std::string(ToString(file.task)) + path.extension().string();
+  return path.replace_filename(name);
+}
+
+void Write(const std::string& out, const SolutionFile& file, std::size_t num_files) {
+  const auto path = FileFor(out, file, num_files);
+  if (out == kStandardOutput) {
+    std::cout << FormatSolutions(file) << std::flush;
+    if (!std::cout) return;  // the caller of the command reports the error, as for every command
+  } else {
+    WriteSolutions(path, file);
+  }
+  std::cerr << file.problems.size() << " " << ToString(file.task) << " problems written to "
+            << (out == kStandardOutput ? "standard output" : app::Printable(path.string())) << "\n";
+}
+
+// Returns e.g. "both tasks, -a and -b".
+std::string AllTasks() {
+  std::string endings;
+  for (const auto& row : kEnumNames<Task>) endings += (endings.empty() ? "-" : " and -") + std::string(row.word);
+  return (kNumEnumerators<Task> == 2 ? "both tasks, " : "several tasks, ") + endings;
+}
+
+ExitCode Export(const ExportOptions& options) {
+  const auto source = OpenResults(options.source);
+  const auto experiment = FindExperiment(*source, options.experiment);
+  const auto dataset = LoadDatasetOf(*source, experiment, options);
+  const auto exported = ReadSolutionsOf(*source, experiment.id, *dataset, options.filter);
+  if (exported.num_solutions == 0) {
+    throw ClientError(ExitCode::kUsage, "experiment " + std::to_string(experiment.id) +
+                                            " has no results that match; 'legopt list " +
+                                            std::to_string(experiment.id) + source->flags() + "' shows what there is");
+  }
+  const bool one_stream = options.out == kStandardOutput || files::IsStream(options.out);
+  if (one_stream && exported.files.size() > 1) {
+    throw ClientError(ExitCode::kUsage, std::string(exported.files.size() == 2
+                                                        ? "the experiment has both tasks, which make two files"
+                                                        : "the experiment has several tasks, which make a file each") +
+                                            ": choose one with --tasks, or a --out FILE");
+  }
+  for (const auto& file : exported.files) Write(options.out, file, exported.files.size());
+  if (exported.num_missing > 0) {
+    std::cerr << "legopt: warning: " << exported.num_missing
+              << " jobs have no result (unfinished, dead or cancelled) and are not in the file\n";
+  }
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddExportCommand(const app::Command& program, Invocation* invocation) {
+  const auto command =
+      program.AddCommand("export", "Write solutions as LegOpt solution JSON, which 'legopt evaluate' judges");
+  const auto options = std::make_shared<ExportOptions>();
+  command.AddOption("ID", options->experiment, "Experiment (default: the newest)").Check(app::WholeNumber(1));
+  command
+      .AddOption("--out", options->out,
+                 "File to write, - for standard output; with " + AllTasks() + " are added to its name")
+      .Required();
+  AddResultFilterOptions(command, &options->filter);
+  command.AddOption("--dataset", options->dataset,
+                    "Dataset folder, for the problem definitions (default: the embedded garage-easier)");
+  AddSourceOptions(command, &options->source);
+  command.WhenChosen([=] { invocation->body = [options] { return Export(*options); }; });
+}
+
+namespace {
+
+struct EvaluateOptions {
+  std::string file;
+  std::optional<std::string> dataset;
+  std::optional<Rule> rule;
+  Definitions definitions = Definitions::kFile;
+  bool exhaustive = false;
+  ResultFilter filter;
+  std::vector<std::string> rows, columns;
+  TableFormat format = TableFormat::kText;
+  TimeUnit time_unit = kMilliseconds;
+  OutputOptions output;
+};
+
+// Returns the solutions of a file in its order. Methods with different names have different ids.
+std::vector<FilteredItem> ItemsOf(const SolutionFile& file) {
+  std::map<std::string, std::int64_t> ids;
+  std::vector<FilteredItem> items;
+  for (const SolvedProblem& problem : file.problems) {
+    for (const Solution& solution : problem.solutions) {
+      MethodIdentity method;
+      method.method_id = ids.try_emplace(solution.method, std::ssize(ids)).first->second;
+      method.name = solution.method;
+      items.push_back({std::move(method), std::string(ToString(file.task)), solution.init_type});
+    }
+  }
+  return items;
+}
+
+// Removes the solutions that the filter omits; their problems then count as not solved.
+void KeepSolutions(const ResultFilter& filter, const std::string& name, SolutionFile* file) {
+  if (filter.empty()) return;
+  const std::vector<std::size_t> kept = KeptItems(ItemsOf(*file), filter, name);
+  std::size_t position = 0;
+  for (SolvedProblem& problem : file->problems) {
+    std::erase_if(problem.solutions,
+                  [&](const Solution& /*solution*/) { return !std::ranges::binary_search(kept, position++); });
+  }
+}
+
+ExitCode Evaluate(const EvaluateOptions& options) {
+  SolutionFile file = ReadSolutions(InputFile(options.file));
+  KeepSolutions(options.filter, options.file, &file);
+  Judge judge(Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), CallIsolated),
+              options.exhaustive ? Culling::kOff : Culling::kOn);
+  const auto report = EvaluateSolutions(file, judge, options.rule.value_or(Rule::kLiteral), options.definitions);
+  if (report.rows.empty()) {
+    throw ClientError(ExitCode::kUsage, options.file + ": no problem has a 'solution'; is it a problem file?");
+  }
+  const std::string text = RenderEvaluation(
+      report, options.format, {options.time_unit, LayoutOf(options.output), options.columns}, options.rows);
+  Print(options.format == TableFormat::kCsv ? CsvFor(StandardOutput(), text) : text, options.output);
+  for (const auto& warning : report.warnings) std::cerr << "legopt: warning: " << app::Printable(warning) << "\n";
+  const auto unreadable =
+      std::count_if(report.rows.begin(), report.rows.end(), [](const JudgedRow& row) { return row.unreadable; });
+  if (unreadable == 0) return ExitCode::kOk;
+  throw ClientError(ExitCode::kJobsFailed, options.file + ": " + std::to_string(unreadable) + " of " +
+                                               std::to_string(report.rows.size()) +
+                                               " solutions have numbers that cannot be read; correct or remove them");
+}
+
+}  // namespace
+
+void AddEvaluateCommand(const app::Command& program, Invocation* invocation) {
+  const auto command =
+      program.AddCommand("evaluate", "Judge a LegOpt solution file: per method successes, mean cost, mean time");
+  const auto options = std::make_shared<EvaluateOptions>();
+  command.AddOption("FILE", options->file, "LegOpt solution JSON, - for standard input").Required();
+  AddDatasetOption(command, &options->dataset);
+  command.AddEnum<Definitions>(
+      "--definitions", options->definitions,
+      "Source of the problem definitions: file (default), as in the original evaluator, or dataset");
+  AddRuleOption(command, &options->rule, "literal");
+  command.AddFlag("--exhaustive", options->exhaustive,
+                  "Compare all meshes exactly, without culling: slow, same results");
+  AddNameFilterOptions(command, &options->filter);
+  AddFormatOption(command, &options->format);
+  AddRowsOption(command, &options->rows, "methods");
+  AddColumnsOption(command, &options->columns);
+  AddTimeUnitOption(command, &options->time_unit);
+  AddOutputOptions(command, &options->output);
+  command.WhenChosen([=] { invocation->body = [options] { return Evaluate(*options); }; });
+}
+
+}  // namespace legopt::client

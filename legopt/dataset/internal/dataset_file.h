@@ -1,0 +1,94 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "legopt/dataset/contact.h"
+#include "legopt/types/task.h"
+
+namespace legopt {
+
+/// Content of a `dataset.yaml`: file names and constants, not yet resolved.
+///
+/// All keys of the file (paths are relative to the folder, use forward slashes and stay inside it):
+///
+///     format: legopt-dataset/2            # required
+///     name: garage-small                  # required, shown in tables
+///     robot: robot.urdf                   # required, URDF; its collision meshes must be in the folder
+///     scene: scene.yaml                   # required, scene.yaml (scene_file.h) or one mesh: .stl .obj .dae .ply
+///     problems:                           # required, at least one task; LegOpt JSON (problem_definition.h)
+///       posture: problems-posture.json
+///       motion: problems-motion.json
+///     contacts:                           # required, in the order of pages and files
+///       l_foot:                           # the name that stances use
+///         link: l_foot                    # required, a link with collision geometry
+///         kind: sole                      # required
+///         frame: {position: [0, 0, -0.08], rpy: [0, 0, 0]}  # optional: contact frame in the link, m and rad
+///         points: [[0.1, 0.05, 0], ...]   # optional, m, in the contact frame; default: lower corners of the link's
+///         box friction: 0.7                   # optional, in (0, 2], default as shown max_normal_N: 2000 # optional, >
+///         0, default no bound
+///     gravity_m_s2: 9.797930195020351     # optional, default as shown
+///     nominal_posture:                    # optional, joint: rad (m for prismatic); joints not named are 0
+///       l_leg_kny: 0.872664626
+///     self_collision_reference:           # optional, joint: rad; link pairs touching here are never checked
+///       back_lbz: 0.349055556
+///     files:                              # required: every used file and the BLAKE2b-256 of its bytes
+///       robot.urdf: 5c1e...               # (64 hex digits); `legopt dataset hash` writes them
+///
+/// Format 1 (`legopt-dataset/1`) has two keys instead of `contacts`. Both formats have the same content hash if they
+/// mean the same.
+///
+///     feet: [l_foot, r_foot]              # required: a sole for each link, named like it
+///     sole_offset_m: 0.082351             # required, >= 0: link frame above the contact frame along the normal
+struct DatasetDescription {
+  std::string name;                                        ///< shown in tables
+  std::string robot_file;                                  ///< URDF, relative to the folder
+  std::string scene_file;                                  ///< scene.yaml or a mesh, relative to the folder
+  EnumArray<Task, std::string> problem_files;              ///< empty: the dataset has no problems of this task
+  std::vector<ContactDescription> contacts;                ///< not empty, names unique
+  double gravity_m_s2 = kBenchmarkGravity_m_s2;            ///< > 0
+  std::map<std::string, double> nominal_posture;           ///< joint name -> rad, before clamping
+  std::map<std::string, double> self_collision_reference;  ///< joint name -> rad
+  std::map<std::string, std::string> files;                ///< path -> expected hash; empty for a bare folder
+  bool bare = false;                                       ///< true: a LegOpt-style folder without dataset.yaml
+
+  /// Returns the key that declares a contact, for errors: "feet" in format 1.
+  std::string PathOf(const ContactDescription& contact) const;
+
+  /// Gravitational acceleration of the benchmark: OpenRAVE's altitude and latitude formula for Tokyo.
+  static constexpr double kBenchmarkGravity_m_s2 = 9.797930195020351;
+};
+
+/// File that distinguishes a dataset's folder from a bare one.
+inline constexpr const char* kDatasetFileName = "dataset.yaml";
+/// Values of the key `format`. Files are written in format 1 if it can express the contacts, else in format 2.
+inline constexpr const char* kDatasetFormat1 = "legopt-dataset/1";
+inline constexpr const char* kDatasetFormat2 = "legopt-dataset/2";
+
+/// Reads `folder`/dataset.yaml. Throws InputError for a missing file, invalid YAML, an unknown or missing key, a value
+/// of the wrong type or range, or a path that leaves the folder.
+DatasetDescription ReadDatasetFile(const std::filesystem::path& folder);
+
+/// Reads the description of a folder: dataset.yaml if there is one, else that of a LegOpt-style folder
+/// (dataset_file.h).
+DatasetDescription DescribeDataset(const std::filesystem::path& folder);
+
+/// Returns true if `folder` contains problemsposture.json or problemsmotion.json.
+bool IsLegOptFolder(const std::filesystem::path& folder);
+
+/// Describes a bare LegOpt-style folder, without dataset.yaml. It contains problemsposture.json and/or
+/// problemsmotion.json, exactly one `*.urdf` in the folder or below, and exactly one scene mesh directly in the folder.
+///
+/// All other values are those of the benchmark's Atlas (docs/explanation/paper.md#the-atlas): feet l_foot and r_foot,
+/// contact frame offset 0.082351 m, gravity 9.797930195020351 m/s^2, knees 50 deg, hip and ankle pitch -25 deg,
+/// l_arm_shx -1.3 and r_arm_shx 1.3 rad, self-collision reference back_lbz = back_ubx = 20 * 3.1415 / 180 rad. A robot
+/// with other joint names needs a dataset.yaml. Throws InputError if a file is missing or ambiguous.
+DatasetDescription DescribeLegOptFolder(const std::filesystem::path& folder);
+
+/// Sets the constants of the benchmark's Atlas (see DescribeLegOptFolder): feet, contact frame offset, gravity, nominal
+/// posture, self-collision reference.
+void SetBenchmarkConstants(DatasetDescription* description);
+
+}  // namespace legopt

@@ -1,0 +1,304 @@
+#include "legopt/geometry/internal/convex_decomposition.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <tuple>
+#include <utility>
+
+#include "legopt/geometry/internal/mesh_bodies.h"
+
+namespace legopt {
+namespace {
+
+using Triangle = std::array<Eigen::Vector3d, 3>;
+
+constexpr int kSamples = 240;          // number of concavity samples on the hull of a piece
+constexpr int kPositionsPerAxis = 7;   // number of candidate planes per axis
+constexpr double kMinimumGain = 0.02;  // minimum gain of a cut, relative to the piece's volume
+
+struct Piece {
+  std::vector<Triangle> triangles;
+  std::vector<Eigen::Vector3d> points;  ///< unique corners of the triangles
+  std::vector<HalfSpace> cuts;
+  ConvexHull hull;
+  double concavity_m = 0.0;
+  bool final = false;
+};
+
+void KeepDistinct(std::vector<Eigen::Vector3d>& points) {
+  const auto less = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    return std::tuple(a.x(), a.y(), a.z()) < std::tuple(b.x(), b.y(), b.z());
+  };
+  std::sort(points.begin(), points.end(), less);
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+}
+
+std::vector<Eigen::Vector3d> DistinctCorners(const std::vector<Triangle>& triangles) {
+  std::vector<Eigen::Vector3d> points;
+  points.reserve(3 * triangles.size());
+  for (const Triangle& t : triangles) points.insert(points.end(), t.begin(), t.end());
+  KeepDistinct(points);
+  return points;
+}
+
+/// Keeps the part on the inner side of the plane; a triangle across the plane is split into up to two.
+void ClipTo(const HalfSpace& plane, const Triangle& t, std::vector<Triangle>& out) {
+  std::array<Eigen::Vector3d, 4> polygon;
+  size_t count = 0;
+  for (size_t k = 0; k < 3; ++k) {
+    const Eigen::Vector3d& a = t[k];
+    const Eigen::Vector3d& b = t[(k + 1) % 3];
+    const double da = plane.normal.dot(a) + plane.offset;
+    const double db = plane.normal.dot(b) + plane.offset;
+    if (da <= 0.0) polygon[count++] = a;
+    if ((da < 0.0 && db > 0.0) || (da > 0.0 && db < 0.0)) polygon[count++] = a + (b - a) * (da / (da - db));
+  }
+  if (count >= 3) out.push_back({polygon[0], polygon[1], polygon[2]});
+  if (count == 4) out.push_back({polygon[0], polygon[2], polygon[3]});
+}
+
+/// Returns the distance along the ray to a triangle, from either side; infinity if it is missed.
+double RayTriangle(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, const Triangle& t) {
+  constexpr double kMissed = std::numeric_limits<double>::infinity();
+  constexpr double kEdgeSlack = 1e-9;
+  const Eigen::Vector3d e1 = t[1] - t[0];
+  const Eigen::Vector3d e2 = t[2] - t[0];
+  const Eigen::Vector3d p = direction.cross(e2);
+  const double determinant = e1.dot(p);
+  if (determinant == 0.0) return kMissed;
+  const Eigen::Vector3d s = origin - t[0];
+  const double u = s.dot(p) / determinant;
+  if (u < -kEdgeSlack || u > 1.0 + kEdgeSlack) return kMissed;
+  const Eigen::Vector3d q = s.cross(e1);
+  const double v = direction.dot(q) / determinant;
+  if (v < -kEdgeSlack || u + v > 1.0 + kEdgeSlack) return kMissed;
+  const double distance = e2.dot(q) / determinant;
+  constexpr double kBehind = -1e-7;
+  return distance < kBehind ? kMissed : std::max(distance, 0.0);
+}
+
+bool OnCut(const Piece& piece, const Eigen::Vector3d& point, const Eigen::Vector3d& normal) {
+  constexpr double kParallel = 1.0 - 1e-6;
+  constexpr double kNear = 1e-6;
+  return std::any_of(piece.cuts.begin(), piece.cuts.end(), [&](const HalfSpace& cut) {
+    return cut.normal.dot(normal) > kParallel && std::abs(cut.normal.dot(point) + cut.offset) < kNear;
+  });
+}
+
+double GapBelow(const Piece& piece, const Eigen::Vector3d& point, const Eigen::Vector3d& normal) {
+  double gap = std::numeric_limits<double>::infinity();
+  for (const Triangle& t : piece.triangles) gap = std::min(gap, RayTriangle(point, -normal, t));
+  return std::isfinite(gap) ? gap : 0.0;  // the ray passed through a seam, which is not a gap
+}
+
+/// Returns the maximum gap between hull and mesh over samples spread evenly over the hull's own facets, not over cuts.
+double MeasureConcavity(const Piece& piece) {
+  const ConvexHull& hull = piece.hull;
+  if (hull.flat()) return 0.0;
+  const auto corner = [&](const std::array<int, 3>& t, size_t k) { return hull.vertices[static_cast<size_t>(t[k])]; };
+  double area = 0.0;
+  for (const auto& t : hull.triangles) area += (corner(t, 1) - corner(t, 0)).cross(corner(t, 2) - corner(t, 0)).norm();
+  double largest = 0.0;
+  for (const auto& t : hull.triangles) {
+    const Eigen::Vector3d a = corner(t, 0);
+    const Eigen::Vector3d cross = (corner(t, 1) - a).cross(corner(t, 2) - a);
+    if (!(cross.norm() > 1e-12)) continue;
+    const Eigen::Vector3d normal = cross.normalized();
+    if (OnCut(piece, a, normal)) continue;
+    // n (n + 1) / 2 samples in a triangular grid
+    const int n = std::clamp(static_cast<int>(std::sqrt(2.0 * kSamples * cross.norm() / area)), 1, 2 * kSamples);
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; i + j < n; ++j) {
+        const double u = (i + 1.0 / 3.0) / n;
+        const double v = (j + 1.0 / 3.0) / n;
+        const Eigen::Vector3d point = a + u * (corner(t, 1) - a) + v * (corner(t, 2) - a);
+        largest = std::max(largest, GapBelow(piece, point, normal));
+      }
+    }
+  }
+  return largest;
+}
+
+/// Directions for a cheap inner approximation of a hull: a cube's faces, edges and corners, and directions between
+/// them.
+const std::vector<Eigen::Vector3d>& SampleDirections() {
+  static const std::vector<Eigen::Vector3d> directions = [] {
+    std::vector<Eigen::Vector3d> result;
+    for (int x = -2; x <= 2; ++x) {
+      for (int y = -2; y <= 2; ++y) {
+        for (int z = -2; z <= 2; ++z) {
+          if (std::max({std::abs(x), std::abs(y), std::abs(z)}) == 2) {
+            result.push_back(Eigen::Vector3d(x, y, z).normalized());
+          }
+        }
+      }
+    }
+    return result;
+  }();
+  return directions;
+}
+
+/// Estimates the volume of the hull of the part inside the plane, slightly too low: uses extreme points in scout
+/// directions only.
+double EstimateVolume(const Piece& piece, const HalfSpace& plane) {
+  std::vector<Eigen::Vector3d> points;
+  points.reserve(piece.points.size());
+  for (const Eigen::Vector3d& p : piece.points) {
+    if (plane.normal.dot(p) + plane.offset <= 0.0) points.push_back(p);
+  }
+  for (const Triangle& t : piece.triangles) {
+    for (size_t k = 0; k < 3; ++k) {
+      const Eigen::Vector3d& a = t[k];
+      const Eigen::Vector3d& b = t[(k + 1) % 3];
+      const double da = plane.normal.dot(a) + plane.offset;
+      const double db = plane.normal.dot(b) + plane.offset;
+      if (da < 0.0 && db > 0.0) points.push_back(a + (b - a) * (da / (da - db)));
+    }
+  }
+  if (points.empty()) return 0.0;
+  Eigen::Map<const Eigen::Matrix3Xd> matrix(points.front().data(), 3, static_cast<Eigen::Index>(points.size()));
+  std::vector<Eigen::Vector3d> extreme;
+  for (const Eigen::Vector3d& d : SampleDirections()) {
+    Eigen::Index best = 0;
+    (d.transpose() * matrix).maxCoeff(&best);
+    extreme.push_back(points[static_cast<size_t>(best)]);
+  }
+  KeepDistinct(extreme);
+  return ComputeHull(extreme).volume_m3;
+}
+
+HalfSpace Opposite(const HalfSpace& plane) { return {-plane.normal, -plane.offset}; }
+
+/// Returns the cut with the smallest sum of volumes, which is stored in `sum`.
+HalfSpace BestCut(const Piece& piece, double& sum) {
+  HalfSpace best{Eigen::Vector3d::UnitX(), 0.0};
+  sum = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
+    for (const Eigen::Vector3d& p : piece.points) {
+      low = std::min(low, p[axis]);
+      high = std::max(high, p[axis]);
+    }
+    for (int i = 1; i <= kPositionsPerAxis; ++i) {
+      const HalfSpace plane{Eigen::Vector3d::Unit(axis), -(low + (high - low) * i / (kPositionsPerAxis + 1))};
+      const double volume = EstimateVolume(piece, plane) + EstimateVolume(piece, Opposite(plane));
+      if (volume < sum) {
+        sum = volume;
+        best = plane;
+      }
+    }
+  }
+  return best;
+}
+
+Piece Half(const Piece& whole, const HalfSpace& plane) {
+  Piece half;
+  half.cuts = whole.cuts;
+  half.cuts.push_back(plane);
+  for (const Triangle& t : whole.triangles) ClipTo(plane, t, half.triangles);
+  if (half.triangles.empty()) return half;
+  half.points = DistinctCorners(half.triangles);
+  half.hull = ComputeHull(half.points);
+  half.concavity_m = MeasureConcavity(half);
+  return half;
+}
+
+std::vector<Triangle> Triangles(const TriangleMesh& mesh) {
+  std::vector<Triangle> triangles;
+  triangles.reserve(mesh.triangles.size());
+  for (const auto& t : mesh.triangles) {
+    const auto at = [&](size_t k) { return mesh.vertices[static_cast<size_t>(t[k])]; };
+    triangles.push_back({at(0), at(1), at(2)});
+  }
+  return triangles;
+}
+
+}  // namespace
+
+bool IsConvex(const TriangleMesh& mesh, const ConvexHull& hull, double tolerance_m) {
+  if (hull.flat()) return true;
+  for (const Triangle& t : Triangles(mesh)) {
+    const Eigen::Vector3d centre = (t[0] + t[1] + t[2]) / 3.0;
+    for (const Eigen::Vector3d& p : {t[0], t[1], t[2], centre}) {
+      if (hull.PlaneDistance(p) < -tolerance_m) return false;
+    }
+  }
+  return true;
+}
+
+std::vector<ConvexHull> DecomposeApproximately(const TriangleMesh& mesh, const DecompositionLimits& limits) {
+  std::vector<Piece> pieces(1);
+  pieces[0].triangles = Triangles(mesh);
+  pieces[0].points = mesh.vertices;
+  pieces[0].hull = ComputeHull(mesh.vertices);
+  pieces[0].concavity_m = limits.max_pieces > 1 ? MeasureConcavity(pieces[0]) : 0.0;
+  while (static_cast<int>(pieces.size()) < limits.max_pieces) {
+    Piece* worst = nullptr;
+    for (Piece& piece : pieces) {
+      if (piece.final || piece.concavity_m <= limits.concavity_m) continue;
+      if (worst == nullptr || piece.concavity_m > worst->concavity_m) worst = &piece;
+    }
+    if (worst == nullptr) break;
+    double sum = 0.0;
+    const HalfSpace plane = BestCut(*worst, sum);
+    Piece low = Half(*worst, plane);
+    Piece high = Half(*worst, Opposite(plane));
+    if (low.triangles.empty() || high.triangles.empty() ||
+        low.hull.volume_m3 + high.hull.volume_m3 > (1.0 - kMinimumGain) * worst->hull.volume_m3) {
+      worst->final = true;
+      continue;
+    }
+    *worst = std::move(low);
+    pieces.push_back(std::move(high));
+  }
+  std::vector<ConvexHull> hulls;
+  for (Piece& piece : pieces) hulls.push_back(std::move(piece.hull));
+  return hulls;
+}
+
+std::vector<ConvexHull> DecomposeBodies(const TriangleMesh& mesh, const DecompositionLimits& limits) {
+  std::vector<ConvexHull> hulls;
+  for (const TriangleMesh& body : SplitIntoComponents(mesh)) {
+    std::ranges::move(DecomposeApproximately(body, limits), std::back_inserter(hulls));
+  }
+  return hulls;
+}
+
+namespace {
+
+using Decomposition = std::vector<ConvexHull> (*)(const TriangleMesh&, const DecompositionLimits&);
+
+std::vector<ConvexShape> Decompose(const RobotModel& robot, int link, Decomposition decompose,
+                                   const DecompositionLimits& limits) {
+  std::vector<ConvexShape> shapes;
+  for (const ShapeSpec& spec : robot.links()[static_cast<size_t>(link)].collision) {
+    if (spec.kind != ShapeSpec::Kind::kMesh) {
+      shapes.push_back(ConvexShape::FromPrimitive(spec));
+      continue;
+    }
+    for (ConvexHull& hull : decompose(Tessellate(spec, robot.read_guard()), limits)) {
+      shapes.push_back(ConvexShape::FromHull(std::move(hull)));
+    }
+  }
+  return shapes;
+}
+
+}  // namespace
+
+const std::vector<ConvexShape>& LinkPieces::Pieces(int link) {
+  const auto [it, inserted] = pieces_.try_emplace(link);
+  if (inserted) it->second = Decompose(robot_, link, DecomposeApproximately, limits_);
+  return it->second;
+}
+
+const std::vector<ConvexShape>& LinkPieces::Bodies(int link) {
+  const auto [it, inserted] = bodies_.try_emplace(link);
+  if (inserted) it->second = Decompose(robot_, link, DecomposeBodies, limits_);
+  return it->second;
+}
+
+}  // namespace legopt

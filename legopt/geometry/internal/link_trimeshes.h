@@ -1,0 +1,80 @@
+#pragma once
+
+#include <vector>
+
+#include "legopt/geometry/internal/convex_shape.h"
+#include "legopt/geometry/internal/exact_collision.h"
+#include "legopt/geometry/internal/mesh_bodies.h"
+#include "legopt/geometry/internal/trimesh_world.h"
+#include "legopt/robot/kinematics.h"
+#include "legopt/robot/robot_model.h"
+
+namespace legopt {
+
+/// The exact triangle meshes of a robot's links in a TrimeshWorld, with their hulls for culling.
+class LinkTrimeshes {
+ public:
+  /// One geometry of a link.
+  struct Geometry {
+    int link;
+    int mesh;                    ///< index in the TrimeshWorld
+    ConvexShape hull;            ///< hull of the mesh, link frame
+    ClosedBodies bodies;         ///< closed bodies of the mesh, link frame
+    Eigen::Isometry3d pose;      ///< link frame in the world
+    PointArena::Range range;     ///< range of the hull's points
+    SupportSet placed;           ///< hull in the world
+    Eigen::AlignedBox3d bounds;  ///< bounding box of the hull in the world
+  };
+
+  /// Loads every geometry. `world` must outlive this object. Throws InputError.
+  LinkTrimeshes(const RobotModel& robot, TrimeshWorld& world, Culling culling = Culling::kOn);
+  LinkTrimeshes(const LinkTrimeshes&) = delete;
+  LinkTrimeshes& operator=(const LinkTrimeshes&) = delete;
+
+  /// Moves all geometries to the link poses of `kinematics`.
+  void Place(const Kinematics& kinematics);
+
+  /// Returns the number of geometries of a link; 0 if it cannot collide.
+  int num_geometries(int link) const { return static_cast<int>(by_link_[static_cast<size_t>(link)].size()); }
+  /// Returns a geometry of a link, in the order of the URDF, at the pose of the last Place().
+  const Geometry& geometry(int link, int index) const {
+    return geometries_[static_cast<size_t>(by_link_[static_cast<size_t>(link)][static_cast<size_t>(index)])];
+  }
+
+  /// Returns the largest contact depth of two geometries of different links by the original evaluator's rule, m;
+  /// negative if they do not touch.
+  double Depth(const Geometry& a, const Geometry& b) const;
+  /// Returns the largest contact depth by the original evaluator's rule and that over all contacts.
+  TrimeshWorld::Depths AllDepths(const Geometry& a, const Geometry& b) const;
+
+  /// Returns the largest depth of all crossing triangles, independent of ODE's limits (TrimeshWorld::ExactDepth).
+  double ExactDepth(const Geometry& a, const Geometry& b) const;
+
+  /// Returns the depth of the deepest vertex of either geometry inside a closed body of the other, m; 0 if there is
+  /// none.
+  double InsideDepth(const Geometry& a, const Geometry& b) const;
+
+  /// Returns the vertices of a geometry's exact mesh, link frame, m.
+  const std::vector<Eigen::Vector3d>& vertices(const Geometry& geometry) const {
+    return world_.triangles(geometry.mesh).vertices;
+  }
+
+  /// Returns true if the hulls of two geometries overlap by more than `depth_m`.
+  bool HullsOverlap(const Geometry& a, const Geometry& b, double depth_m) const;
+
+  /// Distance between hulls up to which ODE checks the meshes, m; covers the single precision of ODE's pair search.
+  static constexpr double kSafety = 1e-4;
+
+ private:
+  bool MayTouch(const Geometry& a, const Geometry& b) const;
+  double DeepestVertex(const Geometry& geometry, const Geometry& other) const;
+
+  TrimeshWorld& world_;
+  Culling culling_;
+  std::vector<Geometry> geometries_;
+  std::vector<std::vector<int>> by_link_;
+  PointArena local_;
+  PointArena placed_;
+};
+
+}  // namespace legopt

@@ -1,0 +1,225 @@
+#include "legopt/geometry/internal/model_data.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <iterator>
+#include <numbers>
+#include <random>
+#include <utility>
+
+#include "legopt/geometry/internal/signed_distance.h"
+#include "legopt/robot/kinematics.h"
+
+namespace legopt {
+namespace {
+
+using PairStatus = CollisionModel::PairStatus;
+
+constexpr double kNoticeable = 1e-3;  // m; the judge's tolerance
+constexpr std::uint64_t kSeed = 1;
+
+/// Returns true if the predicate holds for any pair of geometries of two links.
+template <class Predicate>
+bool AnyGeometries(const LinkTrimeshes& meshes, const LinkPair& pair, Predicate predicate) {
+  for (int i = 0; i < meshes.num_geometries(pair.first); ++i) {
+    for (int j = 0; j < meshes.num_geometries(pair.second); ++j) {
+      if (predicate(meshes.geometry(pair.first, i), meshes.geometry(pair.second, j))) return true;
+    }
+  }
+  return false;
+}
+
+bool Touch(const LinkTrimeshes& meshes, const LinkPair& pair) {
+  return AnyGeometries(meshes, pair, [&](const auto& a, const auto& b) { return meshes.Depth(a, b) >= 0.0; });
+}
+
+/// Returns true if two links overlap by more than the judge's tolerance.
+bool Overlap(const LinkTrimeshes& meshes, const LinkPair& pair) {
+  return AnyGeometries(meshes, pair, [&](const auto& a, const auto& b) {
+    return meshes.ExactDepth(a, b) > kNoticeable || meshes.InsideDepth(a, b) > kNoticeable;
+  });
+}
+
+/// Returns true if the hulls overlap by more than the tolerance, but the meshes do not touch.
+bool IsFalseOverlap(const LinkTrimeshes& meshes, const LinkPair& pair) {
+  const bool overlap =
+      AnyGeometries(meshes, pair, [&](const auto& a, const auto& b) { return meshes.HullsOverlap(a, b, kNoticeable); });
+  return overlap && !Touch(meshes, pair);
+}
+
+/// Returns a posture with joints uniform within their limits, base at the origin.
+Eigen::VectorXd SamplePosture(const RobotModel& robot, std::mt19937_64& random) {
+  Eigen::VectorXd x = robot.NeutralConfiguration();
+  for (int i = 0; i < robot.num_dofs(); ++i) {
+    constexpr int kMantissa = 53;
+    const double unit = std::ldexp(static_cast<double>(random() >> (64 - kMantissa)), -kMantissa);
+    const double lower = std::isfinite(robot.lower_limits()[i]) ? robot.lower_limits()[i] : -std::numbers::pi;
+    const double upper = std::isfinite(robot.upper_limits()[i]) ? robot.upper_limits()[i] : std::numbers::pi;
+    x[i] = lower + unit * (upper - lower);
+  }
+  return x;
+}
+
+std::vector<LinkPair> FindPhantomPairs(const RobotModel& robot, LinkTrimeshes& meshes,
+                                       const std::vector<LinkPair>& checked) {
+  constexpr int kPostures = 64;
+  constexpr int kFairShare = 8;
+  std::mt19937_64 random(kSeed);
+  Kinematics kinematics(robot);
+  std::vector<int> count(checked.size(), 0);
+  for (int posture = 0; posture < kPostures; ++posture) {
+    kinematics.Update(SamplePosture(robot, random));
+    meshes.Place(kinematics);
+    for (size_t i = 0; i < checked.size(); ++i) {
+      if (count[i] < kFairShare && IsFalseOverlap(meshes, checked[i])) ++count[i];
+    }
+  }
+  std::vector<LinkPair> phantom;
+  for (size_t i = 0; i < checked.size(); ++i) {
+    if (count[i] >= kFairShare) phantom.push_back(checked[i]);
+  }
+  return phantom;
+}
+
+/// Returns all pairs of links with geometry and more than one moving joint between them, ascending by (second, first).
+std::vector<LinkPair> NonAdjacentPairs(const RobotModel& robot, const LinkTrimeshes& meshes) {
+  std::vector<LinkPair> pairs;
+  for (int b = 0; b < static_cast<int>(robot.links().size()); ++b) {
+    for (int a = 0; a < b; ++a) {
+      const bool bare = meshes.num_geometries(a) == 0 || meshes.num_geometries(b) == 0;
+      if (!bare && robot.MovingJointsBetween(a, b) > 1) pairs.emplace_back(a, b);
+    }
+  }
+  return pairs;
+}
+
+/// Returns the table of LinkPairRules::status: `pairs` that are not in `checked` have the status `ignored`, all others
+/// are adjacent.
+std::vector<PairStatus> StatusOf(const RobotModel& robot, const std::vector<LinkPair>& pairs, PairStatus ignored,
+                                 const std::vector<LinkPair>& checked) {
+  const size_t n = robot.links().size();
+  std::vector<PairStatus> status(n * n, PairStatus::kIgnoredAdjacent);
+  const auto set = [&](const std::vector<LinkPair>& some, PairStatus value) {
+    for (const auto& [a, b] : some) {
+      const auto first = static_cast<size_t>(a), second = static_cast<size_t>(b);
+      status[first * n + second] = status[second * n + first] = value;
+    }
+  };
+  set(pairs, ignored);
+  set(checked, PairStatus::kChecked);
+  return status;
+}
+
+/// Returns the pairs that overlap in every posture of the sequence, as if they were one body, although more than one
+/// joint lies between them.
+std::vector<LinkPair> FindInseparablePairs(const RobotModel& robot, LinkTrimeshes& meshes,
+                                           std::vector<LinkPair> pairs) {
+  constexpr int kPostures = 256;
+  std::mt19937_64 random(kSeed);
+  Kinematics kinematics(robot);
+  for (int posture = 0; posture < kPostures && !pairs.empty(); ++posture) {
+    kinematics.Update(posture == 0 ? robot.NeutralConfiguration() : SamplePosture(robot, random));
+    meshes.Place(kinematics);
+    std::erase_if(pairs, [&](const LinkPair& pair) { return !Overlap(meshes, pair); });
+  }
+  return pairs;
+}
+
+/// Convex shapes of one link, transformed to the world.
+class PlacedPieces {
+ public:
+  explicit PlacedPieces(const std::vector<ConvexShape>& shapes) : shapes_(shapes), sets_(shapes.size()) {
+    for (const ConvexShape& shape : shapes) ranges_.push_back(local_.Add(shape.points()));
+    world_.ResizeLike(local_);
+    for (size_t i = 0; i < shapes.size(); ++i) world_.View(ranges_[i], sets_[i]);
+  }
+
+  void Place(const Eigen::Isometry3d& pose) {
+    for (size_t i = 0; i < shapes_.size(); ++i) {
+      PlaceSupportSet(shapes_[i], pose, sets_[i]);
+      if (sets_[i].count > 0) world_.Transform(local_, ranges_[i], pose, sets_[i].lower, sets_[i].upper);
+    }
+  }
+
+  bool Overlap(const PlacedPieces& other, double depth_m) const {
+    PairDistance distance;
+    for (const SupportSet& mine : sets_) {
+      for (const SupportSet& theirs : other.sets_) {
+        if (SignedDistance(mine, theirs, -depth_m, distance)) return true;
+      }
+    }
+    return false;
+  }
+
+ private:
+  const std::vector<ConvexShape>& shapes_;
+  PointArena local_, world_;
+  std::vector<PointArena::Range> ranges_;
+  std::vector<SupportSet> sets_;
+};
+
+/// Returns true if the pieces of two links overlap in most postures in which the meshes do not. Few postures separate
+/// some of these pairs, so many are sampled.
+bool PiecesMostlyOverlap(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces, const LinkPair& pair) {
+  constexpr int kPostures = 512;
+  PlacedPieces first(pieces.Pieces(pair.first)), second(pieces.Pieces(pair.second));
+  std::mt19937_64 random(kSeed);
+  Kinematics kinematics(robot);
+  int apart = 0, phantom = 0;
+  for (int posture = 0; posture < kPostures; ++posture) {
+    kinematics.Update(posture == 0 ? robot.NeutralConfiguration() : SamplePosture(robot, random));
+    meshes.Place(kinematics);
+    if (Touch(meshes, pair) || Overlap(meshes, pair)) continue;
+    ++apart;
+    first.Place(kinematics.link_pose(pair.first));
+    second.Place(kinematics.link_pose(pair.second));
+    if (first.Overlap(second, kNoticeable)) ++phantom;
+  }
+  return 2 * phantom > apart;
+}
+
+void SetDetail(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces, LinkPairRules& rules) {
+  const size_t n = robot.links().size();
+  rules.detail.assign(n * n, PairResolution::kHulls);
+  const auto detail = [&](const LinkPair& pair) -> PairResolution& {
+    return rules.detail[static_cast<size_t>(pair.first) * n + static_cast<size_t>(pair.second)];
+  };
+  const std::vector<LinkPair>& apart = rules.pairs[PairSelection::kReference];
+  for (const LinkPair& pair : FindPhantomPairs(robot, meshes, apart)) detail(pair) = PairResolution::kPieces;
+  for (const LinkPair& pair : rules.checked()) {
+    if (std::ranges::find(apart, pair) != apart.end()) continue;
+    detail(pair) = PiecesMostlyOverlap(robot, meshes, pieces, pair) ? PairResolution::kBodies : PairResolution::kPieces;
+  }
+  for (const LinkPair& pair : rules.checked()) {
+    if (detail(pair) != PairResolution::kHulls) rules.decomposed.push_back(pair);
+  }
+}
+
+}  // namespace
+
+LinkPairRules ClassifyLinkPairs(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces,
+                                Eigen::Ref<const Eigen::VectorXd> reference_x, PairSelection selection) {
+  Kinematics kinematics(robot);
+  kinematics.Update(reference_x);
+  meshes.Place(kinematics);
+  LinkPairRules rules;
+  rules.selection = selection;
+  std::vector<LinkPair>& apart = rules.pairs[PairSelection::kReference];
+  std::vector<LinkPair>& all = rules.pairs[PairSelection::kAll];
+  all = NonAdjacentPairs(robot, meshes);
+  std::ranges::copy_if(all, std::back_inserter(apart), [&](const LinkPair& pair) { return !Touch(meshes, pair); });
+  const std::vector<LinkPair> others = all;
+  std::vector<LinkPair> joined;
+  std::ranges::copy_if(all, std::back_inserter(joined), [&](const LinkPair& pair) { return Overlap(meshes, pair); });
+  joined = FindInseparablePairs(robot, meshes, std::move(joined));
+  std::erase_if(all, [&](const LinkPair& pair) { return std::ranges::find(joined, pair) != joined.end(); });
+  const bool by_reference = selection == PairSelection::kReference;
+  rules.status =
+      StatusOf(robot, others, by_reference ? PairStatus::kIgnoredReferencePose : PairStatus::kIgnoredInseparable,
+               rules.checked());
+  SetDetail(robot, meshes, pieces, rules);
+  return rules;
+}
+
+}  // namespace legopt

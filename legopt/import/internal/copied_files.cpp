@@ -1,0 +1,352 @@
+#include "legopt/import/internal/copied_files.h"
+
+#include <tinyxml2.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <system_error>
+
+#include "legopt/dataset/internal/text_file.h"
+#include "legopt/dataset/scene_file.h"
+#include "legopt/files/written_file.h"
+#include "legopt/geometry/internal/mesh_bodies.h"
+#include "legopt/geometry/internal/mesh_file.h"
+#include "legopt/input/json.h"
+#include "legopt/input/text.h"
+#include "legopt/input/yaml.h"
+#include "legopt/types/input_error.h"
+
+namespace legopt {
+namespace {
+
+namespace fs = std::filesystem;
+using tinyxml2::XMLElement;
+
+/// Generates unique file names from arbitrary text.
+class FileNames {
+ public:
+  std::string Take(const std::string& stem, const std::string& suffix) {
+    std::string plain;
+    for (const unsigned char c : stem)
+      plain += std::isalnum(c) != 0 || c == '_' || c == '-' ? static_cast<char>(c) : '_';
+    std::string name = plain + suffix;
+    for (int k = 2; !taken_.insert(name).second; ++k) name = plain + "-" + std::to_string(k) + suffix;
+    return name;
+  }
+
+ private:
+  std::set<std::string> taken_;
+};
+
+void MakeFolder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) {
+    throw InputError(
+        {folder.string(), "", "", "cannot be made: " + error.message(), "check permissions and free space"});
+  }
+}
+
+/// Formats a number as the shortest text that parses to the same double; rounding errors near zero become zero.
+std::string Number(double value) {
+  constexpr double kDust = 1e-12;
+  return Dump(nlohmann::json(std::abs(value) < kDust ? 0.0 : value));
+}
+
+std::string Numbers(const Eigen::Vector3d& v) { return Number(v.x()) + " " + Number(v.y()) + " " + Number(v.z()); }
+
+/// Returns the fixed-axis roll, pitch and yaw of R = Rz Ry Rx.
+Eigen::Vector3d RollPitchYaw(const Eigen::Matrix3d& R) {
+  const double cos_pitch = std::hypot(R(0, 0), R(1, 0));
+  constexpr double kGimbalLock = 1e-9;
+  if (cos_pitch < kGimbalLock) return {std::atan2(-R(1, 2), R(1, 1)), std::atan2(-R(2, 0), cos_pitch), 0.0};
+  return {std::atan2(R(2, 1), R(2, 2)), std::atan2(-R(2, 0), cos_pitch), std::atan2(R(1, 0), R(0, 0))};
+}
+
+void SetOrigin(const Eigen::Isometry3d& pose, XMLElement* parent) {
+  XMLElement* origin = parent->InsertNewChildElement("origin");
+  origin->SetAttribute("xyz", Numbers(pose.translation()).c_str());
+  origin->SetAttribute("rpy", Numbers(RollPitchYaw(pose.linear())).c_str());
+}
+
+void AddInertial(const ColladaLink& link, XMLElement* element) {
+  if (link.mass == 0.0) return;
+  XMLElement* inertial = element->InsertNewChildElement("inertial");
+  inertial->InsertNewChildElement("origin")->SetAttribute("xyz", Numbers(link.com).c_str());
+  inertial->InsertNewChildElement("mass")->SetAttribute("value", Number(link.mass).c_str());
+  XMLElement* inertia = inertial->InsertNewChildElement("inertia");
+  const Eigen::Matrix3d& i = link.inertia;
+  for (const auto& [key, value] : {std::pair("ixx", i(0, 0)), std::pair("ixy", i(0, 1)), std::pair("ixz", i(0, 2)),
+                                   std::pair("iyy", i(1, 1)), std::pair("iyz", i(1, 2)), std::pair("izz", i(2, 2))}) {
+    inertia->SetAttribute(key, Number(value).c_str());
+  }
+}
+
+void AddLink(const ColladaLink& link, const fs::path& folder, FileNames* names, XMLElement* robot) {
+  XMLElement* element = robot->InsertNewChildElement("link");
+  element->SetAttribute("name", link.name.c_str());
+  AddInertial(link, element);
+  for (const ColladaGeometry& geometry : link.geometries) {
+    const std::string file = std::string(kRobotMeshFolder) + "/" + names->Take(link.name, ".ply");
+    WritePly(folder / file, geometry.mesh);
+    XMLElement* collision = element->InsertNewChildElement("collision");
+    SetOrigin(geometry.pose, collision);
+    collision->InsertNewChildElement("geometry")->InsertNewChildElement("mesh")->SetAttribute("filename", file.c_str());
+  }
+}
+
+const char* TypeName(JointType type) {
+  switch (type) {
+    case JointType::kRevolute:
+      return "revolute";
+    case JointType::kContinuous:
+      return "continuous";
+    case JointType::kPrismatic:
+      return "prismatic";
+    case JointType::kFixed:
+      return "fixed";
+  }
+  return "";
+}
+
+void AddJoint(const ColladaRobot& robot, const ColladaJoint& source, XMLElement* parent) {
+  const Joint& joint = source.joint;
+  XMLElement* element = parent->InsertNewChildElement("joint");
+  element->SetAttribute("name", joint.name.c_str());
+  element->SetAttribute("type", TypeName(joint.type));
+  SetOrigin(joint.origin, element);
+  const auto link = [&](int index) { return robot.links[static_cast<size_t>(index)].name; };
+  element->InsertNewChildElement("parent")->SetAttribute("link", link(joint.parent_link).c_str());
+  element->InsertNewChildElement("child")->SetAttribute("link", link(joint.child_link).c_str());
+  if (joint.type == JointType::kFixed) return;
+  element->InsertNewChildElement("axis")->SetAttribute("xyz", Numbers(joint.axis).c_str());
+  XMLElement* limit = element->InsertNewChildElement("limit");
+  if (joint.type != JointType::kContinuous) {
+    limit->SetAttribute("lower", Number(joint.lower).c_str());
+    limit->SetAttribute("upper", Number(joint.upper).c_str());
+  }
+  limit->SetAttribute("effort", Number(source.effort).c_str());
+  limit->SetAttribute("velocity", Number(source.velocity).c_str());
+}
+
+std::string Print(const tinyxml2::XMLDocument& document) {
+  tinyxml2::XMLPrinter printer;
+  document.Print(&printer);
+  return printer.CStr();
+}
+
+/// Copies meshes under unique names, each file once.
+class MeshCopier {
+ public:
+  explicit MeshCopier(const fs::path& folder) : folder_(folder) {}
+
+  /// Copies a mesh and returns the copy's path relative to the folder.
+  std::string Copy(const fs::path& mesh) {
+    const auto [place, fresh] = copies_.try_emplace(mesh.string());
+    if (!fresh) return place->second;
+    place->second = std::string(kRobotMeshFolder) + "/" + names_.Take(mesh.stem().string(), mesh.extension().string());
+    CopyOutputFile(mesh, folder_ / place->second);
+    return place->second;
+  }
+
+ private:
+  const fs::path& folder_;
+  FileNames names_;
+  std::map<std::string, std::string> copies_;
+};
+
+/// Sets the new file names of a <link>'s collision meshes. RobotModel lists shapes in the order of the elements.
+void RenameMeshes(const Link& link, XMLElement* element, MeshCopier* copier) {
+  size_t shape = 0;
+  for (XMLElement* e = element->FirstChildElement("collision"); e != nullptr; e = e->NextSiblingElement("collision")) {
+    XMLElement* geometry = e->FirstChildElement("geometry");
+    if (geometry == nullptr || shape >= link.collision.size()) continue;
+    const ShapeSpec& spec = link.collision[shape++];
+    XMLElement* mesh = geometry->FirstChildElement("mesh");
+    if (spec.kind != ShapeSpec::Kind::kMesh || mesh == nullptr) continue;
+    mesh->SetAttribute("filename", copier->Copy(spec.mesh_file).c_str());
+  }
+}
+
+/// Removes the <visual> elements; returns true if there were any.
+bool RemoveVisuals(XMLElement* link) {
+  bool removed = false;
+  for (XMLElement* e = link->FirstChildElement("visual"); e != nullptr; e = link->FirstChildElement("visual")) {
+    link->DeleteChild(e);
+    removed = true;
+  }
+  return removed;
+}
+
+}  // namespace
+
+void WriteColladaRobot(const ColladaRobot& robot, const fs::path& folder) {
+  MakeFolder(folder / kRobotMeshFolder);
+  tinyxml2::XMLDocument document;
+  document.InsertEndChild(document.NewDeclaration());
+  XMLElement* element = document.NewElement("robot");
+  document.InsertEndChild(element);
+  element->SetAttribute("name", robot.name.c_str());
+  FileNames names;
+  for (const ColladaLink& link : robot.links) AddLink(link, folder, &names, element);
+  for (const ColladaJoint& joint : robot.joints) AddJoint(robot, joint, element);
+  WriteTextFile(folder / kRobotFileName, Print(document));
+}
+
+std::vector<DatasetDiagnostic> CopyUrdfRobot(const fs::path& urdf, const fs::path& folder, const ReadGuard& guard) {
+  const RobotModel robot = RobotModel::FromUrdfFile(urdf.string(), guard);
+  tinyxml2::XMLDocument document;
+  document.LoadFile(urdf.string().c_str());  // cannot fail: the file was read before
+  MakeFolder(folder / kRobotMeshFolder);
+  MeshCopier copier(folder);
+  std::string visual_only;
+  XMLElement* root = document.FirstChildElement("robot");
+  for (XMLElement* e = root->FirstChildElement("link"); e != nullptr; e = e->NextSiblingElement("link")) {
+    const Link& link = robot.links()[static_cast<size_t>(robot.FindLink(e->Attribute("name")))];
+    RenameMeshes(link, e, &copier);
+    if (!RemoveVisuals(e) || !link.collision.empty()) continue;
+    visual_only += (visual_only.empty() ? "" : ", ") + link.name;
+  }
+  std::error_code ignored;
+  fs::remove(folder / kRobotMeshFolder, ignored);  // succeeds only if the folder is empty
+  WriteTextFile(folder / kRobotFileName, Print(document));
+  if (visual_only.empty()) return {};
+  return {{.severity = DatasetDiagnostic::Severity::kWarning,
+           .check = "robot",
+           .file = urdf.string(),
+           .field = "links",
+           .value = visual_only,
+           .message = "have a <visual>, but no <collision>: they never touch anything",
+           .fix = "copy their <visual> to a <collision> if they should"}};
+}
+
+namespace {
+
+constexpr const char* kSceneFolder = "scene";
+
+std::string Lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
+
+class SceneCopy {
+ public:
+  SceneCopy(const fs::path& scene, const fs::path& folder, const SceneCopyOptions& options)
+      : scene_(scene), folder_(folder), options_(options) {}
+
+  CopiedScene Make() {
+    const Scene source = ReadSceneFile(scene_, options_.read_guard);
+    if (IsMeshFile(scene_)) {
+      CopyOneMesh();
+    } else {
+      CopyObjects(source);
+    }
+    return std::move(copied_);
+  }
+
+ private:
+  void CopyOneMesh() {
+    copied_.file = "scene.ply";
+    if (options_.fix_winding && WriteFlippedMesh(scene_, copied_.file)) return;
+    copied_.file = "scene" + Lower(scene_.extension().string());
+    CopyOutputFile(scene_, folder_ / copied_.file);
+  }
+
+  void CopyObjects(const Scene& source) {
+    copied_.file = (fs::path(kSceneFolder) / scene_.filename()).generic_string();
+    std::map<fs::path, fs::path> turned;  // paths relative to the scene's folder
+    for (const SceneObject& object : source.objects) {
+      if (object.shape.kind == ShapeSpec::Kind::kMesh) CopyMeshOf(object, &turned);
+    }
+    if (turned.empty()) {
+      CopyOutputFile(scene_, folder_ / copied_.file);
+    } else {
+      WriteTextFile(folder_ / copied_.file, WithMeshes(turned));
+    }
+  }
+
+  void CopyMeshOf(const SceneObject& object, std::map<fs::path, fs::path>* turned) {
+    const fs::path relative = fs::path(object.shape.mesh_file).lexically_relative(scene_.parent_path());
+    if (relative.empty() || *relative.begin() == "..") {
+      throw InputError({scene_.string(), "object '" + object.name + "': file", object.shape.mesh_file,
+                        "the mesh lies outside of the scene's folder", "move it beside the scene file"});
+    }
+    if (turned->contains(relative)) return;
+    const fs::path replacement = FreeName(relative);
+    if (options_.fix_winding && WriteFlippedMesh(object.shape.mesh_file, kSceneFolder / replacement)) {
+      turned->emplace(relative, replacement);
+    } else {
+      CopyOutputFile(object.shape.mesh_file, folder_ / kSceneFolder / relative);
+    }
+  }
+
+  fs::path FreeName(fs::path mesh) const {
+    do {
+      mesh.replace_filename(mesh.stem().string() + "-turned.ply");
+    } while (fs::exists(scene_.parent_path() / mesh) || fs::exists(folder_ / kSceneFolder / mesh));
+    return mesh;
+  }
+
+  /// Writes a mesh with outward winding of all bodies and z up. Returns false without writing if no body is inverted.
+  bool WriteFlippedMesh(const fs::path& mesh_file, const fs::path& to) {
+    TriangleMesh mesh = LoadMesh(mesh_file.string(), Eigen::Vector3d::Ones(), options_.read_guard);
+    const int inverted = FindMeshFaults(mesh).inverted_components;
+    if (inverted == 0) return false;
+    const Eigen::Matrix3d turn = RotationToZUp(mesh_file.string());  // PLY files have no up axis
+    for (Eigen::Vector3d& vertex : mesh.vertices) vertex = turn * vertex;
+    fs::create_directories((folder_ / to).parent_path());
+    WritePly(folder_ / to, FlipInvertedComponents(mesh));
+    copied_.findings.push_back(
+        {.severity = DatasetDiagnostic::Severity::kInfo,
+         .check = "winding",
+         .file = "",
+         .field = mesh_file.lexically_relative(fs::weakly_canonical(options_.root)).generic_string(),
+         .value = std::to_string(inverted) + (inverted == 1 ? " body" : " bodies"),
+         .message = "wound inside out, turned round; the mesh is written as " + to.filename().string(),
+         .fix = ""});
+    return true;
+  }
+
+  /// Returns the text of the scene file with replaced mesh names; the rest, including comments, is unchanged.
+  std::string WithMeshes(const std::map<fs::path, fs::path>& meshes) const {
+    std::string text = ReadFileText(scene_, YamlLimits{}.bytes);
+    if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);  // positions do not count the byte order mark
+    const YAML::Node objects = ParseYaml(text, scene_.string())["objects"];
+    for (std::size_t i = objects.size(); i-- > 0;) {  // backwards, so that earlier positions stay valid
+      const YAML::Node file = objects[i]["file"];
+      if (!file) continue;
+      const auto found = meshes.find(fs::path(file.Scalar()).lexically_normal());
+      if (found != meshes.end()) ReplaceScalar(file, found->second.generic_string(), &text);
+    }
+    return text;
+  }
+
+  void ReplaceScalar(const YAML::Node& node, const std::string& value, std::string* text) const {
+    const auto at = static_cast<std::size_t>(std::max(0, node.Mark().pos));
+    for (const char* quote : {"", "'", "\""}) {
+      const std::string written = quote + node.Scalar() + quote;
+      if (text->compare(at, written.size(), written) != 0) continue;
+      text->replace(at, written.size(), "'" + value + "'");
+      return;
+    }
+    throw InputError({scene_.string(), "file", node.Scalar(), "its mesh is to be replaced, and the name is not found",
+                      "write it as a plain or quoted word on the line of its key"});
+  }
+
+  const fs::path& scene_;
+  const fs::path& folder_;
+  const SceneCopyOptions& options_;
+  CopiedScene copied_;
+};
+
+}  // namespace
+
+CopiedScene CopySceneFiles(const fs::path& scene, const fs::path& folder, const SceneCopyOptions& options) {
+  return SceneCopy(scene, folder, options).Make();
+}
+
+}  // namespace legopt

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "legopt/import/internal/collada_robot.h"
+#include "legopt/import/internal/dataset_diagnostic.h"
+#include "legopt/types/read_guard.h"
+
+namespace legopt {
+
+/// Name of the robot's file in a dataset folder.
+inline constexpr const char* kRobotFileName = "robot.urdf";
+/// Folder of the robot's meshes in a dataset folder.
+inline constexpr const char* kRobotMeshFolder = "meshes";
+
+/// Writes a robot as `folder`/robot.urdf and its meshes as binary PLY files in `folder`/meshes. Joints are written in
+/// depth-first order, which preserves the order of degrees of freedom. Throws InputError if a file cannot be written.
+void WriteColladaRobot(const ColladaRobot& robot, const std::filesystem::path& folder);
+
+/// Copies a URDF to `folder`/robot.urdf and its collision meshes to `folder`/meshes, and updates their names in the
+/// URDF; `package://` and absolute names become relative. Visual elements are removed, since they are not used. Returns
+/// findings about removed parts. `guard`: see RobotModel::FromUrdfFile. Throws InputError like
+/// RobotModel::FromUrdfFile, and for a file that cannot be copied.
+std::vector<DatasetDiagnostic> CopyUrdfRobot(const std::filesystem::path& urdf, const std::filesystem::path& folder,
+                                             const ReadGuard& guard);
+
+/// A scene that was copied into a dataset folder.
+struct CopiedScene {
+  std::string file;                         ///< relative to the folder
+  std::vector<DatasetDiagnostic> findings;  ///< changes that were made
+};
+
+/// Options of copying a scene.
+struct SceneCopyOptions {
+  std::filesystem::path root;  ///< findings contain paths relative to it
+  bool fix_winding = false;    ///< flip bodies with inverted winding
+  ReadGuard read_guard;        ///< runs the mesh parser
+};
+
+/// Copies a scene into `folder`: a mesh as scene.SUFFIX, or a scene.yaml and its meshes in a separate folder, so that
+/// their names cannot clash with the robot's.
+///
+/// With `fix_winding`, a mesh with inverted bodies (mesh_bodies.h) is rewritten with these flipped, as scene.ply, or as
+/// NAME-turned.ply, which the copied scene.yaml then refers to; findings list this. Throws InputError like
+/// ReadSceneFile and LoadMesh, for a mesh outside the scene's folder, and for a file that cannot be copied.
+CopiedScene CopySceneFiles(const std::filesystem::path& scene, const std::filesystem::path& folder,
+                           const SceneCopyOptions& options);
+
+}  // namespace legopt

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <string>
+#include <vector>
+
+#include "legopt/dataset/contact.h"
+#include "legopt/dataset/dataset.h"
+#include "legopt/dataset/problem_definition.h"
+#include "legopt/robot/kinematics.h"
+
+namespace legopt {
+
+/// Largest component of a foot's pose error (docs/explanation/judge.md#foot-pose-error).
+struct ContactPoseError {
+  double violation = 0;  ///< quaternion component (1) or translation (m), >= 0; infinite for NaN
+  int component = 0;     ///< 0..2: quaternion x y z, 3..5: translation x y z, in the target frame
+};
+
+/// Returns true if a value exceeds a tolerance. NaN counts as exceeding.
+inline bool Exceeds(double value, double tolerance) { return !(value <= tolerance); }
+
+/// Computes the largest component of the vector part of the quaternion and the translation of inverse(target) * actual.
+/// Poses in the world.
+ContactPoseError ComputeContactPoseError(const Eigen::Isometry3d& target, const Eigen::Isometry3d& actual);
+
+/// Returns the contacts of a stance where the robot has them. They reference contacts of the dataset. Throws InputError
+/// for a contact that the dataset does not have.
+std::vector<ContactPlacement> ActualPlacements(const Dataset& dataset, const Stance& stance,
+                                               const Kinematics& kinematics);
+
+/// Returns the signed distance, m, of the centre of mass from the support polygon of placed contacts: > 0 outside.
+/// Infinite without contacts, and for coordinates that overflowed.
+double ComDistance(const std::vector<ContactPlacement>& placements, const Kinematics& kinematics);
+
+// Texts of the judge's findings: numbers with four digits, lengths below a metre in mm.
+
+/// Formats a number.
+std::string NumberText(double value);
+/// Formats a length given in metres.
+std::string LengthText(double value_m);
+/// Describes a foot pose error: foot, component, magnitude and tolerance (quaternion component, m).
+std::string PoseErrorText(const std::string& link, const ContactPoseError& error, double tolerance);
+/// Describes the distance of the centre of mass from the support polygon.
+std::string ComErrorText(double distance_m, double tolerance_m);
+
+}  // namespace legopt

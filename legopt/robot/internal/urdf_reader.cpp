@@ -1,0 +1,331 @@
+#include "legopt/robot/internal/urdf_reader.h"
+
+#include <console_bridge/console.h>
+#include <urdf_parser/urdf_parser.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <mutex>
+#include <string_view>
+#include <system_error>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "legopt/robot/internal/urdf_check.h"
+#include "legopt/robot/robot_model.h"
+#include "legopt/types/input_error.h"
+#include "legopt/types/number_text.h"
+
+namespace legopt {
+namespace {
+
+/// Captures urdfdom's log, so that it becomes part of an error instead of being printed on the terminal.
+class LogCapture : public console_bridge::OutputHandler {
+ public:
+  LogCapture() { console_bridge::useOutputHandler(this); }
+  ~LogCapture() override { console_bridge::restorePreviousOutputHandler(); }
+  LogCapture(const LogCapture&) = delete;
+  LogCapture& operator=(const LogCapture&) = delete;
+  void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
+    if (level < console_bridge::CONSOLE_BRIDGE_LOG_ERROR) return;
+    if (!text_.empty()) text_ += "; ";
+    text_ += text;
+  }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
+/// Mutex held while urdfdom runs: its log handler is global to the process.
+std::mutex& UrdfdomMutex() {
+  static std::mutex mutex;
+  return mutex;
+}
+
+[[noreturn]] void RefuseContent(const CheckedUrdf& urdf, const std::string& field, const std::string& message) {
+  throw InputError({urdf.source, field, "", message, "correct the element"});
+}
+
+Eigen::Isometry3d ToEigen(const urdf::Pose& pose) {
+  Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
+  const Eigen::Quaterniond rotation(pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z);
+  result.linear() = rotation.normalized().toRotationMatrix();
+  result.translation() << pose.position.x, pose.position.y, pose.position.z;
+  return result;
+}
+
+ShapeSpec MakeShape(const urdf::Collision& collision) {
+  ShapeSpec shape;
+  shape.pose = ToEigen(collision.origin);
+  switch (collision.geometry->type) {
+    case urdf::Geometry::BOX: {
+      const auto& box = static_cast<const urdf::Box&>(*collision.geometry);
+      shape.kind = ShapeSpec::Kind::kBox;
+      shape.size << box.dim.x, box.dim.y, box.dim.z;
+      break;
+    }
+    case urdf::Geometry::SPHERE:
+      shape.kind = ShapeSpec::Kind::kSphere;
+      shape.size.setConstant(static_cast<const urdf::Sphere&>(*collision.geometry).radius);
+      break;
+    case urdf::Geometry::CYLINDER: {
+      const auto& cylinder = static_cast<const urdf::Cylinder&>(*collision.geometry);
+      shape.kind = ShapeSpec::Kind::kCylinder;
+      shape.size << cylinder.radius, cylinder.radius, cylinder.length;
+      break;
+    }
+    case urdf::Geometry::MESH: {
+      const auto& mesh = static_cast<const urdf::Mesh&>(*collision.geometry);
+      shape.kind = ShapeSpec::Kind::kMesh;
+      shape.mesh_file = mesh.filename;
+      shape.scale << mesh.scale.x, mesh.scale.y, mesh.scale.z;
+      shape.size.setOnes();
+      break;
+    }
+  }
+  return shape;
+}
+
+Link MakeLink(const urdf::Link& source) {
+  Link link;
+  link.name = source.name;
+  if (source.inertial != nullptr) {
+    link.mass = source.inertial->mass;
+    link.com = ToEigen(source.inertial->origin).translation();
+  }
+  for (const urdf::CollisionSharedPtr& collision : source.collision_array) {
+    if (collision != nullptr && collision->geometry != nullptr) link.collision.push_back(MakeShape(*collision));
+  }
+  return link;
+}
+
+Joint MakeJoint(const urdf::Joint& source) {
+  Joint joint;
+  joint.name = source.name;
+  joint.origin = ToEigen(source.parent_to_joint_origin_transform);
+  joint.type = source.type == urdf::Joint::FIXED        ? JointType::kFixed
+               : source.type == urdf::Joint::PRISMATIC  ? JointType::kPrismatic
+               : source.type == urdf::Joint::CONTINUOUS ? JointType::kContinuous
+                                                        : JointType::kRevolute;
+  if (joint.type == JointType::kFixed) return joint;
+  joint.axis << source.axis.x, source.axis.y, source.axis.z;
+  joint.lower = -std::numeric_limits<double>::infinity();
+  joint.upper = std::numeric_limits<double>::infinity();
+  if (joint.type == JointType::kContinuous || source.limits == nullptr) return joint;
+  joint.lower = source.limits->lower;
+  joint.upper = source.limits->upper;
+  return joint;
+}
+
+urdf::ModelInterfaceSharedPtr Parse(const CheckedUrdf& urdf) {
+  const std::lock_guard<std::mutex> lock(UrdfdomMutex());
+  LogCapture log;
+  urdf::ModelInterfaceSharedPtr model;
+  try {
+    const ClassicNumericLocale point;
+    model = urdf::parseURDF(urdf.text);
+  } catch (const std::exception& error) {
+    RefuseContent(urdf, "<robot>", std::string("urdfdom: ") + error.what());
+  }
+  if (!log.text().empty()) RefuseContent(urdf, "<robot>", "urdfdom: " + log.text());
+  if (model == nullptr) RefuseContent(urdf, "<robot>", "urdfdom refuses the file");
+  return model;
+}
+
+}  // namespace
+
+UrdfContent ReadByUrdfdom(const CheckedUrdf& urdf) {
+  const urdf::ModelInterfaceSharedPtr model = Parse(urdf);
+  UrdfContent content;
+  for (const std::string& name : urdf.links) {
+    const urdf::LinkConstSharedPtr link = model->getLink(name);
+    if (link == nullptr) RefuseContent(urdf, "link '" + name + "'", "urdfdom did not read it");
+    content.links.push_back(MakeLink(*link));
+    if (content.links.back().collision.size() != urdf.shapes[content.links.size() - 1]) {
+      RefuseContent(urdf, "link '" + name + "': collision", "urdfdom did not read all of them");
+    }
+  }
+  for (const UrdfJointElement& element : urdf.joints) {
+    const urdf::JointConstSharedPtr joint = model->getJoint(element.name);
+    if (joint == nullptr) RefuseContent(urdf, "joint '" + element.name + "'", "urdfdom did not read it");
+    content.joints.push_back(MakeJoint(*joint));
+  }
+  return content;
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kMinAxisNorm = 1e-6;
+
+[[noreturn]] void Refuse(const CheckedUrdf& urdf, const std::string& field, const std::string& value,
+                         const std::string& message, const std::string& fix) {
+  throw InputError({urdf.source, field, value, message, fix});
+}
+
+/// Links and joints by their indices in the file.
+struct TreeIndex {
+  explicit TreeIndex(const CheckedUrdf& urdf) : joints_of(urdf.links.size()) {
+    std::unordered_map<std::string, std::size_t> index;
+    for (std::size_t i = 0; i < urdf.links.size(); ++i) index[urdf.links[i]] = i;
+    for (const UrdfJointElement& joint : urdf.joints) {
+      joints_of[index[joint.parent]].push_back(child.size());
+      child.push_back(index[joint.child]);
+    }
+  }
+
+  std::vector<std::vector<std::size_t>> joints_of;  ///< per parent link, in the order of the file
+  std::vector<std::size_t> child;                   ///< child link of each joint
+};
+
+/// Returns the only link that is no joint's child.
+std::size_t FindRoot(const CheckedUrdf& urdf, const TreeIndex& tree) {
+  std::vector<bool> is_child(urdf.links.size(), false);
+  for (const std::size_t link : tree.child) is_child[link] = true;
+  const auto root = std::find(is_child.begin(), is_child.end(), false);
+  if (root == is_child.end()) {
+    Refuse(urdf, "<robot>", "", "every link is the child of a joint (a kinematic loop)",
+           "remove the joint that closes the loop");
+  }
+  const auto second = std::find(root + 1, is_child.end(), false);
+  const auto name = [&](auto place) { return urdf.links[static_cast<std::size_t>(place - is_child.begin())]; };
+  if (second != is_child.end()) {
+    Refuse(urdf, "link '" + name(second) + "'", "",
+           "is not connected: the robot also has the root link '" + name(root) + "'",
+           "connect it by a joint or remove it");
+  }
+  return static_cast<std::size_t>(root - is_child.begin());
+}
+
+class TreeBuilder {
+ public:
+  TreeBuilder(const CheckedUrdf& urdf, const UrdfContent& content, fs::path mesh_folder)
+      : urdf_(urdf), content_(content), mesh_folder_(std::move(mesh_folder)), tree_(urdf) {}
+
+  RobotModel Build() {
+    AddLink(FindRoot(urdf_, tree_));
+    return RobotModel(urdf_.robot, std::move(links_), std::move(joints_));
+  }
+
+ private:
+  [[noreturn]] void Fail(const std::string& field, const std::string& value, const std::string& message,
+                         const std::string& fix) const {
+    Refuse(urdf_, field, value, message, fix);
+  }
+
+  void AddLink(std::size_t source) {
+    const int index = static_cast<int>(links_.size());
+    links_.push_back(Finished(content_.links[source]));
+    for (const std::size_t j : tree_.joints_of[source]) {
+      Joint joint = Finished(content_.joints[j]);
+      joint.parent_link = index;
+      joint.child_link = static_cast<int>(links_.size());
+      joints_.push_back(std::move(joint));
+      AddLink(tree_.child[j]);
+    }
+  }
+
+  Link Finished(Link link) const {
+    if (!(link.mass >= 0.0) || !std::isfinite(link.mass) || !link.com.allFinite()) {
+      Fail("link '" + link.name + "': inertial", std::to_string(link.mass), "mass must be finite and not negative",
+           "correct the mass and the origin");
+    }
+    for (ShapeSpec& shape : link.collision) {
+      if (!shape.size.allFinite() || shape.size.minCoeff() <= 0.0 || !shape.pose.matrix().allFinite()) {
+        Fail("link '" + link.name + "': collision", "", "sizes must be positive and finite", "correct the geometry");
+      }
+      if (shape.kind == ShapeSpec::Kind::kMesh) shape.mesh_file = ResolveMesh(shape.mesh_file, link.name);
+    }
+    return link;
+  }
+
+  Joint Finished(Joint joint) const {
+    const std::string field = "joint '" + joint.name + "'";
+    if (!joint.origin.matrix().allFinite()) Fail(field + ": origin", "", "is not finite", "correct the numbers");
+    if (joint.type == JointType::kFixed) return joint;
+    if (!joint.axis.allFinite() || !(joint.axis.norm() >= kMinAxisNorm)) {
+      Fail(field + ": axis", "", "has no direction", "give a non-zero axis");
+    }
+    joint.axis.normalize();
+    if (!(joint.lower <= joint.upper)) {
+      Fail(field + ": limit", std::to_string(joint.lower) + " .. " + std::to_string(joint.upper),
+           "lower must not exceed upper", "swap or correct the limits");
+    }
+    return joint;
+  }
+
+  std::string ResolveMesh(const std::string& name, const std::string& link) const {
+    constexpr std::string_view kPackage = "package://";
+    constexpr std::string_view kFile = "file://";
+    std::error_code ignored;
+    fs::path path;
+    if (name.starts_with(kPackage)) {
+      const fs::path inside = name.substr(kPackage.size());
+      for (fs::path folder = fs::absolute(mesh_folder_).lexically_normal();; folder = folder.parent_path()) {
+        path = folder / inside;
+        if (fs::exists(path, ignored) || folder == folder.parent_path()) break;
+      }
+    } else {
+      path = name.starts_with(kFile) ? fs::path(name.substr(kFile.size())) : fs::path(name);
+      if (path.is_relative()) path = mesh_folder_ / path;
+    }
+    if (!fs::is_regular_file(path, ignored)) {
+      Fail("link '" + link + "': mesh", name, "there is no such mesh file", "put it there or correct the filename");
+    }
+    return fs::absolute(path).lexically_normal().string();
+  }
+
+  const CheckedUrdf& urdf_;
+  const UrdfContent& content_;
+  fs::path mesh_folder_;
+  TreeIndex tree_;
+  std::vector<Link> links_;
+  std::vector<Joint> joints_;
+};
+
+}  // namespace
+
+void CheckUrdfTree(const CheckedUrdf& urdf) {
+  const TreeIndex tree(urdf);
+  const std::size_t root = FindRoot(urdf, tree);
+  std::vector<bool> reached(urdf.links.size(), false);
+  std::vector<std::size_t> open{root};
+  while (!open.empty()) {
+    const std::size_t link = open.back();
+    open.pop_back();
+    reached[link] = true;
+    for (const std::size_t joint : tree.joints_of[link]) open.push_back(tree.child[joint]);
+  }
+  // With one root and at most one parent per link, a link that cannot be reached lies on a loop.
+  const auto lost = std::find(reached.begin(), reached.end(), false);
+  if (lost == reached.end()) return;
+  Refuse(urdf, "link '" + urdf.links[static_cast<std::size_t>(lost - reached.begin())] + "'", "",
+         "lies on a kinematic loop that is not connected to the root '" + urdf.links[root] + "'",
+         "remove the joint that closes the loop");
+}
+
+RobotModel BuildUrdfTree(const CheckedUrdf& urdf, const UrdfContent& content, const std::string& mesh_folder) {
+  return TreeBuilder(urdf, content, mesh_folder).Build();
+}
+
+// Conversion of URDF files to RobotModels: the file is checked, urdfdom reads its elements, and the joint order of the
+// document gives the order of the tree.
+
+RobotModel RobotModel::FromUrdfFile(const std::string& path, const ReadGuard& guard) {
+  return FromUrdfText(ReadUrdfFile(path), path, std::filesystem::path(path).parent_path().string(), guard);
+}
+
+RobotModel RobotModel::FromUrdfText(const std::string& xml, const std::string& source, const std::string& mesh_folder,
+                                    const ReadGuard& guard) {
+  const CheckedUrdf urdf = CheckUrdf(xml, source);
+  RobotModel robot = BuildUrdfTree(urdf, ReadByUrdfdom(urdf), mesh_folder);
+  robot.read_guard_ = guard;
+  return robot;
+}
+
+}  // namespace legopt

@@ -1,0 +1,316 @@
+#include "legopt/robot/internal/urdf_rules.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <system_error>
+#include <vector>
+
+namespace legopt {
+namespace {
+
+using Value = UrdfValue;
+using Attributes = std::vector<UrdfAttributeRule>;
+using Elements = std::vector<UrdfElementRule>;
+
+constexpr bool kRequired = true;
+
+UrdfElementRule Origin() {
+  return {.name = "origin",
+          .attributes = {{.name = "xyz", .value = Value::kThree},
+                         {.name = "rpy", .value = Value::kThree},
+                         {.name = "quat_xyzw", .refusal = "write the rotation as rpy=\"roll pitch yaw\", in radians"}}};
+}
+
+UrdfElementRule Inertial() {
+  Attributes moments;
+  for (const char* name : {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"}) {
+    moments.push_back({.name = name, .value = Value::kNumber, .required = kRequired});
+  }
+  return {.name = "inertial",
+          .children = {Origin(),
+                       {.name = "mass",
+                        .least = 1,
+                        .attributes = {{.name = "value", .value = Value::kNotNegative, .required = kRequired}}},
+                       {.name = "inertia", .least = 1, .attributes = std::move(moments)}}};
+}
+
+/// Rule of a shape. Collision shapes need positive sizes; visual shapes may have any size.
+UrdfElementRule Geometry(bool touches) {
+  const Value length = touches ? Value::kPositive : Value::kNumber;
+  const auto shape = [](std::string_view name, Attributes attributes) {
+    return UrdfElementRule{.name = name, .attributes = std::move(attributes)};
+  };
+  const Value size = touches ? Value::kThreePositive : Value::kThree;
+  UrdfElementRule capsule = shape("capsule", {});
+  capsule.refusal =
+      touches ? "capsules are not read: give a <cylinder> and two <sphere>s at its ends, each in a <collision>"
+              : "capsules are not read: remove the <visual>, or give a <cylinder>";
+  return {.name = "geometry",
+          .least = 1,
+          .children = {shape("box", {{.name = "size", .value = size, .required = kRequired}}),
+                       shape("sphere", {{.name = "radius", .value = length, .required = kRequired}}),
+                       shape("cylinder", {{.name = "radius", .value = length, .required = kRequired},
+                                          {.name = "length", .value = length, .required = kRequired}}),
+                       shape("mesh", {{.name = "filename", .value = Value::kFile, .required = kRequired},
+                                      {.name = "scale", .value = touches ? Value::kThreeNotZero : Value::kThree}}),
+                       std::move(capsule)},
+          .holds_one = true};
+}
+
+UrdfElementRule Material() {
+  return {
+      .name = "material",
+      .attributes = {{.name = "name", .value = Value::kName, .required = kRequired}},
+      .children = {{.name = "color", .attributes = {{.name = "rgba", .value = Value::kColor, .required = kRequired}}},
+                   {.name = "texture",
+                    .attributes = {{.name = "filename", .value = Value::kFile, .required = kRequired}}}},
+      .read = false};
+}
+
+UrdfElementRule LinkRule() {
+  return {.name = "link",
+          .most = kAnyNumber,
+          .attributes = {{.name = "name", .value = Value::kName, .required = kRequired}},
+          .children = {Inertial(),
+                       {.name = "visual",
+                        .most = kAnyNumber,
+                        .attributes = {{.name = "name", .read = false}},
+                        .children = {Origin(), Geometry(false), Material()},
+                        .read = false},
+                       {.name = "collision",
+                        .most = kAnyNumber,
+                        .attributes = {{.name = "name", .read = false}},
+                        .children = {Origin(), Geometry(true)}}}};
+}
+
+UrdfElementRule LinkName(std::string_view end) {
+  return {.name = end, .least = 1, .attributes = {{.name = "link", .value = Value::kName, .required = kRequired}}};
+}
+
+UrdfElementRule Limit() {
+  return {.name = "limit",
+          .attributes = {{.name = "lower", .value = Value::kNumber},
+                         {.name = "upper", .value = Value::kNumber},
+                         {.name = "effort", .value = Value::kNumber, .required = kRequired},
+                         {.name = "velocity", .value = Value::kNumber, .required = kRequired}}};
+}
+
+/// Elements of a joint that affect neither its position nor its range.
+Elements JointExtras() {
+  return {{.name = "dynamics",
+           .attributes = {{.name = "damping", .value = Value::kNumber}, {.name = "friction", .value = Value::kNumber}},
+           .read = false},
+          {.name = "safety_controller",
+           .attributes = {{.name = "soft_lower_limit", .value = Value::kNumber},
+                          {.name = "soft_upper_limit", .value = Value::kNumber},
+                          {.name = "k_position", .value = Value::kNumber},
+                          {.name = "k_velocity", .value = Value::kNumber, .required = kRequired}},
+           .read = false},
+          {.name = "calibration",
+           .attributes = {{.name = "rising", .value = Value::kNumber},
+                          {.name = "falling", .value = Value::kNumber},
+                          {.name = "reference_position", .value = Value::kNumber}},
+           .read = false},
+          {.name = "mimic", .refusal = "mimic joints are not supported: make the joint fixed or independent"}};
+}
+
+UrdfElementRule JointRule() {
+  Elements children = {
+      Origin(),
+      LinkName("parent"),
+      LinkName("child"),
+      {.name = "axis", .attributes = {{.name = "xyz", .value = Value::kThree, .required = kRequired}}},
+      Limit(),
+  };
+  for (UrdfElementRule& extra : JointExtras()) children.push_back(std::move(extra));
+  return {.name = "joint",
+          .most = kAnyNumber,
+          .attributes = {{.name = "name", .value = Value::kName, .required = kRequired},
+                         {.name = "type", .value = Value::kJointType, .required = kRequired}},
+          .children = std::move(children)};
+}
+
+UrdfElementRule RobotRule() {
+  UrdfElementRule material = Material();
+  material.most = kAnyNumber;
+  return {.name = "robot",
+          .least = 1,
+          .attributes = {{.name = "name", .value = Value::kName, .required = kRequired},
+                         {.name = "version", .value = Value::kVersion, .read = false}},
+          .children = {std::move(material), LinkRule(), JointRule()}};
+}
+
+}  // namespace
+
+const UrdfElementRule& UrdfRobotRule() {
+  static const UrdfElementRule rule = RobotRule();
+  return rule;
+}
+
+namespace {
+
+constexpr std::string_view kSpace = " \t\r\n";
+
+/// Number of values, and the condition for each.
+struct NumbersRule {
+  std::size_t count = 1;
+  bool (*holds)(double) = [](double) { return true; };
+  const char* condition = "";  ///< the condition in words, "must ..."
+};
+
+std::optional<NumbersRule> NumbersOf(UrdfValue value) {
+  constexpr auto kNotNegative = [](double x) { return x >= 0.0; };
+  constexpr auto kPositive = [](double x) { return x > 0.0; };
+  constexpr auto kNotZero = [](double x) { return x != 0.0; };
+  constexpr auto kShare = [](double x) { return x >= 0.0 && x <= 1.0; };
+  switch (value) {
+    case UrdfValue::kNumber:
+      return NumbersRule{};
+    case UrdfValue::kNotNegative:
+      return NumbersRule{.holds = kNotNegative, .condition = "must not be negative"};
+    case UrdfValue::kPositive:
+      return NumbersRule{.holds = kPositive, .condition = "must be positive"};
+    case UrdfValue::kThree:
+      return NumbersRule{.count = 3};
+    case UrdfValue::kThreePositive:
+      return NumbersRule{.count = 3, .holds = kPositive, .condition = "must be positive"};
+    case UrdfValue::kThreeNotZero:
+      return NumbersRule{.count = 3, .holds = kNotZero, .condition = "must not be zero"};
+    case UrdfValue::kColor:
+      return NumbersRule{.count = 4, .holds = kShare, .condition = "must be from 0 to 1"};
+    default:
+      return std::nullopt;
+  }
+}
+
+const char* CountFix(std::size_t count) {
+  switch (count) {
+    case 1:
+      return "write one number, such as 14.2";
+    case 3:
+      return "write three numbers, such as 0 0.1 -0.25";
+    default:
+      return "write four numbers, such as 0.8 0.8 0.8 1";
+  }
+}
+
+std::vector<std::string_view> Words(std::string_view text) {
+  std::vector<std::string_view> words;
+  for (std::size_t begin = text.find_first_not_of(kSpace); begin != std::string_view::npos;) {
+    const std::size_t end = std::min(text.find_first_of(kSpace, begin), text.size());
+    words.push_back(text.substr(begin, end - begin));
+    begin = text.find_first_not_of(kSpace, end);
+  }
+  return words;
+}
+
+bool IsNumberLetter(char c) {
+  return (c >= '0' && c <= '9') || c == '+' || c == '-' || c == '.' || c == 'e' || c == 'E';
+}
+
+/// Parses a decimal number into `value`. Rejects infinity, NaN, hexadecimal numbers and trailing characters.
+std::optional<UrdfValueDiagnostic> CheckNumber(std::string_view word, double* value) {
+  const std::string_view digits = word.starts_with('+') ? word.substr(1) : word;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), *value);
+  const bool whole = end == digits.data() + digits.size() && !digits.starts_with('+') && !word.starts_with("+-");
+  if (whole && error == std::errc::result_out_of_range) {
+    return UrdfValueDiagnostic{"does not fit into a double-precision number",
+                               "write a number in SI units, such as 14.2"};
+  }
+  if (whole && error == std::errc() && !std::isfinite(*value)) {
+    return UrdfValueDiagnostic{"must be a finite number",
+                               "give the true value; a joint without limits has type continuous"};
+  }
+  if (whole && error == std::errc() && std::all_of(word.begin(), word.end(), IsNumberLetter)) return std::nullopt;
+  if (word.find(',') != std::string_view::npos) {
+    return UrdfValueDiagnostic{"is not a number", "decimals take a point (14.2), and spaces separate numbers"};
+  }
+  return UrdfValueDiagnostic{"is not a number",
+                             "write a plain number in SI units (metres, kilograms, radians), such as 14.2"};
+}
+
+UrdfValueText CheckNumbers(std::string_view text, const NumbersRule& rule) {
+  UrdfValueText result;
+  const std::vector<std::string_view> words = Words(text);
+  for (const std::string_view word : words) {
+    double value = 0.0;
+    result.fault = CheckNumber(word, &value);
+    if (result.fault) return result;
+    if (!rule.holds(value) && words.size() == rule.count) {
+      result.fault = UrdfValueDiagnostic{rule.condition, CountFix(rule.count)};
+      return result;
+    }
+    if (!result.text.empty()) result.text += ' ';
+    result.text += word;
+  }
+  if (words.size() != rule.count) {
+    result.fault = UrdfValueDiagnostic{
+        words.empty() ? "is empty"
+                      : "has " + std::to_string(words.size()) + " numbers instead of " + std::to_string(rule.count),
+        CountFix(rule.count)};
+  }
+  return result;
+}
+
+std::optional<UrdfValueDiagnostic> CheckName(std::string_view text, std::size_t most_bytes) {
+  const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7F; };
+  if (text.empty()) return UrdfValueDiagnostic{"is empty", "give a name"};
+  if (text.size() > most_bytes) {
+    return UrdfValueDiagnostic{"is longer than " + std::to_string(most_bytes) + " bytes", "give a shorter name"};
+  }
+  if (std::any_of(text.begin(), text.end(), is_control)) {
+    return UrdfValueDiagnostic{"has a control character", "write one line of plain text"};
+  }
+  return std::nullopt;
+}
+
+std::optional<UrdfValueDiagnostic> CheckJointType(std::string_view text) {
+  constexpr std::array<std::string_view, 4> kTypes = {"revolute", "continuous", "prismatic", "fixed"};
+  if (std::find(kTypes.begin(), kTypes.end(), text) != kTypes.end()) return std::nullopt;
+  return UrdfValueDiagnostic{"joint type is not supported", "use revolute, continuous, prismatic or fixed"};
+}
+
+std::optional<UrdfValueDiagnostic> CheckOther(std::string_view text, UrdfValue value) {
+  constexpr std::size_t kNameBytes = 200, kFileBytes = 4096;
+  switch (value) {
+    case UrdfValue::kName:
+      return CheckName(text, kNameBytes);
+    case UrdfValue::kFile:
+      return CheckName(text, kFileBytes);
+    case UrdfValue::kJointType:
+      return CheckJointType(text);
+    case UrdfValue::kVersion:
+      if (text == "1.0") return std::nullopt;
+      return UrdfValueDiagnostic{"only version 1.0 of URDF can be read", "write version=\"1.0\", or leave it out"};
+    default:
+      return std::nullopt;
+  }
+}
+
+}  // namespace
+
+UrdfValueText CheckUrdfValue(std::string_view text, UrdfValue value) {
+  const bool substitution = text.find("${") != std::string_view::npos || text.find("$(") != std::string_view::npos;
+  if (value != UrdfValue::kText && substitution) {
+    return {.text = "",
+            .fault = UrdfValueDiagnostic{"is an xacro expression that has not been expanded",
+                                         "expand the file first: xacro FILE.urdf.xacro > robot.urdf"}};
+  }
+  if (const auto numbers = NumbersOf(value)) return CheckNumbers(text, *numbers);
+  return {.text = std::string(text), .fault = CheckOther(text, value)};
+}
+
+std::string PrintableUrdfText(std::string_view text) {
+  constexpr std::size_t kShown = 60;
+  const auto continues = [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; };
+  std::size_t end = std::min(text.size(), kShown);
+  while (end > 0 && end < text.size() && continues(text[end])) --end;  // keep UTF-8 characters whole
+  std::string shown(text.substr(0, end));
+  std::replace_if(
+      shown.begin(), shown.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; }, '?');
+  return shown;
+}
+
+}  // namespace legopt

@@ -1,0 +1,110 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <random>
+#include <vector>
+
+#include "legopt/solvers/internal/sqp_solver.h"
+#include "legopt/solvers/solver.h"
+#include "legopt/solvers/sqp_options.h"
+
+namespace legopt {
+
+class WaypointView;
+
+/// LegOpt-best: SQP with a wide trust box and internal restarts.
+///
+/// * First descent: for a window (several waypoints, the last one free), a few steps are made with collision terms
+///   disabled (Term::SetDisabled). The SQP then starts near a motion that satisfies all other terms, whatever the
+///   initial guess.
+/// * Internal restarts, while the result is infeasible; the point of smallest violation is kept. For several waypoints,
+///   the first one uses the initial guess without the first descent. The next two use waypoints that were solved
+///   alone (program.h): first the violated ones, then all. The others add uniform noise to the bounded variables
+///   (joints) of the initial guess. For a single waypoint, four noisy restarts are followed by restarts from points
+///   that satisfy its constraints without costs, found by a search of growing radius. If all waypoints were solved
+///   alone and the descent from there ends infeasible, it is repeated with a penalty that keeps it feasible. If all
+///   restarts fail, the violated waypoints of a window are solved alone with many more starts. The last restarts relax
+///   half and then all of the terms' margins (Term::RelaxMargin), with two starts each: some narrow places have no
+///   other solution.
+/// * Refinement, for programs of one waypoint: restarts around the feasible solution, of which the cheapest feasible
+///   result is kept. A posture has many local optima (arms, knees), and one solve takes about a millisecond.
+///
+/// It depends on terms only, like every solver. All random numbers come from the attempt's generator.
+class BestSolver : public Solver {
+ public:
+  /// `options` must have passed Method::Validate.
+  explicit BestSolver(const BestOptions& options);
+
+  SolverResult Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) override;
+
+ private:
+  /// Variables to which noise is added.
+  enum class Noise {
+    kBounded,  ///< variables with two finite bounds: the joints
+    kAll       ///< all variables, including the base
+  };
+
+  /// Selection of the waypoints that are solved alone.
+  enum class Waypoints {
+    kViolated,  ///< waypoints that violate one of their own constraints
+    kAll
+  };
+
+  /// Parameters of solving waypoints alone.
+  struct WaypointSearch {
+    Waypoints waypoints;
+    int starts;  ///< maximum number of starts per waypoint
+  };
+
+  /// Returns the SQP for descents of the whole program.
+  SqpSolver& SqpOf(const Program& program);
+  /// Runs the first start; a window continues from the end of RunFirstDescent().
+  SolverResult Begin(Program& program, const SolverContext& context, Eigen::VectorXd& x);
+  /// Returns whether the last waypoint can move.
+  bool LastWaypointIsFree(const Program& program, const Eigen::VectorXd& x);
+  /// Moves x of a window downhill with the terms that can be disabled turned off, if there are any. The returned value
+  /// excludes these terms.
+  SolverResult RunFirstDescent(Program& program, const SolverContext& context, Eigen::VectorXd& x);
+  /// Runs internal restarts while no feasible point has been found.
+  void Rescue(Program& program, const SolverContext& context, Eigen::VectorXd& x, SolverResult& best);
+  /// Runs restarts around a feasible point of a single waypoint.
+  void Refine(Program& program, const SolverContext& context, Eigen::VectorXd& x, SolverResult& best);
+  /// Sets `trial` to `from` plus uniform noise.
+  void Scatter(const Program& program, Eigen::Ref<const Eigen::VectorXd> from, double half_width, Noise noise,
+               std::mt19937_64& generator, Eigen::VectorXd& trial);
+  /// Sets trial_ to the start of internal restart `k`. Returns whether waypoints were solved alone for it.
+  bool PrepareRestart(Program& program, const SolverContext& context, int k, const Eigen::VectorXd& x,
+                      SolverResult& best);
+  /// Tries trial_. If its waypoints were `solved` alone and the descent left its feasible point, tries it again with a
+  /// high penalty.
+  void TryRestart(Program& program, const SolverContext& context, bool solved, Eigen::VectorXd& x, SolverResult& best);
+  /// Restarts a window with many starts for each violated waypoint.
+  void RestartWithManyStarts(Program& program, const SolverContext& context, Eigen::VectorXd& x, SolverResult& best);
+  /// Runs the last restarts, with the terms' margins relaxed.
+  void RestartWithRelaxedMargins(Program& program, const SolverContext& context, Eigen::VectorXd& x,
+                                 SolverResult& best);
+  /// Stores the violation of each waypoint's own constraints at x in violation_.
+  void MeasureWaypoints(Program& program, const Eigen::VectorXd& x);
+  /// Sets trial_ to x with the selected waypoints solved alone. Returns false if a waypoint was not solved or the stop
+  /// check ended the search.
+  bool SolveWaypoints(Program& program, const SolverContext& context, const WaypointSearch& rescue,
+                      const Eigen::VectorXd& x, SolverResult& best);
+  /// Solves one waypoint of trial_ alone, with at most `starts` starts. Returns whether it is solved.
+  bool SolveWaypoint(Program& program, const SolverContext& context, int waypoint, int starts, SolverResult& best);
+  /// Sets point_ to start `k` of a waypoint that is solved alone: its current value, those of its neighbours, then
+  /// noise of growing width around its initial guess.
+  void SetWaypointStart(const Program& program, const WaypointView& view, int waypoint, int k,
+                        std::mt19937_64& generator);
+  /// Solves from trial_ and keeps the result in x if it is better.
+  void Try(SqpSolver& sqp, Program& program, const SolverContext& context, Eigen::VectorXd& x, SolverResult& best);
+
+  BestOptions options_;
+  SqpSolver waypoint_sqp_, window_sqp_, steady_sqp_, free_sqp_;
+  Eigen::VectorXd start_, trial_, solved_, point_, dx_, lower_, upper_;
+  bool is_window_ = false;  ///< several waypoints, the last one free; false for segments between fixed end points
+  bool had_first_descent_ = false;
+  std::vector<double> violation_;  ///< one entry per waypoint
+  std::vector<double> scratch_;
+};
+
+}  // namespace legopt
