@@ -194,7 +194,7 @@ std::string FaultOfLog(const std::filesystem::path& log_path) {
   return {};
 }
 
-bool HasContent(const std::filesystem::path& path) {
+bool HoldsBytes(const std::filesystem::path& path) {
   std::error_code error;
   const auto size = std::filesystem::file_size(path, error);
   return !error && size > 0;
@@ -225,7 +225,7 @@ std::string FaultOfFile(const std::filesystem::path& path, bool can_recover) {
 
 void RequireSoundFiles(const std::filesystem::path& file) {
   const std::string name = file.string(), log = name + "-wal";
-  const bool can_recover = HasContent(log) || HasContent(name + "-journal");
+  const bool can_recover = HoldsBytes(log) || HasContent(name + "-journal");
   if (const std::string fault = FaultOfFile(file, can_recover); !fault.empty()) {
     throw StoreError(StoreErrorCode::kCorrupt, name + ": the file is damaged (" + fault +
                                                    "); restore a backup: 'legopt service restore BACKUP --db FILE'");

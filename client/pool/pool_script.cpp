@@ -112,7 +112,7 @@ std::string WorkerCommand(const PoolFile& pool, const PoolAccess& access, const 
   return command;
 }
 
-std::string Environment(const PoolAccess& access) {
+std::string EnvironmentLine(const PoolAccess& access) {
   return access.data_folder.empty() ? "" : "export LEGOPT_DATA=" + ShellWord(access.data_folder) + "\n";
 }
 
@@ -120,7 +120,7 @@ std::string SlurmScript(const PoolFile& pool, const PoolAccess& access) {
   CheckForScript(Engine::kSlurm, pool, access);
   const std::string requeue =
       pool.requeue ? "[ -z \"$time_is_up\" ] || scontrol requeue \"${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID\"\n" : "";
-  return "#!/bin/sh\n" + SlurmHeader(pool, access) + Environment(access) + OpenInlineFiles(access) +
+  return "#!/bin/sh\n" + SlurmHeader(pool, access) + EnvironmentLine(access) + OpenInlineFiles(access) +
          "# USR1, before the time limit, reaches this shell alone; so does the TERM of 'legopt pool stop'. Preemption "
          "and\n"
          "# scancel send TERM to the worker as well, which then releases its jobs at once.\n"
@@ -134,7 +134,7 @@ std::string SlurmScript(const PoolFile& pool, const PoolAccess& access) {
 
 std::string HostScript(const PoolFile& pool, const PoolAccess& access, const std::string& host) {
   CheckForScript(Engine::kSsh, pool, access);
-  return "become_a_worker() {\n" + Environment(access) + OpenInlineFiles(access) +
+  return "become_a_worker() {\n" + EnvironmentLine(access) + OpenInlineFiles(access) +
          "# Each line on standard input is an order to stop, and so is its end.\n"
          "exec 5<&0\ntrap '' PIPE\n" +
          WorkerCommand(pool, access, host) +
@@ -284,7 +284,7 @@ std::string PbsScript(const PoolFile& pool, const PoolAccess& access) {
   text +=
       std::string("#PBS -r ") + (pool.requeue ? "y" : "n") + "\n#PBS -j oe\n#PBS -o " + QsubWord(access.logs) + "\n";
   for (const EngineOption& option : pool.options) text += QsubOption("#PBS", option);
-  return text + Environment(access) + "exec " + WorkerCommand(pool, access, "$PBS_JOBID") + "\n";
+  return text + EnvironmentLine(access) + "exec " + WorkerCommand(pool, access, "$PBS_JOBID") + "\n";
 }
 
 std::string GridEngineScript(const PoolFile& pool, const PoolAccess& access) {
@@ -294,7 +294,7 @@ std::string GridEngineScript(const PoolFile& pool, const PoolAccess& access) {
   if (pool.exclusive && !pool.Sets("exclusive")) text += "#$ -l exclusive=true\n";
   text += std::string("#$ -r ") + (pool.requeue ? "y" : "n") + "\n#$ -j y\n#$ -o " + QsubWord(access.logs) + "\n";
   for (const EngineOption& option : pool.options) text += QsubOption("#$", option);
-  return text + Environment(access) + "exec " + WorkerCommand(pool, access, "${JOB_ID}_$SGE_TASK_ID.${RESTARTED:-0}") +
+  return text + EnvironmentLine(access) + "exec " + WorkerCommand(pool, access, "${JOB_ID}_$SGE_TASK_ID.${RESTARTED:-0}") +
          "\n";
 }
 

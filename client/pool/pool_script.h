@@ -50,7 +50,7 @@ std::vector<std::string> WorkerArguments(const PoolFile& pool, const PoolAccess&
 std::string WorkerCommand(const PoolFile& pool, const PoolAccess& access, const std::string& name);
 
 /// Returns a line that sets the worker's environment variables; empty if none are needed.
-std::string Environment(const PoolAccess& access);
+std::string EnvironmentLine(const PoolAccess& access);
 
 // Quoting of values for batch scripts: one function per syntax, used for all values.
 
