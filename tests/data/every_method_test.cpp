@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -32,6 +33,7 @@ struct MethodRow {
   const char* method;
   Measured postures;
   std::optional<Measured> motions;  ///< empty: motions take too long for a test
+  bool slow_motions = false;        ///< motions take minutes: tested by scripts/nightly only
 
   friend std::ostream& operator<<(std::ostream& out, const MethodRow& row) { return out << row.name; }
 };
@@ -43,7 +45,7 @@ constexpr MethodRow kRows[] = {
     {"SqpIncremental", R"({"solver": "sqp", "sample_size": 80, "incremental": true})", {49, 376}, {{42, 0.1185}}},
     {"Best", R"({"solver": "best"})", {50, 293.5}, {{42, 0.1078}}},
     {"BestOneStart", R"({"solver": "best", "options": {"rescues": 0}})", {49, 292.9}, {{42, 0.1078}}},
-    {"Ipopt", R"({"solver": "ipopt"})", {49, 292.1}, {{18, 0.07956}}},
+    {"Ipopt", R"({"solver": "ipopt"})", {49, 292.1}, {{18, 0.07956}}, true},
     {"Sgd", R"({"solver": "sgd"})", {47, 560.4}, {{40, 0.1856}}},
     {"SgdSampled", R"({"solver": "sgd", "sample_size": 80})", {47, 694.4}, {{40, 0.1944}}},
     {"SgdIncremental", R"({"solver": "sgd", "sample_size": 40, "incremental": true})", {48, 596.9}, {{40, 0.1731}}},
@@ -54,7 +56,7 @@ constexpr MethodRow kRows[] = {
     {"NadamSampled", R"({"solver": "nadam", "sample_size": 80})", {49, 494}, {{41, 0.1531}}},
     {"NadamIncremental", R"({"solver": "nadam", "sample_size": 40, "incremental": true})", {48, 495.1}, {{40, 0.1719}}},
     {"Chomp", R"({"solver": "chomp"})", {50, 428.6}, {{42, 0.2045}}},
-    {"Stomp", R"({"solver": "stomp"})", {50, 379.4}, {{42, 0.1487}}},
+    {"Stomp", R"({"solver": "stomp"})", {50, 379.4}, {{42, 0.1487}}, true},
     {"CmaEs", R"({"solver": "cma_es"})", {50, 520.8}, std::nullopt},
 };
 
@@ -122,6 +124,9 @@ TEST_P(EveryMethod, SolvesPosturesAsMeasured) {
 class EveryMethodOnMotions : public EveryMethod {};
 
 TEST_P(EveryMethodOnMotions, SolvesShortOnesAsMeasured) {
+  if (GetParam().slow_motions && std::getenv("LEGOPT_NIGHTLY") == nullptr) {
+    GTEST_SKIP() << "takes minutes: LEGOPT_NIGHTLY=1 runs it, as scripts/nightly does";
+  }
   constexpr std::size_t kLongest = 50;  // stances
   Hold(Task::kMotion, ProblemsOf(Task::kMotion, kLongest), *GetParam().motions);
 }
