@@ -10,7 +10,6 @@
 
 #include "bus/message_fields.h"
 #include "bus/message_key.h"
-#include "legopt/types/check.h"
 #include "legopt/types/result.h"
 #include "tests/folders.h"
 
@@ -99,11 +98,11 @@ void ExpectEveryWordIn(const std::string& text) {
   }
 }
 
-TEST(ProtocolWords, ResultsListTheWordsOfTheSolverAndTheJudge) {
+TEST(ProtocolWords, ResultsListTheWordsOfTheSolverAndReferToTheChecks) {
   const std::string text = ReadFile("result_request.lcm");
   const std::string words = text.substr(0, text.find("struct "));
   ExpectEveryWordIn<SolveStatus>(words);
-  ExpectEveryWordIn<Verdict>(words);
+  EXPECT_NE(words.find("docs/reference/checks.md"), std::string::npos) << "names of verdicts";
 }
 
 std::string CallersWord(MessageType type) {

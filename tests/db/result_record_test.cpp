@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <set>
 
@@ -149,16 +150,6 @@ TEST(ResultFault, NamesTheColumnAndItsRange) {
   EXPECT_EQ(FaultOf(SampleResult()), "");
   EXPECT_EQ(fault(&ResultRecord::peak_memory_bytes, -1), "peak_memory_bytes is negative");
   EXPECT_EQ(fault(&ResultRecord::num_waypoints, 0), "num_waypoints is below 1");
-  const auto violation_fault = [&](std::vector<Violation> violations) {
-    return fault(&ResultRecord::violations, std::move(violations));
-  };
-  EXPECT_EQ(violation_fault({{.check = Verdict::kStep, .rule = Rule::kSolid, .value = 0.0}}), "");
-  EXPECT_EQ(violation_fault({{.check = Verdict::kStep, .value = -0.1}}),
-            "the value of check 'step' is negative or not a number");
-  EXPECT_EQ(violation_fault({{.check = Verdict::kCom, .waypoint = -2}}), "the value of check 'com' has waypoint -2");
-  EXPECT_EQ(violation_fault({{.check = Verdict::kCom}, {.check = Verdict::kCom}}),
-            "the value of check 'com' by the literal rule occurs twice");
-  EXPECT_EQ(violation_fault({{.check = Verdict::kNotFinite}}), "check 'not_finite' has no value");
   EXPECT_EQ(fault(&ResultRecord::verdict_solid, Verdict::kContainment), "");
   EXPECT_EQ(fault(&ResultRecord::verdict_strict, Verdict::kContainment),
             "verdict 'containment' by another rule than the solid one");
@@ -172,6 +163,41 @@ TEST(ResultFault, NamesTheColumnAndItsRange) {
   EXPECT_EQ(fault(&ResultRecord::windows_solved, 3), "windows_solved (3) is not within 0 .. windows (0)");
   EXPECT_EQ(fault(&ResultRecord::waypoint_size, 2),
             "the number of waypoint values (3) is not a multiple of waypoint_size (2)");
+}
+
+TEST(ResultFault, NamesTheCheckOfAViolation) {
+  const auto fault = [](Verdict check, Rule rule, double value, int waypoint = -1, std::size_t count = 1) {
+    ResultRecord record = SampleResult();
+    Violation violation;
+    violation.check = check;
+    violation.rule = rule;
+    violation.value = value;
+    violation.waypoint = waypoint;
+    record.violations.assign(count, violation);
+    return FaultOf(record);
+  };
+  EXPECT_EQ(fault(Verdict::kStep, Rule::kSolid, 0.0), "");
+  EXPECT_EQ(fault(Verdict::kStep, Rule::kSolid, -0.1), "the value of check 'step' is negative or not a number");
+  EXPECT_EQ(fault(Verdict::kStep, Rule::kSolid, std::nan("")), "the value of check 'step' is negative or not a number");
+  EXPECT_EQ(fault(Verdict::kCom, Rule::kLiteral, 0.0, -2), "the value of check 'com' has waypoint -2");
+  EXPECT_EQ(fault(Verdict::kCom, Rule::kLiteral, 0.0, 3, 2),
+            "the value of check 'com' by the literal rule occurs twice");
+  EXPECT_EQ(fault(Verdict::kNotFinite, Rule::kLiteral, 1.0), "check 'not_finite' has no value");
+}
+
+TEST_F(ResultColumns, ViolationsAreStoredInTheirTable) {
+  ResultRecord record = SampleResult();
+  Violation violation;
+  violation.check = Verdict::kContainment;
+  violation.rule = Rule::kSolid;
+  violation.subject = "l_hand and pelvis";
+  violation.value = 0.25;
+  record.violations.push_back(violation);
+  Accept(record);
+  const auto row = ReadOnlyDatabase(path_).Query("SELECT * FROM violations").rows;
+  ASSERT_EQ(row.size(), 1U);
+  EXPECT_EQ(row.at(0), (std::vector<Value>{std::int64_t{1}, std::string("containment"), std::string("solid"),
+                                           std::monostate{}, std::string("l_hand and pelvis"), 0.25}));
 }
 
 ResultRecord UnsolvedResult() {

@@ -171,7 +171,7 @@ class EndpointTest(unittest.IsolatedAsyncioTestCase):
     async def register(self, endpoint):
         dataset = {"kind": "dataset", "name": "any", "hash": self._hash}
         collision = {"kind": "collision", "name": "solid", "hash": ""}
-        hello = await endpoint.call("hello", protocol_version=6, worker_name="test", pid=1, slots=1,
+        hello = await endpoint.call("hello", protocol_version=frames.VERSION, worker_name="test", pid=1, slots=1,
                                     build_id="test", processors=1, capabilities=[dataset, collision])
         self.assertEqual(hello.status, 0, hello.message)
         return {"worker_id": hello.worker_id, "server_instance": hello.server_instance}
@@ -284,7 +284,7 @@ class EndpointTest(unittest.IsolatedAsyncioTestCase):
         await endpoint.call("control", experiment_id=experiment, action=0)
         self.assertEqual(deployment.query("SELECT hold FROM experiment_list"), [("paused",)])
         worker = self.endpoint(deployment, frames.derived_key(key, "worker"))
-        self.assertEqual((await worker.call("probe", nonce=1)).protocol_version, 6)
+        self.assertEqual((await worker.call("probe", nonce=1)).protocol_version, frames.VERSION)
         await self.expect_refusal(ROLE_REFUSED, "worker", worker.call("control", experiment_id=experiment, action=1))
         deployment.call("resume", experiment)
         recorded = list(endpoint.port.sent)
