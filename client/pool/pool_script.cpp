@@ -294,8 +294,8 @@ std::string GridEngineScript(const PoolFile& pool, const PoolAccess& access) {
   if (pool.exclusive && !pool.Sets("exclusive")) text += "#$ -l exclusive=true\n";
   text += std::string("#$ -r ") + (pool.requeue ? "y" : "n") + "\n#$ -j y\n#$ -o " + QsubWord(access.logs) + "\n";
   for (const EngineOption& option : pool.options) text += QsubOption("#$", option);
-  return text + EnvironmentLine(access) + "exec " + WorkerCommand(pool, access, "${JOB_ID}_$SGE_TASK_ID.${RESTARTED:-0}") +
-         "\n";
+  return text + EnvironmentLine(access) + "exec " +
+         WorkerCommand(pool, access, "${JOB_ID}_$SGE_TASK_ID.${RESTARTED:-0}") + "\n";
 }
 
 // In lists of transferred files, names are separated by commas.
