@@ -192,7 +192,7 @@ TEST_F(ResultColumns, ViolationsAreStoredInTheirTable) {
   violation.rule = Rule::kSolid;
   violation.subject = "l_hand and pelvis";
   violation.value = 0.25;
-  record.violations.push_back(violation);
+  record.violations = {violation};
   Accept(record);
   const auto row = ReadOnlyDatabase(path_).Query("SELECT * FROM violations").rows;
   ASSERT_EQ(row.size(), 1U);

@@ -207,7 +207,7 @@ TEST_F(Schema, ResultsAreFinalAndHonest) {
   ExpectRefused("UPDATE results SET cost = 1");
   connection_->Execute("DROP TRIGGER results_are_final");
   ExpectRefused("UPDATE results SET cost = NULL");
-  ExpectRefused("UPDATE results SET verdict_literal = 'fine'");
+  ExpectRefused("UPDATE results SET verdict_literal = 'Not a name'");
   ExpectRefused("UPDATE results SET solver_status = 'fine'");
   ExpectRefused("UPDATE results SET wall_us = -1");
   ExpectRefused("UPDATE results SET num_waypoints = 0");

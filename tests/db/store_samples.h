@@ -66,6 +66,9 @@ inline ResultRecord SampleResult(double cost = 400) {
   r.cost = cost;
   r.waypoint_size = 3;
   r.waypoints = {1.5, -2.25, 1e-300};
+  r.violations = {{Verdict::kFootPose, Rule::kLiteral, 0, "l_foot", 1e-4},
+                  {Verdict::kContainment, Rule::kSolid, 0, "", 0.0},
+                  {Verdict::kStep, Rule::kSolid, 0, "", 0.0}};
   return r;
 }
 
