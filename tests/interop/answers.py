@@ -48,8 +48,10 @@ class Answers:
             "verdict_solid": judged["verdict_solid"], "verdict_detail": judged["detail"],
             "failed_waypoint": -1 if failed is None else failed,
             **{name: NAN if judged[name] is None else judged[name] for name in JUDGES_FIGURES},
-            "violations": [{**violation, "waypoint": -1 if violation["waypoint"] is None else violation["waypoint"]}
-                           for violation in judged["violations"] if violation["value"] is not None],
+            "violations": [
+                {"check": value["check"], "rule": value["rule"], "subject": value["subject"], "value": value["value"],
+                 "waypoint": -1 if value["waypoint"] is None else value["waypoint"]}
+                for value in judged["violations"] if value["value"] is not None],
             "num_waypoints": len(waypoints), "waypoint_size": len(waypoints[0]),
             "waypoints": [number for waypoint in waypoints for number in waypoint],
         }
