@@ -137,13 +137,17 @@ TEST_F(Schema, OnlyDeadAndFailedJobsAreTriedAgain) {
 TEST_F(Schema, OnlyResultsThatTheClockStoppedMakeWay) {
   ExpectRefused("DELETE FROM results");
   ExpectRefused("DELETE FROM waypoints");
+  ExpectRefused("DELETE FROM violations");
+  ExpectRefused("UPDATE violations SET value = 0");
   connection_->Execute("DROP TRIGGER results_are_final; UPDATE results SET solver_status = 'time_limit'");
   ExpectRefused("DELETE FROM results");  // not archived anywhere
   connection_->Execute(
       "INSERT INTO stale_results (job_id, attempt, outcome, reason, received_at_us, solver_status) "
       "VALUES (1, 1, 'finished', 'why', 1, 'time_limit')");
   ExpectRefused("UPDATE jobs SET state = 'queued', returned = attempts WHERE job_id = 1");  // it still has its result
-  connection_->Execute("BEGIN; PRAGMA defer_foreign_keys = ON; DELETE FROM results; DELETE FROM waypoints");
+  connection_->Execute(
+      "BEGIN; PRAGMA defer_foreign_keys = ON; DELETE FROM results; DELETE FROM waypoints; "
+      "DELETE FROM violations");
   ExpectRefused("UPDATE jobs SET state = 'queued' WHERE job_id = 1");
   ExpectRefused("UPDATE jobs SET state = 'leased', returned = attempts WHERE job_id = 1");
   connection_->Execute("UPDATE jobs SET state = 'queued', returned = attempts WHERE job_id = 1; COMMIT");
@@ -153,7 +157,7 @@ TEST_F(Schema, OnlyResultsThatTheClockStoppedMakeWay) {
 // Foreign keys are deferred so that they do not hide rows which the triggers accept.
 TEST_F(Schema, NothingOfAnExperimentGoesBeforeIt) {
   connection_->Execute("BEGIN; PRAGMA defer_foreign_keys = ON");
-  for (const char* table : {"waypoints", "results", "attempts", "jobs", "experiments"}) {
+  for (const char* table : {"waypoints", "violations", "results", "attempts", "jobs", "experiments"}) {
     ExpectRefused("DELETE FROM " + std::string(table));
   }
 }
