@@ -225,7 +225,7 @@ std::string FaultOfFile(const std::filesystem::path& path, bool can_recover) {
 
 void RequireSoundFiles(const std::filesystem::path& file) {
   const std::string name = file.string(), log = name + "-wal";
-  const bool can_recover = HoldsBytes(log) || HasContent(name + "-journal");
+  const bool can_recover = HoldsBytes(log) || HoldsBytes(name + "-journal");
   if (const std::string fault = FaultOfFile(file, can_recover); !fault.empty()) {
     throw StoreError(StoreErrorCode::kCorrupt, name + ": the file is damaged (" + fault +
                                                    "); restore a backup: 'legopt service restore BACKUP --db FILE'");

@@ -117,7 +117,7 @@ Json ChecksJson() {
     checks.push_back({{"check", check.name},
                       {"constraint", check.constraint},
                       {"unit", check.unit},
-                      {"tolerance", check.tolerance},
+                      {"tolerance", ToleranceText(check)},
                       {"measures", std::move(measures)},
                       {"drawing", ToString(check.drawing)}});
   }

@@ -52,8 +52,8 @@ Json LimitJson(const LimitDiagnostic& limit, const RobotModel& robot) {
 
 Json ValueJson(const CheckDiagnostic& finding) {
   const CheckDescription& check = DescriptionOf(finding.value.check);
-  return {{"check", check.name}, {"subject", finding.value.subject}, {"value", RoundedJson(finding.value.value)},
-          {"unit", check.unit},  {"tolerance", check.tolerance},     {"violated", finding.violated}};
+  return {{"check", check.name}, {"subject", finding.value.subject},  {"value", RoundedJson(finding.value.value)},
+          {"unit", check.unit},  {"tolerance", ToleranceText(check)}, {"violated", finding.violated}};
 }
 
 }  // namespace

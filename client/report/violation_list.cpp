@@ -34,7 +34,7 @@ Listing ViolationListing(std::span<const Violation> violations) {
     const CheckDescription& check = DescriptionOf(violation.check);
     listing.rows.push_back({check.name, ToString(violation.rule),
                             std::isfinite(violation.value) ? nlohmann::json(violation.value) : nlohmann::json(),
-                            check.unit, check.tolerance,
+                            check.unit, ToleranceText(check),
                             violation.waypoint < 0 ? nlohmann::json() : nlohmann::json(violation.waypoint),
                             violation.subject});
   }
@@ -50,7 +50,7 @@ Listing ReadViolations(ResultSource& source, std::int64_t job_id) {
     const std::size_t position = PositionOf(name);
     const bool known = position < kChecks.size();
     listing.rows.push_back({name, stored.At(i, "rule"), stored.At(i, "value"), known ? kChecks[position].unit : "",
-                            known ? kChecks[position].tolerance : "", stored.At(i, "waypoint"),
+                            known ? ToleranceText(kChecks[position]) : "", stored.At(i, "waypoint"),
                             stored.At(i, "subject")});
   }
   Sort(&listing);

@@ -78,7 +78,7 @@ struct CheckDescription {
   std::string_view name;        ///< in files, messages, databases and on command lines
   std::string_view constraint;  ///< what a solution must satisfy
   std::string_view unit;        ///< of the measure; empty: the check passes or fails without a number
-  std::string_view tolerance;   ///< largest value that passes, with unit; empty: no number
+  double tolerance = 0;         ///< largest value that passes, in the unit; of kStep in robot sizes
   /// What is measured by each rule, in the order of Rule; empty: as by the rule before, or not at all.
   std::array<std::string_view, 3> measures;
   CheckDrawing drawing = CheckDrawing::kNone;
@@ -95,64 +95,64 @@ struct CheckDescription {
 
 /// All checks, in the order in which they are made at a waypoint; the first row describes success.
 inline constexpr std::array kChecks = {
-    CheckDescription{Verdict::kSuccess, "success", "all checks of the rule pass", "", "", {}},
+    CheckDescription{Verdict::kSuccess, "success", "all checks of the rule pass", "", 0, {}},
     CheckDescription{Verdict::kWrongWaypointCount,
                      "wrong_waypoint_count",
                      "the solution has the number of waypoints that the task requires",
                      "",
-                     "",
+                     0,
                      {"number of waypoints"}},
     CheckDescription{Verdict::kWindowUnsolved,
                      "window_unsolved",
                      "the solver solved every window of a motion",
                      "",
-                     "",
+                     0,
                      {"the solver's status"}},
     CheckDescription{Verdict::kWrongSize,
                      "wrong_size",
                      "a waypoint has n + 7 numbers; the time stamps of a path are valid",
                      "",
-                     "",
+                     0,
                      {"number of values"}},
     CheckDescription{Verdict::kNotFinite,
                      "not_finite",
                      "all numbers are finite and the base quaternion is not zero",
                      "",
-                     "",
+                     0,
                      {"each number"}},
     CheckDescription{Verdict::kFootPose,
                      "foot_pose",
                      "each contact is at its target",
                      "1 or m",
-                     "0.001",
+                     kPoseTolerance,
                      {"largest component of the pose error: vector part of the quaternion (1), translation (m)"},
                      CheckDrawing::kContact},
     CheckDescription{Verdict::kCom,
                      "com",
                      "the centre of mass is above the support polygon of the contacts",
                      "m",
-                     "0.001 m",
+                     kComTolerance_m,
                      {"horizontal distance of the centre of mass outside the polygon"},
                      CheckDrawing::kCom},
     CheckDescription{Verdict::kJointLimit,
                      "joint_limit",
                      "each joint is within its limits",
                      "rad or m",
-                     "0.001",
+                     kLimitTolerance,
                      {"distance beyond the limit"},
                      CheckDrawing::kJoint},
     CheckDescription{Verdict::kEnvironmentCollision,
                      "environment_collision",
                      "no link collides with the scene",
                      "m",
-                     "0.001 m",
+                     kDepthTolerance_m,
                      {"contact depth as in the original evaluator", "depth of all contacts"},
                      CheckDrawing::kOverlap},
     CheckDescription{Verdict::kSelfCollision,
                      "self_collision",
                      "no two links collide",
                      "m",
-                     "0.001 m",
+                     kDepthTolerance_m,
                      {"contact depth of the last colliding pair", "contact depth of all listed pairs",
                       "also of pairs that the original evaluator ignores"},
                      CheckDrawing::kOverlap},
@@ -160,16 +160,19 @@ inline constexpr std::array kChecks = {
                      "containment",
                      "no link is inside a closed body, and no body inside a link",
                      "m",
-                     "0.001 m",
+                     kDepthTolerance_m,
                      {"", "", "depth of a vertex inside a closed body; surfaces need not intersect"},
                      CheckDrawing::kOverlap},
     CheckDescription{Verdict::kStep,
                      "step",
                      "no link jumps between consecutive waypoints",
                      "m",
-                     "the robot's size",
+                     kStepShare,
                      {"", "", "largest movement of a point of the robot from the waypoint before"},
                      CheckDrawing::kLink}};
+
+/// Returns the tolerance of a check with its unit, as in "0.001 m"; empty for a check without a number.
+std::string ToleranceText(const CheckDescription& check);
 
 /// Returns the row of a check.
 constexpr const CheckDescription& DescriptionOf(Verdict check) { return kChecks.at(static_cast<std::size_t>(check)); }

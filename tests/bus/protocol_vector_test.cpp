@@ -1,4 +1,4 @@
-// This code sends the test vectors printed in PROTOCOL.md, so a worker in another language can be checked against the
+// This code sends the test vectors of lcmtypes/test-vectors.txt, so a worker in another language can be checked against the
 // document alone.
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Test vectors of PROTOCOL.md, as bytes.
+// Test vectors of the protocol, as bytes.
 #pragma once
 
 #include <cstdint>
@@ -14,18 +14,18 @@
 
 namespace legopt::bus {
 
-// Returns name -> bytes, read from lines "    vector NAME" and the hexadecimal lines after each.
+// Returns name -> bytes, read from lines "vector NAME" and the hexadecimal lines after each.
 inline std::map<std::string, std::vector<std::uint8_t>> ReadProtocolVectors() {
-  std::ifstream file(SourceFolder() + "/lcmtypes/PROTOCOL.md");
+  std::ifstream file(SourceFolder() + "/lcmtypes/test-vectors.txt");
   std::map<std::string, std::vector<std::uint8_t>> vectors;
   std::vector<std::uint8_t>* current = nullptr;
   for (std::string line; std::getline(file, line);) {
     std::istringstream words(line);
     std::string word, name;
-    if (line.rfind("    vector ", 0) == 0) {
+    if (line.rfind("vector ", 0) == 0) {
       words >> word >> name;
       current = &vectors[name];
-    } else if (line.rfind("    ", 0) != 0) {
+    } else if (line.empty() || line.front() == '#') {
       current = nullptr;
     } else if (current != nullptr) {
       while (words >> word) {

@@ -56,9 +56,9 @@ class InjuredPort(Port):
 class ProtocolTest(unittest.TestCase):
     def test_vectors(self):
         messages = Messages(LCMTYPES)
-        text = (LCMTYPES / "PROTOCOL.md").read_text()
+        text = (LCMTYPES / "test-vectors.txt").read_text()
         vectors = {name: bytes.fromhex(digits) for name, digits in
-                   re.findall(r"^    vector (\S+)\n((?:    [0-9a-f ]+(?:\n|$))+)", text, re.M)}
+                   re.findall(r"^vector (\S+)\n((?:[0-9a-f ]+(?:\n|$))+)", text, re.M)}
         key = vectors.pop("key")
         self.expect_envelopes(vectors, key)
         keys = {"request": b"", "request-worker": frames.derived_key(key, "worker")}
