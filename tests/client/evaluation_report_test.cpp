@@ -57,6 +57,31 @@ TEST(EvaluationReport, TextShowsSummaryAndFailures) {
   EXPECT_THAT(text, HasSubstr("Left out"));
 }
 
+TEST(EvaluationReport, Golden) {
+  EXPECT_EQ(RenderEvaluation(ExampleReport(), TableFormat::kText), R"(s.json: posture, dataset yard, literal rule.
+The file holds 2 of the dataset's 2 problems.
+Definitions: the file's own, as in the original evaluator; they are the same as the dataset's.
+Solved by the solid rule: A 2/2; B 1/2.
+
+method  success  in file  cost  time (ms)
+A           1/2        2   396       2.00
+B           0/2        1     -          -
+
+Costs and times are averaged over successfully solved problems, per waypoint. Problems missing in the file count as not solved.
+
+Not solved
+
+method  problem  verdict    waypoint  detail
+A             1  foot_pose         0  l_foot is 0.002 m off
+B             0  foot_pose         0  l_foot is 0.002 m off
+
+Left out
+
+problems without a solution  methods
+1                            B
+)");
+}
+
 TEST(EvaluationReport, EveryFormatHasTheSameCounts) {
   const EvaluationReport report = ExampleReport();
   EXPECT_THAT(RenderEvaluation(report, TableFormat::kMarkdown), HasSubstr("| A | 1/2 | 2 | 396 | 2.00 |"));

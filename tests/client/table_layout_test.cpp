@@ -270,12 +270,31 @@ TEST_F(RandomTables, FitAndLoseNothing) {
   }
 }
 
-TEST(InterpolationLayout, FitsToo) {
+InterpolationTable ExampleInterpolation() {
   InterpolationTable table;
   table.experiment = "e";
   table.rows = {
       {"SQP", 0, 100, SceneRepresentation::kSolid, {{Initialization::kGood, {5, 4, 4, 3, 0.975, 0.0123, 0.0}}}},
       {"SQP", 0, 100, SceneRepresentation::kSurface, {{Initialization::kGood, {5, 5, 5, 5, 1.0, 0.0004, 0.0002}}}}};
+  return table;
+}
+
+TEST(InterpolationLayout, Golden) {
+  EXPECT_EQ(RenderInterpolationTable(ExampleInterpolation(), TableFormat::kText),
+            R"(Interpolation of the motions of experiment 0 'e', solid rule
+
+                                             |         Motion generation, good init
+Method  Multi-starts  Sample size  Collision | Free  Share (percent)  Scene (mm)  Self (mm)
+---------------------------------------------+---------------------------------------------
+SQP                0          100      solid |  3/4             97.5        12.3        0.0
+SQP                0          100    surface |  5/5            100.0         0.4        0.2
+
+Ten configurations between consecutive waypoints of each solved motion, by the exact meshes: motions free of penetration above 1 mm, mean share of such transitions, largest depths. No part of the verdict.
+)");
+}
+
+TEST(InterpolationLayout, FitsToo) {
+  const InterpolationTable table = ExampleInterpolation();
   EXPECT_EQ(RenderInterpolationTable(table, TableFormat::kText, {.layout = {240, false}}),
             RenderInterpolationTable(table, TableFormat::kText));
   for (const std::size_t width : {30U, 60U, 80U, 100U}) {
