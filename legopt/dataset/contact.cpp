@@ -78,7 +78,8 @@ Contact ResolveContact(const ContactDescription& description, int link_index, co
                   .points_L = {},
                   .box_L = link_box,
                   .friction = description.friction,
-                  .max_normal_N = description.max_normal_N};
+                  .max_normal_N = description.max_normal_N,
+                  .declares_points = description.points.has_value()};
   if (!description.points) {
     contact.points_L = LowerCorners(link_box);
   } else {

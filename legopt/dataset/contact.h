@@ -45,6 +45,9 @@ struct Contact {
   Eigen::AlignedBox3d box_L;              ///< AABB of the link's collision geometry in the link frame, m; not empty
   double friction = ContactDescription::kDefaultFriction;  ///< Coulomb coefficient
   std::optional<double> max_normal_N;                      ///< bound of the sum of the normal forces
+  /// Whether the points are declared. Else they are corners of the link's box, as in format 1, and the judge only
+  /// reports whether the contact touches (docs/explanation/judge.md#touching).
+  bool declares_points = false;
 
   /// Height of the link frame's origin above the surface along the normal, m. Atlas: 0.082351.
   double link_height_m() const { return X_LC.inverse().translation().z(); }

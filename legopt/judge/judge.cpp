@@ -11,6 +11,7 @@
 #include "legopt/judge/internal/checks.h"
 #include "legopt/judge/internal/diagnostic.h"
 #include "legopt/judge/internal/path_examiner.h"
+#include "legopt/judge/internal/touch.h"
 #include "legopt/robot/configuration.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/types/input_error.h"
@@ -60,6 +61,17 @@ Verdict Evaluation::first_failure() const {
   return Verdict::kSuccess;
 }
 
+/// Appends the contact that does not touch, although the solution does not fail for it.
+void AppendTouchFinding(Evaluation* evaluation) {
+  if (evaluation->solid != Verdict::kSuccess) return;
+  for (const Violation& violation : evaluation->violations) {
+    if (violation.check != Verdict::kTouch || !Exceeds(violation.value, kTouchTolerance_m)) continue;
+    evaluation->detail += (evaluation->detail.empty() ? "" : "; ") + std::string("waypoint ") +
+                          std::to_string(violation.waypoint) + ": " + TouchText(violation.subject, violation.value) +
+                          " (reported only: the contact declares no points)";
+  }
+}
+
 class Judge::Workspace {
  public:
   Workspace(std::shared_ptr<const Dataset> dataset, Culling culling)
@@ -68,6 +80,7 @@ class Judge::Workspace {
         kinematics_(robot_),
         previous_(robot_),
         collision_(robot_, dataset_->scene(), dataset_->collision_model(), culling),
+        touch_(*dataset_, collision_),
         examiner_(*dataset_, collision_),
         clamped_(robot_.configuration_size()),
         torques_(robot_.num_dofs()) {}
@@ -97,6 +110,7 @@ class Judge::Workspace {
   Kinematics kinematics_;
   Kinematics previous_;  ///< state at the previous waypoint
   ExactCollision collision_;
+  TouchProbe touch_;
   PathExaminer examiner_;  ///< used by tasks with continuous paths
   Eigen::VectorXd clamped_;
   Eigen::VectorXd torques_;
@@ -160,7 +174,8 @@ void Judge::Workspace::Make(std::span<const WaypointCheck> checks, const Stance&
                                  .x = x,
                                  .kinematics = kinematics_,
                                  .previous = has_previous ? &previous_ : nullptr,
-                                 .collision = collision_};
+                                 .collision = collision_,
+                                 .touch = touch_};
   for (const WaypointCheck& check : checks) check.measure(waypoint, recorder);
 }
 
@@ -258,6 +273,7 @@ Evaluation Judge::Workspace::Judged(Task task, const ProblemDefinition& problem,
     Make(BodyChecks(), stance(w), x, w > 0, recorder);
   }
   if (evaluation.literal == Verdict::kSuccess) evaluation.cost = Cost(task, waypoints);
+  AppendTouchFinding(&evaluation);
   return evaluation;
 }
 

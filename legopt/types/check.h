@@ -42,6 +42,7 @@ enum class Verdict : std::uint8_t {
   kSelfCollision,
   kContainment,
   kStep,
+  kTouch,
 };
 
 /// Tolerances of the benchmark: larger values fail, equal ones pass (docs/explanation/judge.md#order-and-tolerances).
@@ -49,6 +50,11 @@ inline constexpr double kPoseTolerance = 1e-3;     ///< quaternion vector part (
 inline constexpr double kComTolerance_m = 1e-3;    ///< distance outside the support polygon
 inline constexpr double kLimitTolerance = 1e-3;    ///< rad or m beyond a joint limit
 inline constexpr double kDepthTolerance_m = 1e-3;  ///< contact depth
+
+inline constexpr double kTouchTolerance_m = 2e-3;  ///< gap between a contact's patch and the surface below it
+
+/// Share of a contact's patch that must touch (docs/explanation/judge.md#touching).
+inline constexpr double kTouchShare = 0.75;
 
 /// Maximum movement of any point of the robot between consecutive waypoints under Rule::kSolid, as a fraction of the
 /// robot's size: the diagonal of Dataset::robot_bounds (docs/explanation/judge.md#solid-rule).
@@ -132,7 +138,8 @@ inline constexpr std::array kChecks = {
                      "the centre of mass is above the support polygon of the contacts",
                      "m",
                      kComTolerance_m,
-                     {"horizontal distance of the centre of mass outside the polygon"},
+                     {"horizontal distance of the centre of mass outside the polygon", "",
+                      "the same, with the polygon of all that touches the scene"},
                      CheckDrawing::kCom},
     CheckDescription{Verdict::kJointLimit,
                      "joint_limit",
@@ -169,7 +176,14 @@ inline constexpr std::array kChecks = {
                      "m",
                      kStepShare,
                      {"", "", "largest movement of a point of the robot from the waypoint before"},
-                     CheckDrawing::kLink}};
+                     CheckDrawing::kLink},
+    CheckDescription{Verdict::kTouch,
+                     "touch",
+                     "each contact touches the scene",
+                     "m",
+                     kTouchTolerance_m,
+                     {"", "", "gap between link and scene that 75 % of the contact's patch do not exceed"},
+                     CheckDrawing::kNone}};
 
 /// Returns the tolerance of a check with its unit, as in "0.001 m"; empty for a check without a number.
 std::string ToleranceText(const CheckDescription& check);

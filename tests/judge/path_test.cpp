@@ -46,7 +46,7 @@ class PathTest : public testing::Test {
   Eigen::VectorXd up_ = test::StandingUpright();
 };
 
-void ExpectFailure(const Evaluation& evaluation, Verdict verdict, int waypoint) {
+void ExpectPathFailure(const Evaluation& evaluation, Verdict verdict, int waypoint) {
   EXPECT_EQ(ToString(evaluation.literal), ToString(verdict)) << evaluation.detail;
   EXPECT_EQ(evaluation.strict, evaluation.literal);
   EXPECT_EQ(evaluation.solid, evaluation.literal);
@@ -88,7 +88,7 @@ TEST_F(PathTest, PlantedFeetStayWithinTwiceTheToleranceOfWaypoints) {
   EXPECT_NEAR(evaluation.Largest(Verdict::kFootPose, Rule::kLiteral), 0.0019, 1e-12);
   x[kBaseY] = 0.0021;
   evaluation = By(x);
-  ExpectFailure(evaluation, Verdict::kFootPose, 0);
+  ExpectPathFailure(evaluation, Verdict::kFootPose, 0);
   EXPECT_THAT(evaluation.detail,
               AllOf(HasSubstr("waypoint 0: on the segment to the next waypoint, at time 0.5: planted l_foot"),
                     HasSubstr("off by 2.1 mm (tolerance 2 mm)")));
@@ -101,7 +101,7 @@ TEST_F(PathTest, PlantedFeetDriftWhenJointsAreInterpolated) {
   const Eigen::VectorXd end = test::Leaning(kLean);
   const Points straight = {{0, up_}, {1, end}, {2, end}, {3, end}};
   const Evaluation drifting = Judged(standing_twice_, straight);
-  ExpectFailure(drifting, Verdict::kFootPose, 0);
+  ExpectPathFailure(drifting, Verdict::kFootPose, 0);
   const double sag_m = 0.5 * (std::cos(kLean / 2) - (1 + std::cos(kLean)) / 2);  // halfway, legs of 0.5 m
   EXPECT_NEAR(drifting.Largest(Verdict::kFootPose, Rule::kLiteral), sag_m, 1e-4);
   Points cut;
@@ -134,16 +134,16 @@ TEST_F(PathTest, AFootThatStepsIsFreeOnItsWayOnly) {
   const Evaluation evaluation = Judged(step, on_its_way);
   EXPECT_EQ(evaluation.literal, Verdict::kSuccess) << evaluation.detail;
   const Points before = {{0, up_}, {0.5, swung(0.4)}, {1, up_}, {2, stepped}, {3, stepped}};
-  ExpectFailure(Judged(step, before), Verdict::kFootPose, 0);
+  ExpectPathFailure(Judged(step, before), Verdict::kFootPose, 0);
   const Points after = {{0, up_}, {1, up_}, {2, stepped}, {2.5, swung(0.4)}, {3, stepped}};
-  ExpectFailure(Judged(step, after), Verdict::kFootPose, 2);
+  ExpectPathFailure(Judged(step, after), Verdict::kFootPose, 2);
 }
 
 TEST_F(PathTest, ArmInTheColumnOnTheWay) {
   Eigen::VectorXd x = up_;
   x[kLeftShoulder] = 1.2;
   const Evaluation evaluation = By(x);
-  ExpectFailure(evaluation, Verdict::kEnvironmentCollision, 0);
+  ExpectPathFailure(evaluation, Verdict::kEnvironmentCollision, 0);
   EXPECT_THAT(evaluation.detail, AllOf(HasSubstr("on the segment to the next waypoint, at time 0."),
                                        HasSubstr("l_arm is "), HasSubstr("deep in 'column' of the scene")));
   EXPECT_GT(evaluation.interpolation.environment_depth_m, 1e-3);
@@ -153,7 +153,7 @@ TEST_F(PathTest, ArmInTheLegOnTheWay) {
   Eigen::VectorXd x = up_;
   x[kLeftShoulder] = -0.35;
   const Evaluation evaluation = By(x);
-  ExpectFailure(evaluation, Verdict::kSelfCollision, 0);
+  ExpectPathFailure(evaluation, Verdict::kSelfCollision, 0);
   EXPECT_THAT(evaluation.detail, HasSubstr("l_leg and l_arm overlap by"));
 }
 
@@ -171,12 +171,12 @@ TEST_F(PathTest, APieceOfMetresWithoutEndIsNotSampled) {
   Eigen::VectorXd far = up_;
   far[kBaseX] = -50;
   Evaluation evaluation = By(far);
-  ExpectFailure(evaluation, Verdict::kWrongSize, 0);
+  ExpectPathFailure(evaluation, Verdict::kWrongSize, 0);
   EXPECT_THAT(evaluation.detail, HasSubstr("a piece of 50"));
   Eigen::VectorXd turned = up_;
   turned[test::kLidar] = 1e3;
   evaluation = By(turned);
-  ExpectFailure(evaluation, Verdict::kWrongSize, 0);
+  ExpectPathFailure(evaluation, Verdict::kWrongSize, 0);
   EXPECT_THAT(evaluation.detail, HasSubstr("1000 rad (at most"));
 }
 
@@ -202,28 +202,28 @@ TEST_F(PathTest, NoBalanceWithoutPlantedFoot) {
   there[kBaseX] += 0.01;
   const Points path = {{0, up_}, {1, up_}, {2, there}, {3, there}};
   EXPECT_EQ(Judged(jump, path).literal, Verdict::kSuccess);
-  ExpectFailure(Judged(jump, path, Task::kBalanced), Verdict::kCom, 1);
+  ExpectPathFailure(Judged(jump, path, Task::kBalanced), Verdict::kCom, 1);
 }
 
 TEST_F(PathTest, PointsBetweenAreHeldToTheLimitsAndToNumbers) {
   Eigen::VectorXd x = up_;
   x[kRightShoulder] = 2.01;
-  ExpectFailure(By(x), Verdict::kJointLimit, 0);
+  ExpectPathFailure(By(x), Verdict::kJointLimit, 0);
   x[kRightShoulder] = std::nan("");
-  ExpectFailure(By(x), Verdict::kNotFinite, 0);
+  ExpectPathFailure(By(x), Verdict::kNotFinite, 0);
 }
 
 TEST_F(PathTest, WaypointsAreJudgedAsThoseOfAMotion) {
   Eigen::VectorXd x = up_;
   x[kBaseY] = 0.0015;  // between the tolerances
   const Evaluation evaluation = Judged(standing_twice_, {{0, up_}, {1, x}, {2, up_}, {3, up_}});
-  ExpectFailure(evaluation, Verdict::kFootPose, 1);
+  ExpectPathFailure(evaluation, Verdict::kFootPose, 1);
   EXPECT_EQ(evaluation.detail, "waypoint 1: l_foot translation y off by 1.5 mm (tolerance 1 mm)");
 }
 
 TEST_F(PathTest, StampsThatAreWrongAreAVerdictWithTheirReason) {
   const Evaluation evaluation = Judged(standing_twice_, {{0, up_}, {1, up_}, {0.5, up_}, {2, up_}, {3, up_}});
-  ExpectFailure(evaluation, Verdict::kWrongSize, 1);
+  ExpectPathFailure(evaluation, Verdict::kWrongSize, 1);
   EXPECT_EQ(evaluation.detail, "waypoint 1: point 2 (time 0.5) is not later than the point before it, at 1");
   EXPECT_TRUE(std::isnan(evaluation.Largest(Verdict::kFootPose, Rule::kLiteral)));
 }

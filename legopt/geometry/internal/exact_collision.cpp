@@ -280,6 +280,25 @@ ExactCollision::Step ExactCollision::LongestStep(const Kinematics& from, const K
   return longest;
 }
 
+void ExactCollision::AddLinkTriangles(int link, const Eigen::Isometry3d& X_FL, TriangleColumns* columns) const {
+  for (int g = 0; g < impl_->links.num_geometries(link); ++g) {
+    const TriangleMesh& mesh = impl_->world.triangles(impl_->links.geometry(link, g).mesh);
+    for (int t = 0; t < std::ssize(mesh.triangles); ++t) columns->Add(mesh, t, X_FL);
+  }
+}
+
+void ExactCollision::AddSceneTriangles(const Eigen::Isometry3d& X_WF, const Eigen::AlignedBox3d& box_F,
+                                       TriangleColumns* columns) const {
+  const Eigen::AlignedBox3d box_W = box_F.transformed(X_WF);
+  const Eigen::Isometry3d X_FW = X_WF.inverse(Eigen::Isometry);
+  for (const SceneMesh& object : impl_->objects) {
+    object.bvh.AnyOverlapping(box_W, [&](int t) {
+      columns->Add(object.triangles, t, X_FW);
+      return false;
+    });
+  }
+}
+
 std::int64_t ExactCollision::ode_failures() const { return impl_->world.ode_failures(); }
 
 }  // namespace legopt

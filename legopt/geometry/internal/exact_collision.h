@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "legopt/geometry/collision_model.h"
+#include "legopt/geometry/internal/triangle_columns.h"
 #include "legopt/geometry/scene.h"
 #include "legopt/robot/kinematics.h"
 
@@ -119,6 +120,12 @@ class ExactCollision {
   /// Returns the maximum distance that any point of any link's geometry moves between two configurations. It occurs at
   /// a hull vertex, since the distance is a convex function of the point.
   Step LongestStep(const Kinematics& from, const Kinematics& to) const;
+
+  /// Adds the triangles of a link, in a frame F, to `columns`. `X_FL`: link frame in F.
+  void AddLinkTriangles(int link, const Eigen::Isometry3d& X_FL, TriangleColumns* columns) const;
+  /// Adds all triangles of the scene that come near a box in a frame F. `X_WF`: F in the world.
+  void AddSceneTriangles(const Eigen::Isometry3d& X_WF, const Eigen::AlignedBox3d& box_F,
+                         TriangleColumns* columns) const;
 
   /// Number of mesh queries since construction in which ODE failed an assertion and the exact triangle test was used
   /// instead (TrimeshWorld::ode_failures).

@@ -94,6 +94,30 @@ void CheckStep(const CheckedWaypoint& waypoint, CheckRecorder& recorder) {
   });
 }
 
+/// Contacts without declared points do not fail: their patch is a box, which a good sole may touch only in part.
+void CheckTouch(const CheckedWaypoint& waypoint, CheckRecorder& recorder) {
+  std::vector<Eigen::Vector2d> places_W;
+  bool judged = true;
+  for (const ContactTarget& target : waypoint.stance.contacts) {
+    const Contact& contact = waypoint.dataset.contact(target.contact);
+    const ContactTouch touch = waypoint.touch.Measure(contact, waypoint.kinematics.link_pose(contact.link_index));
+    judged = judged && contact.declares_points;
+    recorder.Measure(Verdict::kTouch, Rule::kSolid, touch.gap_m,
+                     contact.declares_points && Exceeds(touch.gap_m, kTouchTolerance_m), [&] {
+                       return CheckFinding{contact.name, TouchText(contact.name, touch.gap_m)};
+                     });
+    if (!DescriptionOf(contact.kind).supports) continue;
+    places_W.insert(places_W.end(), touch.places_W.begin(), touch.places_W.end());
+  }
+  const std::vector<Eigen::Vector2d> polygon = ConvexHull2d(std::move(places_W));
+  const double distance = polygon.empty() ? std::numeric_limits<double>::infinity()
+                                          : SignedDistanceToPolygon(polygon, waypoint.kinematics.com().head<2>());
+  recorder.Measure(Verdict::kCom, Rule::kSolid, std::max(0.0, distance), judged && Exceeds(distance, kComTolerance_m),
+                   [&] {
+                     return CheckFinding{"centre of mass", ComErrorText(distance, kComTolerance_m)};
+                   });
+}
+
 }  // namespace
 
 void CheckLimits(const CheckedWaypoint& waypoint, CheckRecorder& recorder) {
@@ -127,10 +151,10 @@ std::span<const WaypointCheck> PoseChecks() {
 }
 
 std::span<const WaypointCheck> BodyChecks() {
-  static constexpr std::array kChecksOfBodies = {WaypointCheck{Verdict::kEnvironmentCollision, &CheckEnvironment},
-                                                 WaypointCheck{Verdict::kSelfCollision, &CheckSelf},
-                                                 WaypointCheck{Verdict::kContainment, &CheckContainment},
-                                                 WaypointCheck{Verdict::kStep, &CheckStep}};
+  static constexpr std::array kChecksOfBodies = {
+      WaypointCheck{Verdict::kEnvironmentCollision, &CheckEnvironment},
+      WaypointCheck{Verdict::kSelfCollision, &CheckSelf}, WaypointCheck{Verdict::kContainment, &CheckContainment},
+      WaypointCheck{Verdict::kStep, &CheckStep}, WaypointCheck{Verdict::kTouch, &CheckTouch}};
   return kChecksOfBodies;
 }
 

@@ -10,6 +10,7 @@
 #include "legopt/dataset/contact.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/geometry/internal/exact_collision.h"
+#include "legopt/judge/internal/touch.h"
 #include "legopt/judge/judge.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/types/check.h"
@@ -80,6 +81,7 @@ struct CheckedWaypoint {
   const Kinematics& kinematics;  ///< at the configuration with joints clamped to their limits
   const Kinematics* previous;    ///< at the waypoint before; null at the first one
   ExactCollision& collision;
+  TouchProbe& touch;
 };
 
 /// How a check is measured.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "legopt/judge/internal/touch.h"
+#include "legopt/types/check.h"
 #include "legopt/types/number_text.h"
 
 namespace legopt {
@@ -58,6 +60,13 @@ std::string PoseErrorText(const std::string& link, const ContactPoseError& error
   }
   return link + " rotation about " + axis + " off by " + NumberText(error.violation) +
          " (quaternion component, tolerance " + NumberText(tolerance) + ", half the angle in rad)";
+}
+
+std::string TouchText(const std::string& contact, double gap_m) {
+  constexpr double kPercent = 100.0;
+  return contact + " does not touch the scene: " + NumberText(kPercent * kTouchShare) +
+         " % of its patch must be within " + LengthText(kTouchTolerance_m) + " of a surface, and are within " +
+         (gap_m < kFarGap_m ? LengthText(gap_m) : "more than " + LengthText(kFarGap_m));
 }
 
 std::string ComErrorText(double distance_m, double tolerance_m) {

@@ -41,6 +41,8 @@ std::string NumberText(double value);
 std::string LengthText(double value_m);
 /// Describes a foot pose error: foot, component, magnitude and tolerance (quaternion component, m).
 std::string PoseErrorText(const std::string& link, const ContactPoseError& error, double tolerance);
+/// Describes the gap below a contact (touch.h).
+std::string TouchText(const std::string& contact, double gap_m);
 /// Describes the distance of the centre of mass from the support polygon.
 std::string ComErrorText(double distance_m, double tolerance_m);
 

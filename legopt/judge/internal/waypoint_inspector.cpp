@@ -37,7 +37,8 @@ WaypointInspector::WaypointInspector(std::shared_ptr<const Dataset> dataset)
     : dataset_(std::move(dataset)),
       kinematics_(dataset_->robot()),
       previous_(dataset_->robot()),
-      collision_(dataset_->robot(), dataset_->scene(), dataset_->collision_model()) {}
+      collision_(dataset_->robot(), dataset_->scene(), dataset_->collision_model()),
+      touch_(*dataset_, collision_) {}
 
 /// Clamps the joints to their limits, as for a verdict.
 bool WaypointInspector::SetState(const Eigen::VectorXd& x, Kinematics* kinematics) const {
@@ -88,7 +89,8 @@ void WaypointInspector::ListValues(const Stance& stance, const Eigen::VectorXd& 
                                  .x = x,
                                  .kinematics = kinematics_,
                                  .previous = has_previous ? &previous_ : nullptr,
-                                 .collision = collision_};
+                                 .collision = collision_,
+                                 .touch = touch_};
   for (const auto checks : {PoseChecks(), BodyChecks()}) {
     for (const WaypointCheck& check : checks) {
       const CheckDrawing drawing = DescriptionOf(check.check).drawing;

@@ -10,6 +10,7 @@
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/problem_definition.h"
 #include "legopt/geometry/internal/exact_collision.h"
+#include "legopt/judge/internal/touch.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/types/check.h"
 
@@ -69,6 +70,8 @@ inline constexpr double kNearLimit = 1e-3;
 class WaypointInspector {
  public:
   explicit WaypointInspector(std::shared_ptr<const Dataset> dataset);
+  WaypointInspector(const WaypointInspector&) = delete;
+  WaypointInspector& operator=(const WaypointInspector&) = delete;
 
   /// Lists the findings for the configuration `x` under a stance, whose links must be feet of the dataset (else
   /// InputError). `x`: n + 7 finite numbers with a non-zero quaternion of any norm; otherwise the lists are empty.
@@ -90,6 +93,7 @@ class WaypointInspector {
   Kinematics kinematics_;
   Kinematics previous_;  ///< state at the previous waypoint
   ExactCollision collision_;
+  TouchProbe touch_;
 };
 
 }  // namespace legopt

@@ -1,0 +1,152 @@
+#include "legopt/judge/internal/touch.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "legopt/robot/kinematics.h"
+#include "legopt/types/check.h"
+
+namespace legopt {
+namespace {
+
+constexpr int kGrid = 16;               // places per row of a patch's bounding rectangle
+constexpr double kOverlap_m = 5e-3;     // a surface this far above the link's underside is below the link
+constexpr double kCornerBand_m = 5e-3;  // corners of the surface are those this far above its lowest point
+constexpr double kInset_m = 1e-6;       // corners are moved inwards, so that rounding does not put them outside
+constexpr int kHalvings = 7;            // of the distance between two places, to find the edge of what touches
+
+bool Contains(const std::vector<HalfPlane>& edges, const Eigen::Vector2d& p) {
+  return std::ranges::all_of(edges, [&](const HalfPlane& edge) { return edge.Distance(p) <= 0.0; });
+}
+
+}  // namespace
+
+TouchProbe::Underside TouchProbe::MakeUnderside(const Contact& contact) const {
+  const RobotModel& robot = dataset_.robot();
+  Kinematics kinematics(robot);
+  kinematics.UpdatePoses(robot.NeutralConfiguration());
+  const Eigen::Isometry3d X_CW = (kinematics.link_pose(contact.link_index) * contact.X_LC).inverse(Eigen::Isometry);
+  Underside underside;
+  for (int link = 0; link < std::ssize(robot.links()); ++link) {
+    if (link != contact.link_index && robot.MovingJointsBetween(link, contact.link_index) > 0) continue;
+    collision_.AddLinkTriangles(link, X_CW * kinematics.link_pose(link), &underside.triangles);
+  }
+  const Eigen::Isometry3d X_CL = contact.X_LC.inverse(Eigen::Isometry);
+  std::vector<Eigen::Vector2d> points;
+  for (const Eigen::Vector3d& point : contact.points_L) points.emplace_back((X_CL * point).head<2>());
+  const std::vector<Eigen::Vector2d> patch = ConvexHull2d(points);
+  const std::vector<HalfPlane> edges = Edges(patch);
+  Eigen::AlignedBox2d rectangle;
+  for (const Eigen::Vector2d& corner : patch) rectangle.extend(corner);
+
+  const auto place_at = [&](const Eigen::Vector2d& p) { return Place{p, underside.triangles.Lowest(p)}; };
+  constexpr std::size_t kOutside = static_cast<std::size_t>(-1);
+  std::vector<std::size_t> index(kGrid * kGrid, kOutside);
+  for (int row = 0; row < kGrid; ++row) {
+    for (int column = 0; column < kGrid; ++column) {
+      const Eigen::Vector2d cell((column + 0.5) / kGrid, (row + 0.5) / kGrid);
+      const Eigen::Vector2d p = rectangle.min() + rectangle.sizes().cwiseProduct(cell);
+      if (!Contains(edges, p)) continue;
+      index[static_cast<std::size_t>(row * kGrid + column)] = underside.grid.size();
+      underside.grid.push_back(place_at(p));
+    }
+  }
+  for (int at = 0; at < kGrid * kGrid; ++at) {
+    const std::size_t own = index[static_cast<std::size_t>(at)];
+    if (own == kOutside) continue;
+    const auto next = [&](bool exists, int step) {
+      const std::size_t other = exists ? index[static_cast<std::size_t>(at + step)] : kOutside;
+      return other == kOutside ? own : other;
+    };
+    underside.neighbour.push_back(next(at % kGrid + 1 < kGrid, 1));
+    underside.above.push_back(next(at / kGrid + 1 < kGrid, kGrid));
+  }
+
+  double lowest = TriangleColumns::kNone;
+  for (const Place& place : underside.grid) lowest = std::min(lowest, place.height);
+  std::vector<Eigen::Vector2d> corners;
+  for (const Eigen::Vector3d& corner : underside.triangles.Corners()) {
+    if (corner.z() <= lowest + kCornerBand_m && Contains(edges, corner.head<2>()))
+      corners.emplace_back(corner.head<2>());
+  }
+  for (const auto& hull : {patch, ConvexHull2d(corners)}) {
+    Eigen::Vector2d centre = Eigen::Vector2d::Zero();
+    for (const Eigen::Vector2d& corner : hull) centre += corner / static_cast<double>(hull.size());
+    for (const Eigen::Vector2d& corner : hull) {
+      const Eigen::Vector2d inwards = centre - corner;
+      underside.corners.push_back(place_at(corner + inwards * std::min(1.0, kInset_m / (inwards.norm() + kInset_m))));
+    }
+  }
+  for (const auto* places : {&underside.grid, &underside.corners}) {
+    for (const Place& place : *places) {
+      if (!std::isfinite(place.height)) continue;
+      underside.box.extend(Eigen::Vector3d(place.position.x(), place.position.y(), place.height));
+    }
+  }
+  return underside;
+}
+
+const TouchProbe::Underside& TouchProbe::UndersideOf(const Contact& contact) {
+  const auto known = undersides_.find(contact.name);
+  if (known != undersides_.end()) return known->second;
+  return undersides_.emplace(contact.name, MakeUnderside(contact)).first->second;
+}
+
+double TouchProbe::GapAt(const Place& place) const {
+  if (!std::isfinite(place.height)) return kFarGap_m;
+  const double surface = scene_.HighestBelow(place.position, place.height + kOverlap_m);
+  return std::clamp(place.height - surface, 0.0, kFarGap_m);
+}
+
+TouchProbe::Place TouchProbe::Boundary(const Underside& underside, const Place& touching, const Place& other) const {
+  Place inside = touching;
+  Eigen::Vector2d outside = other.position;
+  for (int i = 0; i < kHalvings; ++i) {
+    const Eigen::Vector2d p = 0.5 * (inside.position + outside);
+    const Place middle{p, underside.triangles.Lowest(p)};
+    if (GapAt(middle) <= kTouchTolerance_m) {
+      inside = middle;
+    } else {
+      outside = p;
+    }
+  }
+  return inside;
+}
+
+ContactTouch TouchProbe::Measure(const Contact& contact, const Eigen::Isometry3d& X_WL) {
+  const Underside& underside = UndersideOf(contact);
+  ContactTouch touch{.gap_m = kFarGap_m, .places_W = {}};
+  if (underside.box.isEmpty() || underside.grid.empty() || !X_WL.matrix().allFinite()) return touch;
+  const Eigen::Isometry3d X_WC = X_WL * contact.X_LC;
+  Eigen::AlignedBox3d box = underside.box;
+  box.min().z() -= kFarGap_m;
+  box.max().z() += kOverlap_m;
+  scene_.Clear();
+  collision_.AddSceneTriangles(X_WC, box, &scene_);
+
+  const auto add = [&](const Place& place) {
+    touch.places_W.emplace_back(
+        (X_WC * Eigen::Vector3d(place.position.x(), place.position.y(), place.height)).head<2>());
+  };
+  gaps_.clear();
+  for (const Place& place : underside.grid) gaps_.push_back(GapAt(place));
+  const auto touches = [&](std::size_t i) { return gaps_[i] <= kTouchTolerance_m; };
+  for (std::size_t i = 0; i < underside.grid.size(); ++i) {
+    if (touches(i)) add(underside.grid[i]);
+    for (const std::size_t other : {underside.neighbour[i], underside.above[i]}) {
+      if (touches(i) == touches(other)) continue;
+      const auto [inside, outside] = touches(i) ? std::pair(i, other) : std::pair(other, i);
+      add(Boundary(underside, underside.grid[inside], underside.grid[outside]));
+    }
+  }
+  for (const Place& corner : underside.corners) {
+    if (GapAt(corner) <= kTouchTolerance_m) add(corner);
+  }
+  const auto quantile =
+      gaps_.begin() + static_cast<std::ptrdiff_t>(std::ceil(kTouchShare * static_cast<double>(gaps_.size()))) - 1;
+  std::ranges::nth_element(gaps_, quantile);
+  touch.gap_m = *quantile;
+  return touch;
+}
+
+}  // namespace legopt

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "legopt/dataset/contact.h"
+#include "legopt/dataset/dataset.h"
+#include "legopt/geometry/internal/exact_collision.h"
+#include "legopt/geometry/internal/triangle_columns.h"
+
+namespace legopt {
+
+/// Where a contact touches the scene.
+struct ContactTouch {
+  /// Gap between link and scene, m, >= 0, that kTouchShare of the patch do not exceed; at most kFarGap_m.
+  double gap_m = 0.0;
+  /// Horizontal positions of places that touch, m; their hull is the contact's part of the support polygon.
+  std::vector<Eigen::Vector2d> places_W;
+};
+
+/// Largest gap that is distinguished from the absence of a surface.
+inline constexpr double kFarGap_m = 0.25;
+
+/// Measures whether contacts touch the scene, on the exact meshes of the link, of links fixed to it, and of the scene.
+///
+/// The *patch* is the hull of the contact's points in the contact frame's xy plane. The *gap* at a place of the patch
+/// is the distance, along the frame's z axis, from the lowest surface of the link to the highest surface of the scene
+/// below it; a surface up to 5 mm above the link's counts as gap 0, because depth is checked separately. A place
+/// touches if its gap is at most kTouchTolerance_m. The frame of the *actual* link pose is used, and nothing else of
+/// the contact's description, so a wrong description does not pass.
+///
+/// Contains workspaces: not thread-safe. Source: docs/explanation/judge.md#touching.
+class TouchProbe {
+ public:
+  /// Both arguments must outlive this object.
+  TouchProbe(const Dataset& dataset, const ExactCollision& collision) : dataset_(dataset), collision_(collision) {}
+
+  /// Measures one contact. `X_WL`: pose of its link in the world.
+  ContactTouch Measure(const Contact& contact, const Eigen::Isometry3d& X_WL);
+
+ private:
+  /// A place of the patch, in the contact frame.
+  struct Place {
+    Eigen::Vector2d position;
+    double height;  ///< of the link's lowest surface; TriangleColumns::kNone if there is none
+  };
+  /// The underside of a link below a patch. It does not move in the contact frame.
+  struct Underside {
+    TriangleColumns triangles;
+    std::vector<Place> grid;             ///< of equal area; all of them make up the patch
+    std::vector<std::size_t> neighbour;  ///< per place, the next one in its row of the grid, or itself
+    std::vector<std::size_t> above;      ///< per place, the next one in its column, or itself
+    std::vector<Place> corners;          ///< corners of the patch and of the link's surface
+    Eigen::AlignedBox3d box;             ///< of all places with a surface
+  };
+
+  const Underside& UndersideOf(const Contact& contact);
+  Underside MakeUnderside(const Contact& contact) const;
+  double GapAt(const Place& place) const;
+  Place Boundary(const Underside& underside, const Place& touching, const Place& other) const;
+
+  const Dataset& dataset_;
+  const ExactCollision& collision_;
+  std::map<std::string, Underside> undersides_;  ///< by contact name
+  TriangleColumns scene_;                        ///< scene below the measured contact, in the contact frame
+  std::vector<double> gaps_;
+};
+
+}  // namespace legopt
