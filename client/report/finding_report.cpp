@@ -10,6 +10,8 @@ std::string Mark(DatasetDiagnostic::Severity severity) {
   switch (severity) {
     case DatasetDiagnostic::Severity::kInfo:
       return "ok";
+    case DatasetDiagnostic::Severity::kRepaired:
+      return "repaired";
     case DatasetDiagnostic::Severity::kWarning:
       return "warn";
     case DatasetDiagnostic::Severity::kError:

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <utility>
 
 #include "legopt/dataset/dataset.h"
@@ -17,6 +18,7 @@
 #include "legopt/files/written_file.h"
 #include "legopt/geometry/internal/scene_solids.h"
 #include "legopt/geometry/internal/terrain.h"
+#include "legopt/import/internal/contact_finder.h"
 #include "legopt/import/internal/copied_files.h"
 #include "legopt/import/internal/dataset_check.h"
 #include "legopt/import/internal/used_contacts.h"
@@ -31,7 +33,8 @@ namespace {
 namespace fs = std::filesystem;
 using Severity = DatasetDiagnostic::Severity;
 
-constexpr double kSoleClearance_m = 1e-3;  // the judge's tolerance (docs/explanation/paper.md#foot-targets)
+constexpr const char* kLevelGround =
+    "objects:\n  - {name: ground, shape: box, size: [40, 40, 0.5], position: [0, 0, -0.25]}\n";
 
 class Importer {
  public:
@@ -96,7 +99,8 @@ class Importer {
     for (const fs::path& file : sources_.problems) {
       if (!file.empty()) problems += ", " + InSource(file);
     }
-    Note(Severity::kInfo, "files", "", InSource(sources_.robot) + ", " + InSource(sources_.scene) + problems,
+    Note(Severity::kInfo, "files", "",
+         InSource(sources_.robot) + (sources_.scene.empty() ? "" : ", " + InSource(sources_.scene)) + problems,
          sources_.collada ? "robot by COLLADA kinematics, turned into a URDF" : "robot by URDF");
   }
 
@@ -107,7 +111,7 @@ class Importer {
       WriteColladaRobot(robot, folder_);
       findings = std::move(robot.findings);
     } else {
-      findings = CopyUrdfRobot(sources_.robot, folder_, options_.read_guard);
+      findings = CopyUrdfRobot(sources_.robot, folder_);
     }
     for (DatasetDiagnostic& finding : findings) report_.findings.push_back(std::move(finding));
     description_.robot_file = kRobotFileName;
@@ -130,6 +134,13 @@ class Importer {
   }
 
   void WriteScene() {
+    if (sources_.scene.empty()) {
+      description_.scene_file = "scene.yaml";
+      WriteTextFile(folder_ / description_.scene_file, kLevelGround);
+      Note(Severity::kInfo, "scene", "", "", "the folder has none: level ground of 40 x 40 m, z = 0; others: --scene");
+      triangles_ = CollectSceneTriangles(ReadSceneFile(folder_ / description_.scene_file, options_.read_guard));
+      return;
+    }
     CopiedScene scene = CopySceneFiles(
         sources_.scene, folder_,
         {.root = options_.source, .fix_winding = options_.fix_winding, .read_guard = options_.read_guard});
@@ -243,10 +254,29 @@ class Importer {
     if (links.empty()) {
       for (const ContactDescription& contact : known) links.push_back(contact.link);
     }
-    if (links.empty()) RefuseWithoutFeet();
-    const std::optional<double> known_offset_m = CommonSoleOffset_m(known);
-    const std::optional<double> offset_m = options_.sole_offset_m ? options_.sole_offset_m : known_offset_m;
-    description_.contacts = DescribeSoles(links, offset_m ? *offset_m : MeasureSoleOffset_m(links));
+    if (links.empty()) links = FindFeetOrRefuse();
+    if (options_.sole_offset_m) {
+      description_.contacts = DescribeSoles(links, *options_.sole_offset_m);
+      return;
+    }
+    description_.contacts.clear();
+    for (const std::string& link : links) description_.contacts.push_back(Measured(link));
+  }
+
+  /// Returns the contact of a link as measured on its geometry.
+  ContactDescription Measured(const std::string& name) {
+    const int link = robot_->FindLink(name);
+    if (link < 0) return DescribeSoles({name}, 0.0).front();  // Dataset::Load reports the nearest valid link
+    const FoundSole sole = MeasureSole(*robot_, link);
+    if (!sole.contact.points) return sole.contact;  // Dataset::Load reports that it has no geometry
+    constexpr double kSquareCentimetres = 1e4, kDegrees = 180.0 / std::numbers::pi, kMillimetres = 1e3;
+    const std::string area = sole.area_m2 > 0 && sole.contact.points->size() > 2
+                                 ? FormatFixed(kSquareCentimetres * sole.area_m2, 0) + " cm2"
+                                 : std::string("a point");
+    Note(Severity::kInfo, "contact", name, area,
+         "measured on its meshes; the link's origin is " + FormatFixed(kMillimetres * sole.height_m, 1) +
+             " mm above it, its z axis " + FormatFixed(kDegrees * sole.tilt_rad, 1) + " deg off its normal");
+    return sole.contact;
   }
 
   bool IsBenchmarkRobot() const {
@@ -260,32 +290,24 @@ class Importer {
                        [&](const ContactDescription& contact) { return robot_->FindLink(contact.link) >= 0; });
   }
 
-  /// Throws an error that lists the leaf links with geometry.
-  [[noreturn]] void RefuseWithoutFeet() const {
-    std::string ends;
-    for (int link = 0; link < std::ssize(robot_->links()); ++link) {
-      const bool end = std::none_of(robot_->joints().begin(), robot_->joints().end(),
-                                    [&](const Joint& joint) { return joint.parent_link == link; });
-      const Link& candidate = robot_->links()[static_cast<size_t>(link)];
-      if (end && !candidate.collision.empty()) ends += (ends.empty() ? "" : ", ") + candidate.name;
+  /// Returns the feet found from the robot's geometry. Throws an error with a numbered list of its ends if they are not
+  /// clear.
+  std::vector<std::string> FindFeetOrRefuse() {
+    const FoundFeet found = FindFeet(*robot_);
+    if (!found.links.empty()) {
+      std::string names;
+      for (const std::string& link : found.links) names += (names.empty() ? "" : ", ") + link;
+      Note(Severity::kInfo, "feet", "", names, "found as the lowest ends of the robot; others: --feet LINK,LINK");
+      return found.links;
     }
-    throw InputError({sources_.robot.string(), "feet", "", "no link is named as a foot, by no problem and no flag",
+    std::string ends;
+    for (std::size_t i = 0; i < found.candidates.size(); ++i) {
+      ends += (i == 0 ? "" : ", ") + std::to_string(i + 1) + " " + found.candidates[i];
+    }
+    throw InputError({sources_.robot.string(), "feet", "", "are not clear from the robot's geometry",
                       "name them with --feet LEFT,RIGHT" +
                           (ends.empty() ? std::string("; no end link of the robot has collision geometry")
-                                        : "; ends of the robot: " + ends)});
-  }
-
-  /// Returns the depth of the feet's lowest point below their link frames plus the clearance, rounded to micrometres.
-  double MeasureSoleOffset_m(const std::vector<std::string>& links) const {
-    double lowest = 0.0;
-    for (const std::string& foot : links) {
-      const int link = robot_->FindLink(foot);
-      if (link < 0) continue;  // Dataset::Load reports the nearest valid link
-      const Eigen::AlignedBox3d box = LinkBox(robot_->links()[static_cast<size_t>(link)], options_.read_guard);
-      if (!box.isEmpty()) lowest = std::min(lowest, box.min().z());
-    }
-    constexpr double kMicrometre = 1e-6;
-    return std::round((kSoleClearance_m - lowest) / kMicrometre) * kMicrometre;
+                                        : "; ends of the robot, lowest first: " + ends)});
   }
 
   const ImportOptions& options_;

@@ -148,7 +148,7 @@ TEST(Import, OfAUrdfWithMeshesInPackages) {
   const ImportReport report = ImportDataset(From(source), folder.path() / "out");
   EXPECT_FALSE(AnyError(report.findings));
   ASSERT_NE(Find(report, "robot", kWarning), nullptr);
-  EXPECT_EQ(Find(report, "robot", kWarning)->value, "lidar_link");
+  EXPECT_EQ(Find(report, "robot", kWarning)->field, "lidar_link");
   fs::remove_all(source);
   const auto dataset = Dataset::Load(folder.path() / "out");
   EXPECT_TRUE(fs::exists(folder.path() / "out" / "meshes" / "head.obj"));
@@ -273,13 +273,15 @@ TEST(Import, AMeshNameThatCannotBeReplacedIsNamed) {
               AllOf(HasSubstr("scene.yaml"), HasSubstr("meshes/rock.obj"), HasSubstr("plain or quoted word")));
 }
 
-TEST(Import, ARobotWithoutFeetIsRefused) {
+TEST(Import, FeetAreFound) {
   const test::CloneFolder clone;
   fs::remove_all(clone.path() / "data");
   const auto error = [&](const ImportOptions& options) {
     return MessageOf([&] { ImportDataset(options, clone.StagedFolder("out")); });
   };
-  EXPECT_THAT(error(From(clone.path())), AllOf(HasSubstr("tiny.zae"), HasSubstr("--feet"), HasSubstr("l_foot")));
+  const ImportReport found = ImportDataset(From(clone.path()), clone.StagedFolder("found"));
+  ASSERT_NE(Find(found, "feet", kInfo), nullptr);
+  EXPECT_EQ(Find(found, "feet", kInfo)->value, "l_foot, r_foot");
   ImportOptions options = From(clone.path());
   options.feet = {"l_fot"};
   EXPECT_THAT(error(options), AllOf(HasSubstr("l_fot"), HasSubstr("did you mean 'l_foot'"), Not(HasSubstr("/out"))));
@@ -288,6 +290,90 @@ TEST(Import, ARobotWithoutFeetIsRefused) {
   options.feet = {"l_foot", "r_foot"};
   const ImportReport report = ImportDataset(options, clone.StagedFolder("out"));
   EXPECT_NE(Find(report, "problems", kWarning), nullptr) << "a dataset for generate problems";
+}
+
+/// A folder with the synthetic robot only.
+class RobotAlone {
+ public:
+  RobotAlone() {
+    for (const char* file : {"dataset.yaml", "scene.yaml", "problems-posture.json", "problems-motion.json"}) {
+      fs::remove(source_ / file);
+    }
+    fs::remove_all(source_ / "meshes");
+    fs::create_directories(folder_.path() / "out");
+  }
+  void Replace(const std::string& text, const std::string& by) {
+    test::ReplaceInFile(source_ / "robot.urdf", text, by);
+  }
+  ImportReport Import() { return ImportDataset(From(source_), folder_.path() / "out"); }
+  std::shared_ptr<const Dataset> Imported() {
+    Import();
+    return Dataset::Load(folder_.path() / "out");
+  }
+
+ private:
+  test::TemporaryFolder folder_;
+  test::SyntheticFolder files_{folder_.path() / "in"};
+  fs::path source_ = files_.path();
+};
+
+constexpr const char* kFoot = "<origin xyz='0.03 0 -0.03'/><geometry><box size='0.2 0.1 0.04'/></geometry>";
+
+TEST(Import, ARobotAloneStandsOnLevelGroundWithMeasuredSoles) {
+  RobotAlone robot;
+  const auto dataset = robot.Imported();
+  ASSERT_EQ(dataset->contacts().size(), 2U);
+  for (const Contact& contact : dataset->contacts()) {
+    EXPECT_TRUE(contact.declares_points);
+    EXPECT_EQ(contact.link_height_m(), test::kSyntheticSoleOffset_m);
+    EXPECT_TRUE(contact.X_LC.linear().isIdentity(0.0));
+    EXPECT_LT((contact.Patch().min() - Eigen::Vector2d(-0.07, -0.05)).norm(), 1e-9);
+    EXPECT_LT((contact.Patch().max() - Eigen::Vector2d(0.13, 0.05)).norm(), 1e-9);
+  }
+  EXPECT_EQ(dataset->contacts()[0].link, "l_foot");
+  EXPECT_EQ(dataset->scene().objects.size(), 1U);
+}
+
+TEST(Import, ATiltedSoleGetsAFrameOfItsOwn) {
+  RobotAlone robot;
+  for (int side = 0; side < 2; ++side) {
+    robot.Replace(kFoot, "<origin xyz='0.03 0 -0.03' rpy='0 0.35 0'/><geometry><box size='0.2 0.1 0.04'/></geometry>");
+  }
+  const Contact contact = robot.Imported()->contacts()[0];
+  const Eigen::Matrix3d expected = Eigen::AngleAxisd(0.35, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  EXPECT_LT((contact.X_LC.linear() - expected).norm(), 1e-9);
+  // The middle of the sole, 20 mm below the middle of the box, is 1 mm above the contact frame's plane.
+  const Eigen::Vector3d middle = Eigen::Vector3d(0.03, 0, -0.03) - 0.02 * expected.col(2);
+  EXPECT_NEAR((contact.X_LC.inverse() * middle).z(), 1e-3, 1e-6);
+}
+
+TEST(Import, OnlyTheSoleIsThePatchNotASpurAboveIt) {
+  RobotAlone robot;
+  for (int side = 0; side < 2; ++side) {
+    robot.Replace(kFoot,
+                  "<origin xyz='0.030 0 -0.03'/><geometry><box size='0.2 0.1 0.04'/></geometry></collision>"
+                  "<collision><origin xyz='-0.1 0 -0.02'/><geometry><box size='0.06 0.1 0.02'/></geometry>");
+  }
+  EXPECT_NEAR(robot.Imported()->contacts()[0].Patch().min().x(), -0.07, 1e-6);
+}
+
+TEST(Import, ABallGetsASmallPatchBelowIt) {
+  RobotAlone robot;
+  for (int side = 0; side < 2; ++side) {
+    robot.Replace(kFoot, "<origin xyz='0.030 0 -0.03'/><geometry><sphere radius='0.03'/></geometry>");
+  }
+  const Contact contact = robot.Imported()->contacts()[0];
+  EXPECT_NEAR(contact.Patch().sizes().x(), 0.01, 1e-6);
+  EXPECT_NEAR(contact.X_LC.translation().x(), 0.03, 1e-3);
+  EXPECT_NEAR(contact.link_height_m(), 0.061, 1e-4);
+}
+
+TEST(Import, UnclearFeetAreAskedFor) {
+  RobotAlone robot;
+  robot.Replace(
+      "<joint name='r_hip' type='revolute'><parent link='trunk'/><child link='r_leg'/><origin xyz='0 -0.1 0'/>",
+      "<joint name='r_hip' type='revolute'><parent link='trunk'/><child link='r_leg'/><origin xyz='0 -0.1 1'/>");
+  EXPECT_THAT(MessageOf([&] { robot.Import(); }), AllOf(HasSubstr("--feet"), HasSubstr("1 l_foot")));
 }
 
 TEST(Import, ANominalPostureBeyondTheLimitsIsRefused) {

@@ -28,10 +28,12 @@ inline constexpr const char* kCompleteUrdf = R"(<?xml version="1.0"?>
     <visual><geometry><box size="1 2 3"/></geometry></visual>
     <visual><geometry><sphere radius="1"/></geometry></visual>
     <visual><geometry><cylinder radius="1" length="2"/></geometry></visual>
+    <visual><geometry><capsule radius="1" length="2"/></geometry></visual>
     <collision name="chest"><origin xyz="0 0 0.2" rpy="0.1 0 0"/>
       <geometry><box size="0.2 0.2 0.3"/></geometry></collision>
     <collision><geometry><sphere radius="0.1"/></geometry></collision>
     <collision><geometry><cylinder radius="0.1" length="0.4"/></geometry></collision>
+    <collision><geometry><capsule radius="0.1" length="0.4"/></geometry></collision>
     <collision><geometry><mesh filename="complete_urdf.h" scale="1 1 1"/></geometry></collision>
   </link>
   <link name="leg"><inertial><mass value="2"/>

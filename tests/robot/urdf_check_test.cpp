@@ -1,6 +1,7 @@
 // Policy: every checked attribute and element of a URDF is corrupted in many ways, one at a time, in a robot that has
 // them all. Each time the file is refused, and the error names the link or joint, the element, the attribute and a
-// fix. A valid file is read bit by bit as urdfdom reads it.
+// fix; or the fault is in a part that nothing reads or that can be repaired, and a note says so. A valid file is read
+// bit by bit as urdfdom reads it.
 #include "legopt/robot/internal/urdf_check.h"
 
 #include <gmock/gmock.h>
@@ -47,6 +48,22 @@ void ExpectRefused(const std::string& xml, const std::vector<std::string>& in_fi
   EXPECT_LE(fault.value.size(), 60U) << what;
 }
 
+void ExpectNoted(const std::string& xml, const std::string& what) {
+  EXPECT_EQ(FaultOf(xml).message, "") << what;
+  if (!FaultOf(xml).message.empty()) return;
+  const std::vector<UrdfDiagnostic> notes = CheckUrdf(xml, "robot.urdf").notes;
+  EXPECT_FALSE(notes.empty()) << what;
+  for (const UrdfDiagnostic& note : notes) EXPECT_THAT(note.field + note.value, Not(HasSubstr("\x1b"))) << what;
+}
+
+// Whether nothing of the element at this path is read.
+bool IsUnread(const std::string& path) {
+  for (const char* part : {"/visual", "/material", "/dynamics", "/safety_controller", "/calibration"}) {
+    if (path.find(part) != std::string::npos) return true;
+  }
+  return false;
+}
+
 // One element of the complete robot.
 struct Place {
   std::size_t index = 0;
@@ -82,6 +99,15 @@ std::string NameOf(const testing::TestParamInfo<Place>& info) {
 
 class EveryElement : public testing::TestWithParam<Place> {
  protected:
+  // Faults of unread elements are notes; others are errors.
+  void ExpectHandled(const std::string& path, const std::string& xml, const std::vector<std::string>& in_field,
+                     const std::string& what) const {
+    if (IsUnread(path)) {
+      ExpectNoted(xml, what);
+    } else {
+      ExpectRefused(xml, in_field, what);
+    }
+  }
   std::string element() const { return GetParam().path.substr(GetParam().path.find_last_of('/') + 1); }
   std::string With(const test::Spoil& spoil) const { return test::WithCorruptedElement(GetParam().index, spoil); }
   // Returns the words that an error about this element's attribute must contain.
@@ -145,8 +171,10 @@ TEST_P(EveryElement, NumbersAreDecimalFiniteAndAsManyAsNeeded) {
       bad.push_back(Repeated("0.5", count - 1) + " " + word);
     }
     for (const std::string& text : bad) {
-      ExpectRefused(With([&](XMLElement& e) { e.SetAttribute(attribute.c_str(), text.c_str()); }), About(attribute),
-                    GetParam().path + " " + attribute + "=\"" + text + "\"");
+      const bool infinite = text.find("inf") != std::string::npos || text.find("INF") != std::string::npos;
+      if (infinite && element() == "limit") continue;  // see InfiniteLimitsAreNoLimits
+      ExpectHandled(GetParam().path, With([&](XMLElement& e) { e.SetAttribute(attribute.c_str(), text.c_str()); }),
+                    About(attribute), GetParam().path + " " + attribute + "=\"" + text + "\"");
     }
   }
 }
@@ -159,6 +187,11 @@ TEST_P(EveryElement, NamesArePlainText) {
     for (const std::string& text : {std::string(), std::string("a\nb"), std::string("\x1b[31m"), std::string("${name}"),
                                     std::string(5000, 'x')}) {
       const std::string xml = With([&](XMLElement& e) { e.SetAttribute(attribute.c_str(), text.c_str()); });
+      const bool nameless_robot = GetParam().path == "robot" && attribute == "name" && text.empty();
+      if (IsUnread(GetParam().path) || attribute == "version" || nameless_robot) {
+        ExpectNoted(xml, GetParam().path + " " + attribute);
+        continue;
+      }
       EXPECT_FALSE(FaultOf(xml).message.empty()) << GetParam().path << " " << attribute << ": " << text.substr(0, 20);
       EXPECT_THAT(FaultOf(xml).field, Not(HasSubstr("\x1b"))) << "reaches the terminal";
       EXPECT_THAT(FaultOf(xml).value, Not(HasSubstr("\x1b"))) << "reaches the terminal";
@@ -188,7 +221,11 @@ TEST_P(EveryElement, AttributesAreNeitherMissingNorMisspeltNorTwice) {
     const bool optional = shape_name || (kOptional.contains(attribute) && element() != "axis");
     const std::string what = GetParam().path + " " + attribute;
     const std::string without = With([&](XMLElement& e) { e.DeleteAttribute(attribute.c_str()); });
-    if (optional) {
+    const bool robot_name = GetParam().path == "robot" && attribute == "name";
+    const bool repaired = robot_name || attribute == "effort" || attribute == "velocity";
+    if (repaired || (IsUnread(GetParam().path) && !optional)) {
+      ExpectNoted(without, what + " missing");
+    } else if (optional) {
       EXPECT_EQ(FaultOf(without).message, "") << what;
     } else {
       ExpectRefused(without, {element(), attribute}, what + " missing");
@@ -197,7 +234,11 @@ TEST_P(EveryElement, AttributesAreNeitherMissingNorMisspeltNorTwice) {
       e.SetAttribute((attribute + "s").c_str(), e.Attribute(attribute.c_str()));
       e.DeleteAttribute(attribute.c_str());
     });
-    ExpectRefused(misspelt, {element()}, what + " misspelt");
+    if (robot_name) {
+      ExpectNoted(misspelt, what + " misspelt");
+    } else {
+      ExpectHandled(GetParam().path, misspelt, {element()}, what + " misspelt");
+    }
     const std::string marked = With([&](XMLElement& e) { e.SetAttribute("MARK", 1); });
     std::string twice = marked;
     twice.replace(twice.find("MARK=\"1\""), 8, attribute + "=\"1\"");
@@ -212,15 +253,28 @@ TEST_P(EveryElement, ElementsAreNeitherTwiceNorMisspelt) {
   if (!repeatable.contains(GetParam().path)) {
     const std::string twice =
         With([](XMLElement& e) { e.Parent()->InsertAfterChild(&e, e.DeepClone(e.GetDocument())); });
-    ExpectRefused(twice, {GetParam().owner}, GetParam().path + " twice");
+    if (GetParam().path.find("/collision/geometry/") != std::string::npos) {
+      ExpectRefused(twice, {GetParam().owner}, GetParam().path + " twice");
+    } else {
+      ExpectNoted(twice, GetParam().path + " twice");
+    }
   }
   const std::string misspelt = With([&](XMLElement& e) { e.SetName((element() + "x").c_str()); });
+  const std::string parent = GetParam().path.substr(0, GetParam().path.find_last_of('/'));
+  if (IsUnread(parent)) {
+    ExpectNoted(misspelt, GetParam().path + " misspelt");
+    return;
+  }
   ExpectRefused(misspelt, {}, GetParam().path + " misspelt");
   EXPECT_THAT(FaultOf(misspelt).fix, AllOf(HasSubstr("did you mean"), HasSubstr(element()))) << FaultOf(misspelt).fix;
 }
 
 TEST_P(EveryElement, XacroIsNotTakenForNothing) {
   const std::string xml = With([](XMLElement& e) { e.InsertNewChildElement("xacro:insert_block"); });
+  if (IsUnread(GetParam().path)) {
+    ExpectNoted(xml, GetParam().path);
+    return;
+  }
   EXPECT_THAT(FaultOf(xml).message, HasSubstr("xacro")) << GetParam().path;
   EXPECT_THAT(FaultOf(xml).fix, HasSubstr("xacro FILE")) << GetParam().path;
 }
@@ -244,14 +298,19 @@ TEST(UrdfCheck, TheCompleteRobotIsCompleteAndSound) {
 
 // Required elements, by their paths.
 TEST(UrdfCheck, RequiredElements) {
-  const std::set<std::string> required = {"robot/link/inertial/mass",   "robot/link/inertial/inertia",
-                                          "robot/link/visual/geometry", "robot/link/collision/geometry",
-                                          "robot/joint/parent",         "robot/joint/child"};
+  const std::set<std::string> required = {"robot/link/inertial/mass", "robot/joint/parent", "robot/joint/child"};
+  const std::set<std::string> repaired = {"robot/link/inertial/inertia", "robot/link/visual/geometry",
+                                          "robot/link/collision/geometry"};
   for (const Place& place : Places()) {
     const bool limit = place.path == "robot/joint/limit";
     const bool shape = place.path.find("/geometry/") != std::string::npos;
-    if (!required.contains(place.path) && !limit && !shape) continue;
+    const bool noted = repaired.contains(place.path) || shape;
+    if (!required.contains(place.path) && !limit && !noted) continue;
     const std::string xml = test::WithCorruptedElement(place.index, [](XMLElement& e) { e.Parent()->DeleteChild(&e); });
+    if (noted) {
+      ExpectNoted(xml, "without " + place.path);
+      continue;
+    }
     ExpectRefused(xml, {place.owner}, "without " + place.path);
   }
 }
@@ -260,17 +319,23 @@ TEST(UrdfCheck, SizesAreSizes) {
   const auto in_collision = [](const std::string& shape) {
     return "<robot name='r'><link name='a'><collision><geometry>" + shape + "</geometry></collision></link></robot>";
   };
-  for (const char* shape : {"<box size='0 1 1'/>", "<box size='1 -1 1'/>", "<sphere radius='0'/>",
-                            "<sphere radius='-1'/>", "<cylinder radius='0' length='1'/>",
+  for (const char* shape : {"<box size='1 -1 1'/>", "<sphere radius='-1'/>", "<cylinder radius='0' length='1'/>",
                             "<cylinder radius='1' length='-1'/>", "<mesh filename='a.stl' scale='1 0 1'/>"}) {
     ExpectRefused(in_collision(shape), {"link 'a'", "collision: geometry"}, shape);
   }
-  for (const char* shape :
-       {"<capsule radius='1' length='1'/>", "<cone/>", "", "<box size='1 1 1'/><sphere radius='1'/>"}) {
+  for (const char* shape : {"<cone/>", "<box size='1 1 1'/><sphere radius='1'/>"}) {
     ExpectRefused(in_collision(shape), {"link 'a'", "collision: geometry"}, shape);
   }
-  EXPECT_THAT(FaultOf(in_collision("<capsule radius='1' length='1'/>")).fix,
-              AllOf(HasSubstr("cylinder"), HasSubstr("sphere")));
+  for (const char* shape :
+       {"<box size='0 1 1'/>", "<sphere radius='0'/>", "", "<box size='1 1 1'/><declare_convex/>"}) {
+    ExpectNoted(in_collision(shape), shape);
+  }
+  const RobotModel flat = RobotModel::FromUrdfText(in_collision("<box size='0 1 1'/>"), "robot.urdf", ".");
+  EXPECT_EQ(flat.links()[0].collision[0].size, Eigen::Vector3d(0.001, 1, 1));
+  const RobotModel capsule =
+      RobotModel::FromUrdfText(in_collision("<capsule radius='1' length='2'/>"), "robot.urdf", ".");
+  EXPECT_EQ(capsule.links()[0].collision[0].kind, ShapeSpec::Kind::kCapsule);
+  EXPECT_EQ(capsule.links()[0].collision[0].size, Eigen::Vector3d(1, 1, 2));
   ExpectRefused(
       "<robot name='r'><link name='a'><inertial><mass value='-1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' "
       "iyz='0' izz='1'/></inertial></link></robot>",
@@ -282,13 +347,62 @@ TEST(UrdfCheck, WholeFiles) {
   EXPECT_THAT(FaultOf(std::string("<robot name='r'>\0</robot>", 25)).message, HasSubstr("byte 0"));
   EXPECT_THAT(FaultOf("<robot name='r'><link name='a'/></robot><robot name='s'/>").message, HasSubstr("second"));
   EXPECT_THAT(FaultOf("<sdf/>").message, HasSubstr("<robot>"));
-  EXPECT_THAT(FaultOf("<robot name='r' version='2.0'><link name='a'/></robot>").field, HasSubstr("version"));
+  ExpectNoted("<robot name='r' version='2.0'><link name='a'/></robot>", "version");
   EXPECT_THAT(FaultOf("<robot name='r'><link name='a'/><link name='a'/></robot>").message, HasSubstr("two links"));
   std::string many = "<robot name='r'>";
   for (int i = 0; i < 2001; ++i) many += "<link name='" + std::to_string(i) + "'/>";
   EXPECT_THAT(FaultOf(many + "</robot>").value, HasSubstr("2001 links"));
   EXPECT_THAT(FaultOf("<robot name='r'>" + std::string(std::size_t{17} << 20, ' ') + "</robot>").message,
               HasSubstr("16 MiB"));
+}
+
+std::string JointXml(const std::string& type, const std::string& inside, const std::string& parent = "a") {
+  return "<robot name='r'><link name='a'/><link name='b'/><joint name='j' type='" + type + "'><parent link='" + parent +
+         "'/><child link='b'/><axis xyz='0 0 1'/>" + inside + "</joint></robot>";
+}
+
+TEST(UrdfCheck, InfiniteLimitsAreNoLimits) {
+  const std::string xml = JointXml("revolute", "<limit lower='-inf' upper='INFINITY' effort='inf' velocity='1'/>");
+  ExpectNoted(xml, "infinite");
+  const RobotModel robot = RobotModel::FromUrdfText(xml, "robot.urdf", ".");
+  EXPECT_EQ(robot.lower_limits()[0], -1e4);
+  EXPECT_EQ(robot.upper_limits()[0], 1e4);
+}
+
+TEST(UrdfCheck, AFreeRootIsLeftOut) {
+  for (const char* type : {"floating", "planar"}) {
+    ExpectNoted(JointXml(type, ""), type);
+    EXPECT_EQ(RobotModel::FromUrdfText(JointXml(type, ""), "robot.urdf", ".").links().front().name, "b");
+  }
+  const std::string shaped = "<link name='a'><collision><geometry><sphere radius='1'/></geometry></collision></link>";
+  std::string xml = JointXml("floating", "");
+  xml.replace(xml.find("<link name='a'/>"), 16, shaped);
+  ExpectRefused(xml, {"joint 'j'", "type"}, "a root with a shape");
+}
+
+TEST(UrdfCheck, AllFaultsAtOnceAtMostThreeOfAKind) {
+  std::string xml = "<robot name='r'>";
+  for (int i = 0; i < 5; ++i) {
+    xml += "<link name='" + std::to_string(i) + "'><inertial><mass value='-1'/><inertia/></inertial></link>";
+  }
+  try {
+    CheckUrdf(xml + "</robot>", "robot.urdf");
+    FAIL() << "accepted";
+  } catch (const InputError& error) {
+    std::map<std::string, int> lines;
+    for (const InputError::Fault& fault : error.faults()) ++lines[fault.message];
+    EXPECT_EQ(lines["must not be negative"], 3);
+    EXPECT_GT(lines.size(), 3U) << "missing moments of inertia, too";
+    EXPECT_THAT(error.what(), HasSubstr("and 2 more"));
+  }
+}
+
+TEST(UrdfCheck, ContinuousJointsHaveNoLimits) {
+  const auto remarks = ReviewUrdf(
+      CheckUrdf(JointXml("continuous", "<limit lower='-1' upper='1' effort='1' velocity='1'/>"), "robot.urdf"));
+  ASSERT_EQ(remarks.size(), 1U);
+  EXPECT_EQ(remarks[0].field, "j");
+  EXPECT_THAT(remarks[0].message, HasSubstr("continuous"));
 }
 
 TEST(UrdfCheck, ALongChainIsRead) {
@@ -450,15 +564,6 @@ INSTANTIATE_TEST_SUITE_P(
         Edit{kMass, R"(<mass value="x %n%n%n"/>)", "inertial: mass: value"},
         Edit{kMass, R"(<mass value="%s%s%s%s%s%s"/>)", "inertial: mass: value"},
         Edit{R"(<inertia ixx="0.124241386")", "<inertia", "inertial: inertia: ixx"},
-        Edit{kVisual, R"(<geometry><capsule radius="0.1" length="0.2"/></geometry></visual>)", "visual: geometry"},
-        Edit{kVisual, "<geometry/></visual>", "visual: geometry"},
-        Edit{kVisual, R"(<geometry><cylinder radius="0.1"/></geometry></visual>)",
-             "visual: geometry: cylinder: length"},
-        Edit{kVisual, R"(<geometry><box size="1 2"/></geometry></visual>)", "visual: geometry: box: size"},
-        Edit{kCollision, R"(<geometry><capsule radius="0.1" length="0.2"/></geometry></collision>)",
-             "collision: geometry"},
-        Edit{kCollision, "<geometry/></collision>", "collision: geometry"},
-        Edit{kCollision, "</collision>", "collision"},
         Edit{kCollision, R"(<geometry><box size="1 2"/></geometry></collision>)", "collision: geometry: box: size"},
         Edit{kCollision, R"(<geometry><box size="1 2 3 4"/></geometry></collision>)", "collision: geometry: box: size"},
         Edit{kCollision, R"(<origin xyz="0 0"/><geometry><box size="1 2 3"/></geometry></collision>)",
@@ -467,6 +572,27 @@ INSTANTIATE_TEST_SUITE_P(
              "collision: origin: xyz"},
         Edit{kCollision, R"(<origin xyz="%s%s%s %n %n"/><geometry><box size="1 2 3"/></geometry></collision>)",
              "collision: origin: xyz"}));
+
+// Edits after which the robot is still usable, with a note.
+class TolerableLink : public testing::TestWithParam<Edit> {};
+
+TEST_P(TolerableLink, IsNoted) {
+  std::string xml = ReadUrdfFile(SourceFolder() + "/data/garage-small/robot.urdf");
+  const std::size_t place = xml.find(GetParam().from, xml.find("<link name=\"pelvis\""));
+  ASSERT_NE(place, std::string::npos) << GetParam().from;
+  xml.replace(place, std::string(GetParam().from).size(), GetParam().to);
+  const std::vector<UrdfDiagnostic> notes = CheckUrdf(xml, "robot.urdf").notes;
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_THAT(notes[0].field, AllOf(HasSubstr("link 'pelvis'"), HasSubstr(GetParam().element)));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Urdf, TolerableLink,
+    testing::Values(Edit{kVisual, "<geometry/></visual>", "visual"},
+                    Edit{kVisual, R"(<geometry><cylinder radius="0.1"/></geometry></visual>)", "visual: geometry"},
+                    Edit{kVisual, R"(<geometry><box size="1 2"/></geometry></visual>)", "visual: geometry"},
+                    Edit{kCollision, "<geometry/></collision>", "collision"},
+                    Edit{kCollision, "</collision>", "collision"}));
 
 }  // namespace
 }  // namespace legopt

@@ -64,7 +64,10 @@ TEST(Urdf, MissingAndUnconnectedLinks) {
 }
 
 TEST(Urdf, BadJoints) {
-  ExpectFault(kLinks + R"(<joint name="1" type="floating"><parent link="a"/><child link="b"/></joint>)", "joint '1'",
+  ExpectFault(kLinks + FixedJoint("0", "a", "b") +
+                  R"(<joint name="1" type="floating"><parent link="b"/><child link="c"/></joint>)",
+              "joint '1'", "only the joint of a root link");
+  ExpectFault(kLinks + R"(<joint name="1" type="ball"><parent link="a"/><child link="b"/></joint>)", "joint '1'",
               "not supported");
   ExpectFault(R"(<link name="a"/><link name="b"/><joint name="1" type="revolute"><parent link="a"/><child link="b"/>
                <axis xyz="0 0 0"/><limit lower="0" upper="1" effort="1" velocity="1"/></joint>)",

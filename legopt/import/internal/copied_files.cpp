@@ -18,12 +18,22 @@
 #include "legopt/input/json.h"
 #include "legopt/input/text.h"
 #include "legopt/input/yaml.h"
+#include "legopt/robot/internal/urdf_check.h"
+#include "legopt/robot/internal/urdf_reader.h"
 #include "legopt/types/input_error.h"
 
 namespace legopt {
+Eigen::Vector3d RollPitchYaw(const Eigen::Matrix3d& R) {
+  const double cos_pitch = std::hypot(R(0, 0), R(1, 0));
+  constexpr double kGimbalLock = 1e-9;
+  if (cos_pitch < kGimbalLock) return {std::atan2(-R(1, 2), R(1, 1)), std::atan2(-R(2, 0), cos_pitch), 0.0};
+  return {std::atan2(R(2, 1), R(2, 2)), std::atan2(-R(2, 0), cos_pitch), std::atan2(R(1, 0), R(0, 0))};
+}
+
 namespace {
 
 namespace fs = std::filesystem;
+using Severity = DatasetDiagnostic::Severity;
 using tinyxml2::XMLElement;
 
 /// Generates unique file names from arbitrary text.
@@ -58,14 +68,6 @@ std::string Number(double value) {
 }
 
 std::string Numbers(const Eigen::Vector3d& v) { return Number(v.x()) + " " + Number(v.y()) + " " + Number(v.z()); }
-
-/// Returns the fixed-axis roll, pitch and yaw of R = Rz Ry Rx.
-Eigen::Vector3d RollPitchYaw(const Eigen::Matrix3d& R) {
-  const double cos_pitch = std::hypot(R(0, 0), R(1, 0));
-  constexpr double kGimbalLock = 1e-9;
-  if (cos_pitch < kGimbalLock) return {std::atan2(-R(1, 2), R(1, 1)), std::atan2(-R(2, 0), cos_pitch), 0.0};
-  return {std::atan2(R(2, 1), R(2, 2)), std::atan2(-R(2, 0), cos_pitch), std::atan2(R(1, 0), R(0, 0))};
-}
 
 void SetOrigin(const Eigen::Isometry3d& pose, XMLElement* parent) {
   XMLElement* origin = parent->InsertNewChildElement("origin");
@@ -172,14 +174,16 @@ void RenameMeshes(const Link& link, XMLElement* element, MeshCopier* copier) {
   }
 }
 
-/// Removes the <visual> elements; returns true if there were any.
-bool RemoveVisuals(XMLElement* link) {
-  bool removed = false;
-  for (XMLElement* e = link->FirstChildElement("visual"); e != nullptr; e = link->FirstChildElement("visual")) {
-    link->DeleteChild(e);
-    removed = true;
+Severity SeverityOf(UrdfSeverity severity) {
+  switch (severity) {
+    case UrdfSeverity::kInfo:
+      return Severity::kInfo;
+    case UrdfSeverity::kRepaired:
+      return Severity::kRepaired;
+    case UrdfSeverity::kWarning:
+      return Severity::kWarning;
   }
-  return removed;
+  return Severity::kWarning;
 }
 
 }  // namespace
@@ -197,31 +201,26 @@ void WriteColladaRobot(const ColladaRobot& robot, const fs::path& folder) {
   WriteTextFile(folder / kRobotFileName, Print(document));
 }
 
-std::vector<DatasetDiagnostic> CopyUrdfRobot(const fs::path& urdf, const fs::path& folder, const ReadGuard& guard) {
-  const RobotModel robot = RobotModel::FromUrdfFile(urdf.string(), guard);
+std::vector<DatasetDiagnostic> CopyUrdfRobot(const fs::path& urdf, const fs::path& folder) {
+  CheckedUrdf checked = CheckUrdf(ReadUrdfFile(urdf.string()), urdf.string());
+  const RobotModel robot = BuildUrdfTree(checked, ReadByUrdfdom(checked), urdf.parent_path().string(), &checked.notes);
   tinyxml2::XMLDocument document;
-  document.LoadFile(urdf.string().c_str());  // cannot fail: the file was read before
+  document.Parse(checked.text.c_str());  // cannot fail: CheckUrdf wrote this text
   MakeFolder(folder / kRobotMeshFolder);
   MeshCopier copier(folder);
-  std::string visual_only;
   XMLElement* root = document.FirstChildElement("robot");
   for (XMLElement* e = root->FirstChildElement("link"); e != nullptr; e = e->NextSiblingElement("link")) {
-    const Link& link = robot.links()[static_cast<size_t>(robot.FindLink(e->Attribute("name")))];
-    RenameMeshes(link, e, &copier);
-    if (!RemoveVisuals(e) || !link.collision.empty()) continue;
-    visual_only += (visual_only.empty() ? "" : ", ") + link.name;
+    RenameMeshes(robot.links()[static_cast<size_t>(robot.FindLink(e->Attribute("name")))], e, &copier);
   }
   std::error_code ignored;
   fs::remove(folder / kRobotMeshFolder, ignored);  // succeeds only if the folder is empty
   WriteTextFile(folder / kRobotFileName, Print(document));
-  if (visual_only.empty()) return {};
-  return {{.severity = DatasetDiagnostic::Severity::kWarning,
-           .check = "robot",
-           .file = urdf.string(),
-           .field = "links",
-           .value = visual_only,
-           .message = "have a <visual>, but no <collision>: they never touch anything",
-           .fix = "copy their <visual> to a <collision> if they should"}};
+  std::vector<DatasetDiagnostic> findings;
+  for (const UrdfDiagnostic& note : checked.notes) {
+    findings.push_back(
+        {SeverityOf(note.severity), "robot", urdf.string(), note.field, note.value, note.message, note.fix});
+  }
+  return findings;
 }
 
 namespace {

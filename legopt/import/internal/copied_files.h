@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -15,16 +16,17 @@ inline constexpr const char* kRobotFileName = "robot.urdf";
 /// Folder of the robot's meshes in a dataset folder.
 inline constexpr const char* kRobotMeshFolder = "meshes";
 
+/// Returns the roll, pitch and yaw, rad, of a rotation Rz(yaw) Ry(pitch) Rx(roll), as URDF writes them.
+Eigen::Vector3d RollPitchYaw(const Eigen::Matrix3d& R);
+
 /// Writes a robot as `folder`/robot.urdf and its meshes as binary PLY files in `folder`/meshes. Joints are written in
 /// depth-first order, which preserves the order of degrees of freedom. Throws InputError if a file cannot be written.
 void WriteColladaRobot(const ColladaRobot& robot, const std::filesystem::path& folder);
 
-/// Copies a URDF to `folder`/robot.urdf and its collision meshes to `folder`/meshes, and updates their names in the
-/// URDF; `package://` and absolute names become relative. Visual elements are removed, since they are not used. Returns
-/// findings about removed parts. `guard`: see RobotModel::FromUrdfFile. Throws InputError like
+/// Writes what is read of a URDF (urdf_check.h) to `folder`/robot.urdf, repaired, and its collision meshes to
+/// `folder`/meshes. Returns findings about repairs and about parts that are not used. Throws InputError like
 /// RobotModel::FromUrdfFile, and for a file that cannot be copied.
-std::vector<DatasetDiagnostic> CopyUrdfRobot(const std::filesystem::path& urdf, const std::filesystem::path& folder,
-                                             const ReadGuard& guard);
+std::vector<DatasetDiagnostic> CopyUrdfRobot(const std::filesystem::path& urdf, const std::filesystem::path& folder);
 
 /// A scene that was copied into a dataset folder.
 struct CopiedScene {

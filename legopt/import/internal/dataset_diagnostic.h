@@ -11,9 +11,10 @@ namespace legopt {
 struct DatasetDiagnostic {
   /// Severity of a finding.
   enum class Severity {
-    kInfo,     ///< valid, or worth knowing
-    kWarning,  ///< a fault, but the dataset is usable
-    kError,    ///< results with this dataset would be meaningless
+    kInfo,      ///< valid, or worth knowing
+    kRepaired,  ///< a fault that was repaired without effect on results
+    kWarning,   ///< a fault, but the dataset is usable
+    kError,     ///< results with this dataset would be meaningless
   };
   Severity severity = Severity::kInfo;
   std::string check;    ///< e.g. "quaternion order"
@@ -24,11 +25,13 @@ struct DatasetDiagnostic {
   std::string fix;      ///< advice to the user; empty if there is no problem
 };
 
-/// Returns "info", "warning" or "error".
+/// Returns "info", "repaired", "warning" or "error".
 inline std::string_view ToString(DatasetDiagnostic::Severity severity) {
   switch (severity) {
     case DatasetDiagnostic::Severity::kInfo:
       return "info";
+    case DatasetDiagnostic::Severity::kRepaired:
+      return "repaired";
     case DatasetDiagnostic::Severity::kWarning:
       return "warning";
     case DatasetDiagnostic::Severity::kError:

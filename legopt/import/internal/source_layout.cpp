@@ -3,6 +3,7 @@
 #include <tinyxml2.h>
 
 #include <algorithm>
+#include <cctype>
 #include <functional>
 #include <system_error>
 #include <vector>
@@ -57,6 +58,12 @@ Files Select(const Files& files, const std::function<bool(const fs::path&)>& wan
   return selected;
 }
 
+bool IsUrdf(const fs::path& file) {
+  std::string extension = file.extension().string();
+  std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  return extension == ".urdf";
+}
+
 class Finder {
  public:
   Finder(const fs::path& folder, const SourceChoices& choices) : folder_(folder), choices_(choices) {
@@ -83,7 +90,7 @@ class Finder {
       fs::path& file = layout.problems[task.task];
       file = Chosen(choices_.problems[task.task]).value_or(file);
     }
-    layout.collada = layout.robot.extension() != ".urdf";
+    layout.collada = !IsUrdf(layout.robot);
     return layout;
   }
 
@@ -114,7 +121,7 @@ class Finder {
 
   fs::path Robot() const {
     if (const auto chosen = Chosen(choices_.robot)) return *chosen;
-    const Files urdfs = Select(files_, [](const fs::path& file) { return file.extension() == ".urdf"; });
+    const Files urdfs = Select(files_, IsUrdf);
     if (!urdfs.empty()) return TheOnly(urdfs, "robot (*.urdf)", "--robot");
     return TheOnly(Select(files_, IsColladaRobot), "robot (*.urdf, or *.zae or *.dae with kinematics)", "--robot");
   }
@@ -126,6 +133,7 @@ class Finder {
     const Files meshes = Select(files_, [&](const fs::path& file) {
       return file.parent_path() == folder_ && file != robot && IsMeshFile(file) && !IsColladaRobot(file);
     });
+    if (meshes.empty()) return {};
     return TheOnly(meshes, "scene (scene.yaml, or .stl .obj .dae .ply in the folder itself)", "--scene");
   }
 

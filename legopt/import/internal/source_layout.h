@@ -19,7 +19,7 @@ struct SourceChoices {
 struct SourceLayout {
   std::filesystem::path robot;  ///< URDF or COLLADA
   bool collada = false;
-  std::filesystem::path scene;                      ///< a mesh or a scene.yaml
+  std::filesystem::path scene;                      ///< a mesh or a scene.yaml; empty: none
   EnumArray<Task, std::filesystem::path> problems;  ///< empty: no problems of this task
 };
 
@@ -28,7 +28,7 @@ struct SourceLayout {
 /// * if there is a dataset.yaml, the files that it lists; else
 /// * robot: the only .urdf, else the only .zae or .dae with kinematics, at any depth;
 /// * scene: the mesh in `<Render>` of the OpenRAVE environment `*.xml`, as in a clone of the original benchmark; else
-///   scene.yaml; else the only mesh directly in the folder that is not a robot;
+///   scene.yaml; else the only mesh directly in the folder that is not a robot; else none;
 /// * problems: `problems*.json` at any depth, one per task, identified by the key `task` or the number of stances.
 ///
 /// Throws InputError with the missing or ambiguous file, the candidates, and the flag to select one.

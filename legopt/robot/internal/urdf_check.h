@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "legopt/robot/internal/urdf_walk.h"
+
 namespace legopt {
 
 /// A joint with the links it connects.
@@ -19,33 +21,29 @@ struct CheckedUrdf {
   /// elements, numbers separated by single spaces. Two XML parsers may interpret a text differently; this text contains
   /// nothing they could disagree about, so that urdfdom reads exactly what was checked.
   std::string text;
-  std::vector<std::string> links;        ///< names, ordered as in the file
-  std::vector<std::size_t> shapes;       ///< number of collision elements per link
-  std::vector<UrdfJointElement> joints;  ///< ordered as in the file
+  std::vector<std::string> links;                  ///< names, ordered as in the file
+  std::vector<std::size_t> shapes;                 ///< number of collision elements per link
+  std::vector<std::vector<std::size_t>> capsules;  ///< per link, positions of capsules among its collision elements
+  std::vector<UrdfJointElement> joints;            ///< ordered as in the file
+  std::vector<UrdfDiagnostic> notes;               ///< faults that do not prevent the use of the robot, and repairs
 };
 
 /// Checks every element of a URDF that urdfdom reads, so that urdfdom finds no faults itself: at the first fault of a
 /// link urdfdom silently drops the rest of the link, and it prints the faulty text as a format string.
 ///
-/// Rejects elements and attributes that are missing, duplicate, of the wrong kind, or obvious misspellings
-/// (`<colision>`, xzy); numbers that are not plain and finite, or of the wrong count; shapes without positive size;
-/// negative masses; unexpanded xacro; duplicate names; links that do not exist, are the child of two joints, or do not
-/// form a tree; more than 2,000 links, or 16 MiB of text. Other elements (sensors, transmissions, simulator extensions)
-/// are ignored.
+/// Refused is what would make results meaningless: elements and attributes that are missing, of the wrong kind, or
+/// obvious misspellings (`<colision>`, xzy); numbers that are not plain, or of the wrong count; shapes of negative
+/// size; negative masses; unexpanded xacro; duplicate names; links that do not exist, are the child of two joints, or
+/// do not form a tree; more than 2,000 links, or 16 MiB of text. Repaired, with a note: a missing name of the robot,
+/// effort or inertia; repeated elements; empty collision elements; flat boxes and spheres without radius, which get 1
+/// and 0.1 mm; infinite limits; root links on a floating joint. Faults of parts that nothing reads (visuals, materials,
+/// dynamics) are notes. Other elements (sensors, transmissions, simulator extensions) are ignored.
 ///
-/// Throws InputError with link or joint, element, attribute, line, value and fix. Thread-safe.
+/// Throws InputError with all faults, each with link or joint, element, attribute, line, value and fix. Thread-safe.
 CheckedUrdf CheckUrdf(const std::string& xml, const std::string& source);
 
 /// Reads a URDF file. Throws InputError if it cannot be read, is empty, or exceeds the size limit of CheckUrdf.
 std::string ReadUrdfFile(const std::string& path);
-
-/// A valid but suspicious part of a URDF, which RobotModel does not record.
-struct UrdfDiagnostic {
-  std::string field;    ///< links or joints
-  std::string value;    ///< may be empty
-  std::string message;  ///< the problem
-  std::string fix;      ///< advice to the user
-};
 
 /// Finds moving joints without `<axis>`, which rotate about x, and physically impossible inertias (not positive
 /// definite, or one principal moment more than 1 % larger than the sum of the others). One remark per kind.

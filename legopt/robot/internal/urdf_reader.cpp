@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "legopt/robot/internal/mesh_lookup.h"
 #include "legopt/robot/internal/urdf_check.h"
 #include "legopt/robot/robot_model.h"
 #include "legopt/types/input_error.h"
@@ -121,13 +122,22 @@ Joint MakeJoint(const urdf::Joint& source) {
   return joint;
 }
 
+/// urdfdom 3 does not read capsules, which have the attributes of cylinders.
+std::string WithoutCapsules(std::string text) {
+  constexpr std::string_view kCapsule = "<capsule ";
+  for (std::size_t at; (at = text.find(kCapsule)) != std::string::npos;) {
+    text.replace(at, kCapsule.size(), "<cylinder ");
+  }
+  return text;
+}
+
 urdf::ModelInterfaceSharedPtr Parse(const CheckedUrdf& urdf) {
   const std::lock_guard<std::mutex> lock(UrdfdomMutex());
   LogCapture log;
   urdf::ModelInterfaceSharedPtr model;
   try {
     const ClassicNumericLocale point;
-    model = urdf::parseURDF(urdf.text);
+    model = urdf::parseURDF(WithoutCapsules(urdf.text));
   } catch (const std::exception& error) {
     RefuseContent(urdf, "<robot>", std::string("urdfdom: ") + error.what());
   }
@@ -147,6 +157,9 @@ UrdfContent ReadByUrdfdom(const CheckedUrdf& urdf) {
     content.links.push_back(MakeLink(*link));
     if (content.links.back().collision.size() != urdf.shapes[content.links.size() - 1]) {
       RefuseContent(urdf, "link '" + name + "': collision", "urdfdom did not read all of them");
+    }
+    for (const std::size_t shape : urdf.capsules[content.links.size() - 1]) {
+      content.links.back().collision[shape].kind = ShapeSpec::Kind::kCapsule;
     }
   }
   for (const UrdfJointElement& element : urdf.joints) {
@@ -204,18 +217,26 @@ std::size_t FindRoot(const CheckedUrdf& urdf, const TreeIndex& tree) {
 
 class TreeBuilder {
  public:
-  TreeBuilder(const CheckedUrdf& urdf, const UrdfContent& content, fs::path mesh_folder)
-      : urdf_(urdf), content_(content), mesh_folder_(std::move(mesh_folder)), tree_(urdf) {}
+  TreeBuilder(const CheckedUrdf& urdf, const UrdfContent& content, const fs::path& mesh_folder)
+      : urdf_(urdf),
+        content_(content),
+        mesh_folder_(fs::absolute(mesh_folder).lexically_normal()),
+        tree_(urdf),
+        faults_(urdf.source) {}
 
-  RobotModel Build() {
+  /// `notes` receives the meshes that were found by fallbacks; may be null.
+  RobotModel Build(std::vector<UrdfDiagnostic>* notes) {
     AddLink(FindRoot(urdf_, tree_));
+    faults_.Check();
+    if (notes != nullptr) {
+      for (UrdfDiagnostic& note : faults_.notes()) notes->push_back(std::move(note));
+    }
     return RobotModel(urdf_.robot, std::move(links_), std::move(joints_));
   }
 
  private:
-  [[noreturn]] void Fail(const std::string& field, const std::string& value, const std::string& message,
-                         const std::string& fix) const {
-    Refuse(urdf_, field, value, message, fix);
+  void Fail(const std::string& field, const std::string& value, const std::string& message, const std::string& fix) {
+    faults_.Refuse(field, value, message, fix);
   }
 
   void AddLink(std::size_t source) {
@@ -230,7 +251,7 @@ class TreeBuilder {
     }
   }
 
-  Link Finished(Link link) const {
+  Link Finished(Link link) {
     if (!(link.mass >= 0.0) || !std::isfinite(link.mass) || !link.com.allFinite()) {
       Fail("link '" + link.name + "': inertial", std::to_string(link.mass), "mass must be finite and not negative",
            "correct the mass and the origin");
@@ -244,12 +265,13 @@ class TreeBuilder {
     return link;
   }
 
-  Joint Finished(Joint joint) const {
+  Joint Finished(Joint joint) {
     const std::string field = "joint '" + joint.name + "'";
     if (!joint.origin.matrix().allFinite()) Fail(field + ": origin", "", "is not finite", "correct the numbers");
     if (joint.type == JointType::kFixed) return joint;
     if (!joint.axis.allFinite() || !(joint.axis.norm() >= kMinAxisNorm)) {
       Fail(field + ": axis", "", "has no direction", "give a non-zero axis");
+      return joint;
     }
     joint.axis.normalize();
     if (!(joint.lower <= joint.upper)) {
@@ -259,31 +281,24 @@ class TreeBuilder {
     return joint;
   }
 
-  std::string ResolveMesh(const std::string& name, const std::string& link) const {
-    constexpr std::string_view kPackage = "package://";
-    constexpr std::string_view kFile = "file://";
-    std::error_code ignored;
-    fs::path path;
-    if (name.starts_with(kPackage)) {
-      const fs::path inside = name.substr(kPackage.size());
-      for (fs::path folder = fs::absolute(mesh_folder_).lexically_normal();; folder = folder.parent_path()) {
-        path = folder / inside;
-        if (fs::exists(path, ignored) || folder == folder.parent_path()) break;
-      }
-    } else {
-      path = name.starts_with(kFile) ? fs::path(name.substr(kFile.size())) : fs::path(name);
-      if (path.is_relative()) path = mesh_folder_ / path;
+  std::string ResolveMesh(const std::string& name, const std::string& link) {
+    const std::optional<FoundMesh> mesh = FindMesh(name, mesh_folder_);
+    const std::string place = "link '" + link + "': mesh";
+    if (!mesh) {
+      Fail(place, name, "there is no such mesh file", "put it there or correct the filename");
+      return name;
     }
-    if (!fs::is_regular_file(path, ignored)) {
-      Fail("link '" + link + "': mesh", name, "there is no such mesh file", "put it there or correct the filename");
+    if (!mesh->fallback.empty()) {
+      faults_.Note(UrdfSeverity::kWarning, place, name, "the mesh file was found only " + mesh->fallback);
     }
-    return fs::absolute(path).lexically_normal().string();
+    return mesh->path.string();
   }
 
   const CheckedUrdf& urdf_;
   const UrdfContent& content_;
   fs::path mesh_folder_;
   TreeIndex tree_;
+  UrdfFaults faults_;
   std::vector<Link> links_;
   std::vector<Joint> joints_;
 };
@@ -309,8 +324,9 @@ void CheckUrdfTree(const CheckedUrdf& urdf) {
          "remove the joint that closes the loop");
 }
 
-RobotModel BuildUrdfTree(const CheckedUrdf& urdf, const UrdfContent& content, const std::string& mesh_folder) {
-  return TreeBuilder(urdf, content, mesh_folder).Build();
+RobotModel BuildUrdfTree(const CheckedUrdf& urdf, const UrdfContent& content, const std::string& mesh_folder,
+                         std::vector<UrdfDiagnostic>* notes) {
+  return TreeBuilder(urdf, content, mesh_folder).Build(notes);
 }
 
 // Conversion of URDF files to RobotModels: the file is checked, urdfdom reads its elements, and the joint order of the

@@ -25,7 +25,9 @@ void CheckUrdfTree(const CheckedUrdf& urdf);
 /// Sorts links and joints into the order of RobotModel and resolves mesh paths (RobotModel::FromUrdfFile).
 ///
 /// Throws InputError for meshes that do not exist, zero joint axes, lower limits above upper ones, and values in
-/// `content` that are not finite.
-RobotModel BuildUrdfTree(const CheckedUrdf& urdf, const UrdfContent& content, const std::string& mesh_folder);
+/// `content` that are not finite. `notes`, if not null, receives the meshes that were found by a fallback
+/// (mesh_lookup.h).
+RobotModel BuildUrdfTree(const CheckedUrdf& urdf, const UrdfContent& content, const std::string& mesh_folder,
+                         std::vector<UrdfDiagnostic>* notes = nullptr);
 
 }  // namespace legopt

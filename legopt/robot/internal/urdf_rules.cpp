@@ -33,29 +33,28 @@ UrdfElementRule Inertial() {
                        {.name = "mass",
                         .least = 1,
                         .attributes = {{.name = "value", .value = Value::kNotNegative, .required = kRequired}}},
-                       {.name = "inertia", .least = 1, .attributes = std::move(moments)}}};
+                       {.name = "inertia", .least = 1, .attributes = std::move(moments), .replacement = "0"}}};
 }
 
-/// Rule of a shape. Collision shapes need positive sizes; visual shapes may have any size.
-UrdfElementRule Geometry(bool touches) {
-  const Value length = touches ? Value::kPositive : Value::kNumber;
+constexpr std::string_view kThin = "0.001";     // side of a flat box, m
+constexpr std::string_view kDot = "0.0001";     // radius of a sphere that marks a contact point, m
+constexpr std::string_view kUnlimited = "1e4";  // limit of a joint without one (kUnlimitedJoint of the judge)
+
+UrdfElementRule Geometry() {
   const auto shape = [](std::string_view name, Attributes attributes) {
     return UrdfElementRule{.name = name, .attributes = std::move(attributes)};
   };
-  const Value size = touches ? Value::kThreePositive : Value::kThree;
-  UrdfElementRule capsule = shape("capsule", {});
-  capsule.refusal =
-      touches ? "capsules are not read: give a <cylinder> and two <sphere>s at its ends, each in a <collision>"
-              : "capsules are not read: remove the <visual>, or give a <cylinder>";
+  const UrdfAttributeRule radius{.name = "radius", .value = Value::kPositive, .required = kRequired};
+  const UrdfAttributeRule length{.name = "length", .value = Value::kPositive, .required = kRequired};
+  UrdfAttributeRule dot = radius, size{.name = "size", .value = Value::kThreePositive, .required = kRequired};
+  dot.zero = kDot;
+  size.zero = kThin;
   return {.name = "geometry",
           .least = 1,
-          .children = {shape("box", {{.name = "size", .value = size, .required = kRequired}}),
-                       shape("sphere", {{.name = "radius", .value = length, .required = kRequired}}),
-                       shape("cylinder", {{.name = "radius", .value = length, .required = kRequired},
-                                          {.name = "length", .value = length, .required = kRequired}}),
+          .children = {shape("box", {size}), shape("sphere", {dot}), shape("cylinder", {radius, length}),
+                       shape("capsule", {radius, length}),
                        shape("mesh", {{.name = "filename", .value = Value::kFile, .required = kRequired},
-                                      {.name = "scale", .value = touches ? Value::kThreeNotZero : Value::kThree}}),
-                       std::move(capsule)},
+                                      {.name = "scale", .value = Value::kThreeNotZero}})},
           .holds_one = true};
 }
 
@@ -77,12 +76,14 @@ UrdfElementRule LinkRule() {
                        {.name = "visual",
                         .most = kAnyNumber,
                         .attributes = {{.name = "name", .read = false}},
-                        .children = {Origin(), Geometry(false), Material()},
-                        .read = false},
+                        .children = {Origin(), Geometry(), Material()},
+                        .read = false,
+                        .may_be_empty = true},
                        {.name = "collision",
                         .most = kAnyNumber,
                         .attributes = {{.name = "name", .read = false}},
-                        .children = {Origin(), Geometry(true)}}}};
+                        .children = {Origin(), Geometry()},
+                        .may_be_empty = true}}};
 }
 
 UrdfElementRule LinkName(std::string_view end) {
@@ -90,11 +91,13 @@ UrdfElementRule LinkName(std::string_view end) {
 }
 
 UrdfElementRule Limit() {
-  return {.name = "limit",
-          .attributes = {{.name = "lower", .value = Value::kNumber},
-                         {.name = "upper", .value = Value::kNumber},
-                         {.name = "effort", .value = Value::kNumber, .required = kRequired},
-                         {.name = "velocity", .value = Value::kNumber, .required = kRequired}}};
+  return {
+      .name = "limit",
+      .attributes = {
+          {.name = "lower", .value = Value::kNumber, .infinity = kUnlimited},
+          {.name = "upper", .value = Value::kNumber, .infinity = kUnlimited},
+          {.name = "effort", .value = Value::kNumber, .required = kRequired, .replacement = "0", .infinity = "0"},
+          {.name = "velocity", .value = Value::kNumber, .required = kRequired, .replacement = "0", .infinity = "0"}}};
 }
 
 /// Elements of a joint that affect neither its position nor its range.
@@ -267,7 +270,8 @@ std::optional<UrdfValueDiagnostic> CheckName(std::string_view text, std::size_t 
 }
 
 std::optional<UrdfValueDiagnostic> CheckJointType(std::string_view text) {
-  constexpr std::array<std::string_view, 4> kTypes = {"revolute", "continuous", "prismatic", "fixed"};
+  constexpr std::array<std::string_view, 6> kTypes = {"revolute", "continuous", "prismatic",
+                                                      "fixed",    "floating",   "planar"};
   if (std::find(kTypes.begin(), kTypes.end(), text) != kTypes.end()) return std::nullopt;
   return UrdfValueDiagnostic{"joint type is not supported", "use revolute, continuous, prismatic or fixed"};
 }
@@ -300,6 +304,27 @@ UrdfValueText CheckUrdfValue(std::string_view text, UrdfValue value) {
   }
   if (const auto numbers = NumbersOf(value)) return CheckNumbers(text, *numbers);
   return {.text = std::string(text), .fault = CheckOther(text, value)};
+}
+
+bool ReplaceSpecialNumbers(const UrdfAttributeRule& rule, std::string* text) {
+  if (rule.zero.empty() && rule.infinity.empty()) return false;
+  bool replaced = false;
+  std::string result;
+  for (const std::string_view word : Words(*text)) {
+    double value = 0.0;
+    const std::string_view digits = word.starts_with('+') ? word.substr(1) : word;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    const bool whole = end == digits.data() + digits.size() && error == std::errc();
+    std::string written(word);
+    if (whole && value == 0.0 && !rule.zero.empty()) written = rule.zero;
+    if (whole && std::isinf(value) && !rule.infinity.empty()) {
+      written = (value < 0 ? "-" : "") + std::string(rule.infinity);
+    }
+    replaced = replaced || written != word;
+    result += (result.empty() ? "" : " ") + written;
+  }
+  if (replaced) *text = result;
+  return replaced;
 }
 
 std::string PrintableUrdfText(std::string_view text) {

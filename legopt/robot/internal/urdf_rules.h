@@ -13,7 +13,7 @@ enum class UrdfValue {
   kName,           ///< 1 to 200 bytes without control characters
   kFile,           ///< 1 to 4,096 bytes without control characters
   kVersion,        ///< 1.0
-  kJointType,      ///< revolute, continuous, prismatic or fixed
+  kJointType,      ///< revolute, continuous, prismatic, fixed, floating or planar
   kNumber,         ///< one number
   kNotNegative,    ///< one number, 0 or more
   kPositive,       ///< one number above 0
@@ -28,8 +28,11 @@ struct UrdfAttributeRule {
   std::string_view name;
   UrdfValue value = UrdfValue::kText;
   bool required = false;
-  bool read = true;               ///< false: checked, but not used
-  std::string_view refusal = {};  ///< not empty: the attribute is forbidden, and this is the advice to the user
+  bool read = true;                   ///< false: checked, but not used
+  std::string_view refusal = {};      ///< not empty: the attribute is forbidden, and this is the advice to the user
+  std::string_view replacement = {};  ///< not empty: text of a required attribute that is missing
+  std::string_view zero = {};         ///< not empty: text instead of a number 0
+  std::string_view infinity = {};     ///< not empty: text instead of an infinite number, without sign
 };
 
 /// Rule of an element, with its attributes and children. Elements without a rule are not part of the robot and not
@@ -42,7 +45,9 @@ struct UrdfElementRule {
   std::vector<UrdfElementRule> children = {};      ///< others are ignored, except misspellings of these
   bool read = true;                                ///< false: checked, but not used
   bool holds_one = false;                          ///< exactly one child is required, and no others are allowed
-  std::string_view refusal = {};  ///< not empty: the element is forbidden, and this is the advice to the user
+  std::string_view refusal = {};      ///< not empty: the element is forbidden, and this is the advice to the user
+  bool may_be_empty = false;          ///< left out if it contains no <geometry>, or an empty one
+  std::string_view replacement = {};  ///< not empty: value of all attributes if the element is missing
 };
 
 /// Value of UrdfElementRule::most for no limit.
@@ -65,6 +70,9 @@ struct UrdfValueText {
 
 /// Checks the text of an attribute (urdf_rules.h). Faults are returned, not thrown.
 UrdfValueText CheckUrdfValue(std::string_view text, UrdfValue value);
+
+/// Replaces the zeros and infinities for which the rule has a text. Returns true if there were any.
+bool ReplaceSpecialNumbers(const UrdfAttributeRule& rule, std::string* text);
 
 /// Returns the text for a message: at most 60 bytes, control characters as '?'.
 std::string PrintableUrdfText(std::string_view text);

@@ -1,0 +1,284 @@
+#include "legopt/import/internal/contact_finder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+
+#include "legopt/geometry/internal/convex_shape.h"
+#include "legopt/geometry/internal/mesh.h"
+#include "legopt/import/internal/copied_files.h"
+#include "legopt/robot/configuration.h"
+#include "legopt/robot/kinematics.h"
+
+namespace legopt {
+namespace {
+
+constexpr double kClearance_m = 1e-3;    // of the benchmark's foot targets
+constexpr double kFlatArea_m2 = 8e-4;    // smaller patches are points
+constexpr double kPointRadius_m = 5e-3;  // of the patch of a point
+constexpr double kPlaneBand_m = 1e-3;    // corners this far above a facet's plane belong to it
+constexpr double kFootBand = 0.06;       // of the robot's height
+constexpr double kWideFootBand = 0.15;   // the same, if only one end is within the first
+constexpr std::size_t kMostPoints = 8;   // of a patch
+constexpr double kAligned_rad = std::numbers::pi / 180.0;
+constexpr double kMicrometre = 1e-6, kPerMetre = 1e6;
+
+std::vector<Eigen::Vector3d> PointsOf(const Link& link, const ReadGuard& guard) {
+  std::vector<Eigen::Vector3d> points;
+  for (const ShapeSpec& shape : link.collision) {
+    const TriangleMesh mesh = Tessellate(shape, guard);
+    points.insert(points.end(), mesh.vertices.begin(), mesh.vertices.end());
+  }
+  return points;
+}
+
+/// Bodies: links connected by fixed joints. Each is named by its first link.
+class Bodies {
+ public:
+  explicit Bodies(const RobotModel& robot) : first_(robot.links().size()) {
+    for (std::size_t link = 0; link < first_.size(); ++link) {
+      const int joint = robot.links()[link].parent_joint;
+      first_[link] = static_cast<int>(link);
+      if (joint < 0) continue;
+      const Joint& parent = robot.joints()[static_cast<std::size_t>(joint)];
+      const int above = first_[static_cast<std::size_t>(parent.parent_link)];
+      if (parent.type == JointType::kFixed) {
+        first_[link] = above;
+      } else {
+        has_children_.push_back(above);
+      }
+    }
+  }
+  int of(int link) const { return first_[static_cast<std::size_t>(link)]; }
+  /// True for the last body of a chain, and for a root from which only one chain leaves: it may be a foot, too.
+  bool IsEnd(int body) const { return std::ranges::count(has_children_, body) <= (body == 0 ? 1 : 0); }
+
+ private:
+  std::vector<int> first_;
+  std::vector<int> has_children_;
+};
+
+/// Lowest point of an end of the robot.
+struct End {
+  int link = -1;
+  Eigen::Vector3d lowest{0, 0, std::numeric_limits<double>::infinity()};
+};
+
+/// Ends of a robot in one posture.
+struct Ends {
+  std::vector<End> all;  ///< with geometry, lowest first
+  std::size_t feet = 0;  ///< the first ones are feet
+};
+
+Ends EndsAt(const RobotModel& robot, const Bodies& bodies, const std::vector<std::vector<Eigen::Vector3d>>& points,
+            const Eigen::VectorXd& x) {
+  Kinematics kinematics(robot);
+  kinematics.UpdatePoses(x);
+  std::map<int, End> by_body;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (int link = 0; link < std::ssize(robot.links()); ++link) {
+    for (const Eigen::Vector3d& point : points[static_cast<std::size_t>(link)]) {
+      const Eigen::Vector3d p = kinematics.link_pose(link) * point;
+      low = std::min(low, p.z());
+      high = std::max(high, p.z());
+      if (!bodies.IsEnd(bodies.of(link))) continue;
+      End& end = by_body[bodies.of(link)];
+      if (p.z() < end.lowest.z()) end = {link, p};
+    }
+  }
+  Ends ends;
+  for (const auto& [body, end] : by_body) ends.all.push_back(end);
+  std::ranges::stable_sort(ends.all, {}, [](const End& end) { return end.lowest.z(); });
+  const auto within = [&](double band) {
+    return std::ranges::count_if(ends.all, [&](const End& end) { return end.lowest.z() <= low + band * (high - low); });
+  };
+  ends.feet = static_cast<std::size_t>(within(kFootBand) == 1 ? within(kWideFootBand) : within(kFootBand));
+  return ends;
+}
+
+/// Configuration with all joints in the middle of their limits; 0 without limits.
+Eigen::VectorXd Middle(const RobotModel& robot) {
+  Eigen::VectorXd x = robot.NeutralConfiguration();
+  for (int dof = 0; dof < robot.num_dofs(); ++dof) {
+    const double middle = 0.5 * (robot.lower_limits()[dof] + robot.upper_limits()[dof]);
+    if (std::isfinite(middle)) x[dof] = middle;
+  }
+  return x;
+}
+
+/// An even number of feet is more plausible than an odd one, and two or more than none.
+int Plausibility(const Ends& ends) { return ends.feet < 2 ? 0 : ends.feet % 2 == 0 ? 2 : 1; }
+
+}  // namespace
+
+FoundFeet FindFeet(const RobotModel& robot) {
+  const Bodies bodies(robot);
+  std::vector<std::vector<Eigen::Vector3d>> points;
+  for (const Link& link : robot.links()) points.push_back(PointsOf(link, robot.read_guard()));
+  Ends ends = EndsAt(robot, bodies, points, robot.NeutralConfiguration());
+  if (const Ends middle = EndsAt(robot, bodies, points, Middle(robot)); Plausibility(middle) > Plausibility(ends)) {
+    ends = middle;
+  }
+  FoundFeet found;
+  const auto name = [&](const End& end) { return robot.links()[static_cast<std::size_t>(end.link)].name; };
+  for (const End& end : ends.all) found.candidates.push_back(name(end));
+  if (Plausibility(ends) == 0) return found;
+  ends.all.resize(ends.feet);
+  double front = -std::numeric_limits<double>::infinity(), rear = -front;
+  for (const End& end : ends.all) {
+    front = std::max(front, end.lowest.x());
+    rear = std::min(rear, end.lowest.x());
+  }
+  // Feet within a tenth of the robot's length form a row.
+  const double row_m = std::max(0.1 * (front - rear), kMicrometre);
+  std::ranges::stable_sort(ends.all, [&](const End& a, const End& b) {
+    const double row_a = std::round((front - a.lowest.x()) / row_m), row_b = std::round((front - b.lowest.x()) / row_m);
+    return ends.all.size() > 2 && row_a != row_b ? row_a < row_b : a.lowest.y() > b.lowest.y();
+  });
+  for (const End& end : ends.all) found.links.push_back(name(end));
+  return found;
+}
+
+namespace {
+
+/// A plane facet of a hull: corners in a plane with an outward normal.
+struct Facet {
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  double offset = 0.0;  ///< normal . p + offset = 0 in the plane
+  std::vector<Eigen::Vector3d> corners;
+  double area_m2 = 0.0;
+};
+
+double Area(const std::vector<Eigen::Vector2d>& polygon) {
+  double twice = 0.0;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Eigen::Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    twice += a.x() * b.y() - a.y() * b.x();
+  }
+  return 0.5 * twice;
+}
+
+/// Rotation whose z axis is -normal and whose x axis is as near to `forward` as possible.
+Eigen::Matrix3d AxesOf(const Eigen::Vector3d& normal, const Eigen::Vector3d& forward) {
+  const Eigen::Vector3d z = -normal;
+  Eigen::Vector3d x = forward - forward.dot(z) * z;
+  if (x.norm() < 1e-3) x = z.unitOrthogonal();
+  Eigen::Matrix3d R;
+  R.col(2) = z;
+  R.col(0) = x.normalized();
+  R.col(1) = z.cross(R.col(0));
+  return R;
+}
+
+std::vector<Eigen::Vector2d> Flattened(const std::vector<Eigen::Vector3d>& points, const Eigen::Matrix3d& axes) {
+  std::vector<Eigen::Vector2d> flat;
+  for (const Eigen::Vector3d& p : points) flat.emplace_back((axes.transpose() * p).head<2>());
+  return ConvexHull2d(std::move(flat));
+}
+
+/// The facet with the largest area as seen from below; without corners if the hull is flat.
+Facet LowestFacet(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& up) {
+  const ConvexHull hull = ComputeHull(points);
+  Facet best;
+  double best_score = 0.0;
+  constexpr double kSteepest = 0.5;  // cosine of 60 degrees
+  for (const HalfSpace& plane : hull.facets) {
+    const double down = -plane.normal.dot(up);
+    if (down < kSteepest) continue;
+    Facet facet{plane.normal, plane.offset, {}, 0.0};
+    for (const Eigen::Vector3d& corner : hull.vertices) {
+      if (plane.normal.dot(corner) + plane.offset > -kPlaneBand_m) facet.corners.push_back(corner);
+    }
+    facet.area_m2 = Area(Flattened(facet.corners, AxesOf(plane.normal, Eigen::Vector3d::UnitX())));
+    if (!(facet.area_m2 * down > best_score)) continue;
+    best_score = facet.area_m2 * down;
+    best = std::move(facet);
+  }
+  return best;
+}
+
+/// Omits corners, each time that with the smallest loss of area.
+std::vector<Eigen::Vector2d> Simplified(std::vector<Eigen::Vector2d> polygon) {
+  while (polygon.size() > kMostPoints) {
+    const std::size_t n = polygon.size();
+    std::size_t least = 0;
+    double least_loss = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < n; ++i) {
+      const double loss = Area({polygon[(i + n - 1) % n], polygon[i], polygon[(i + 1) % n]});
+      if (loss < least_loss) {
+        least = i;
+        least_loss = loss;
+      }
+    }
+    polygon.erase(polygon.begin() + static_cast<std::ptrdiff_t>(least));
+  }
+  return polygon;
+}
+
+/// Rounds to micrometres; never -0.
+double Rounded(double value) { return std::round(value * kPerMetre) / kPerMetre + 0.0; }
+
+/// Octagon around the lowest point.
+std::vector<Eigen::Vector2d> PatchOfPoint(const Eigen::Vector2d& centre) {
+  std::vector<Eigen::Vector2d> patch;
+  for (int i = 0; i < 8; ++i) {
+    const double angle = i * std::numbers::pi / 4.0;
+    patch.push_back(centre + kPointRadius_m * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+  }
+  return patch;
+}
+
+}  // namespace
+
+FoundSole MeasureSole(const RobotModel& robot, int link) {
+  const Bodies bodies(robot);
+  Kinematics kinematics(robot);
+  kinematics.UpdatePoses(robot.NeutralConfiguration());
+  const Eigen::Isometry3d X_LW = kinematics.link_pose(link).inverse(Eigen::Isometry);
+  std::vector<Eigen::Vector3d> points;
+  for (int other = 0; other < std::ssize(robot.links()); ++other) {
+    if (bodies.of(other) != bodies.of(link)) continue;
+    const Link& part = robot.links()[static_cast<std::size_t>(other)];
+    for (const Eigen::Vector3d& p : PointsOf(part, robot.read_guard())) {
+      points.push_back(X_LW * kinematics.link_pose(other) * p);
+    }
+  }
+  FoundSole sole;
+  sole.contact.name = sole.contact.link = robot.links()[static_cast<std::size_t>(link)].name;
+  if (points.empty()) return sole;
+  const Eigen::Vector3d up = X_LW.linear().col(2), forward = X_LW.linear().col(0);
+  Facet facet = LowestFacet(points, up);
+  const bool flat = facet.area_m2 >= kFlatArea_m2;
+  if (!flat) {
+    const auto lowest = std::ranges::min_element(points, {}, [&](const Eigen::Vector3d& p) { return up.dot(p); });
+    facet = {-up, up.dot(*lowest), {*lowest}, 0.0};
+  }
+  sole.area_m2 = facet.area_m2;
+  Eigen::Matrix3d axes = AxesOf(facet.normal, forward);
+  sole.tilt_rad = std::acos(std::clamp(axes(2, 2), -1.0, 1.0));
+  if (Eigen::AngleAxisd(axes).angle() < kAligned_rad) axes.setIdentity();
+
+  // Height of the lowest corner, so that no part of the sole is below the plane.
+  double plane = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& corner : facet.corners) plane = std::min(plane, axes.col(2).dot(corner));
+  std::vector<Eigen::Vector2d> patch = Flattened(facet.corners, axes);
+  patch = flat ? Simplified(std::move(patch)) : PatchOfPoint(patch.front());
+  sole.height_m = -plane;
+  Eigen::AlignedBox2d box;
+  for (const Eigen::Vector2d& corner : patch) box.extend(corner);
+  Eigen::Vector2d origin = Eigen::Vector2d::Zero();
+  if (box.exteriorDistance(origin) > 0.5 * box.sizes().maxCoeff()) origin = box.center();
+  const Eigen::Vector3d in_axes(Rounded(origin.x()), Rounded(origin.y()), -Rounded(kClearance_m - plane));
+  sole.contact.position = axes.isIdentity(0.0) ? in_axes : Eigen::Vector3d(axes * in_axes);
+  if (!axes.isIdentity(0.0)) sole.contact.rpy_rad = RollPitchYaw(axes);
+  sole.contact.points.emplace();
+  for (const Eigen::Vector2d& corner : patch) {
+    sole.contact.points->emplace_back(Rounded(corner.x() - in_axes.x()), Rounded(corner.y() - in_axes.y()),
+                                      Rounded(plane - in_axes.z()));
+  }
+  return sole;
+}
+
+}  // namespace legopt

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "legopt/dataset/contact.h"
+#include "legopt/robot/robot_model.h"
+
+namespace legopt {
+
+/// Links on which a robot stands, found from its geometry.
+struct FoundFeet {
+  std::vector<std::string> links;       ///< one per foot, left before right and front before rear; empty: not found
+  std::vector<std::string> candidates;  ///< all ends of the robot with collision geometry, lowest first
+};
+
+/// Finds the feet of a robot: the ends of its chains whose lowest points are within 6 % of its height above the lowest
+/// of all (15 % if only one is), with all joints at 0 or all in the middle of their limits, whichever gives the more
+/// symmetric result. Links connected by fixed joints are one body; its link is the one with the lowest point. Loads
+/// meshes with the robot's guard; throws InputError for a mesh that cannot be read.
+FoundFeet FindFeet(const RobotModel& robot);
+
+/// A contact measured on the geometry of a link.
+struct FoundSole {
+  ContactDescription contact;
+  double area_m2 = 0.0;   ///< of the patch
+  double tilt_rad = 0.0;  ///< angle between the link's z axis and the patch's normal
+  double height_m = 0.0;  ///< distance of the link's origin above the patch's plane
+};
+
+/// Measures the sole of a link and of links fixed to it: the facet of their convex hull with the largest area, seen
+/// from below with all joints at 0. The contact frame is 1 mm below it, where the benchmark has its foot targets
+/// (docs/explanation/paper.md#foot-targets). Its axes are those of the link if these fit within 1 degree; else z is the
+/// patch's normal and x the robot's forward direction. Its origin is below the link's, or in the middle of the patch if
+/// the link's origin is beside it. The points are at most eight corners of the patch.
+///
+/// A body without a facet of at least 8 cm^2, such as a ball, gets a patch of 5 mm radius at its lowest point. Loads
+/// meshes like FindFeet. `link` must have collision geometry, or be fixed to links that have.
+FoundSole MeasureSole(const RobotModel& robot, int link);
+
+}  // namespace legopt

@@ -1,0 +1,127 @@
+#include "legopt/robot/internal/mesh_lookup.h"
+
+#include <algorithm>
+#include <cctype>
+#include <string_view>
+#include <system_error>
+
+#include "legopt/types/number_text.h"
+
+namespace legopt {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool IsFile(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_regular_file(path, ignored);
+}
+
+std::string Lower(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+std::string Decoded(const std::string& text) {
+  std::string result;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte =
+        text[i] == '%' ? ParseInteger<unsigned>(std::string_view(text).substr(i + 1, 2), 16) : std::nullopt;
+    const bool is_code = byte && *byte >= 0x20U && i + 2 < text.size();
+    result += is_code ? static_cast<char>(*byte) : text[i];
+    if (is_code) i += 2;
+  }
+  return result;
+}
+
+/// Returns the only file below `folder` whose path equals `inside` without regard to case.
+std::optional<fs::path> WithoutCase(fs::path folder, const fs::path& inside) {
+  for (const fs::path& part : inside) {
+    std::optional<fs::path> match;
+    std::error_code error;
+    for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
+         entry.increment(error)) {
+      if (Lower(entry->path().filename().string()) != Lower(part.string())) continue;
+      if (match) return std::nullopt;
+      match = entry->path();
+    }
+    if (part == "..") match = folder.parent_path();
+    if (part == ".") match = folder;
+    if (!match) return std::nullopt;
+    folder = *match;
+  }
+  return IsFile(folder) ? std::optional(folder) : std::nullopt;
+}
+
+/// Looks for a relative path in the folder and in all folders above it.
+template <class Look>
+std::optional<fs::path> Upwards(const fs::path& folder, const Look& look) {
+  for (fs::path at = folder;; at = at.parent_path()) {
+    if (const std::optional<fs::path> found = look(at)) return found;
+    if (at == at.parent_path()) return std::nullopt;
+  }
+}
+
+/// A mesh name without its scheme.
+struct MeshName {
+  bool in_package = false;  ///< path begins with a package's name
+  fs::path path;
+};
+
+MeshName Parsed(std::string_view text) {
+  for (const std::string_view scheme : {"package://", "model://"}) {
+    if (!text.starts_with(scheme)) continue;
+    text.remove_prefix(scheme.size());
+    while (text.starts_with('/')) text.remove_prefix(1);
+    return {true, text};
+  }
+  constexpr std::string_view kFile = "file://";
+  if (text.starts_with(kFile)) text.remove_prefix(kFile.size());
+  return {false, text};
+}
+
+std::optional<fs::path> Find(const MeshName& name, const fs::path& folder, bool ignore_case) {
+  const auto look = [&](const fs::path& at) -> std::optional<fs::path> {
+    if (ignore_case) return WithoutCase(at, name.path);
+    return IsFile(at / name.path) ? std::optional(at / name.path) : std::nullopt;
+  };
+  if (name.path.is_absolute()) return IsFile(name.path) ? std::optional(name.path) : std::nullopt;
+  return name.in_package ? Upwards(folder, look) : look(folder);
+}
+
+/// Looks for ever shorter ends of a path: without the package, then without the first folders.
+std::optional<fs::path> FindEnd(const MeshName& name, const fs::path& folder, bool ignore_case) {
+  fs::path rest = name.path.relative_path();
+  while (std::distance(rest.begin(), rest.end()) > 1) {
+    fs::path shorter;
+    for (auto part = std::next(rest.begin()); part != rest.end(); ++part) shorter /= *part;
+    rest = shorter;
+    if (const auto found = Find({true, rest}, folder, ignore_case)) return found;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<FoundMesh> FindMesh(const std::string& name, const fs::path& folder) {
+  const auto result = [](const fs::path& path, const char* fallback) {
+    return FoundMesh{fs::absolute(path).lexically_normal(), fallback};
+  };
+  if (const auto found = Find(Parsed(name), folder, false)) return result(*found, "");
+  std::string text = name;
+  std::ranges::replace(text, '\\', '/');
+  if (const auto found = Find(Parsed(text), folder, false)) return result(*found, "with '/' instead of '\\'");
+  text = Decoded(text);
+  if (const auto found = Find(Parsed(text), folder, false)) return result(*found, "with %XX decoded");
+  for (const bool ignore_case : {false, true}) {
+    if (const auto found = ignore_case ? Find(Parsed(text), folder, true) : std::nullopt) {
+      return result(*found, "without regard to case");
+    }
+    if (const auto found = FindEnd(Parsed(text), folder, ignore_case)) {
+      return result(*found, "by the end of its path");
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace legopt
