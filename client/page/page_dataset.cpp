@@ -50,8 +50,10 @@ Json RobotJson(const Dataset& dataset, GeometryBlock* geometry) {
                       {"origin", PoseJson(joint.origin)},
                       {"axis", PointJson(joint.axis)},
                       {"dof", joint.dof},
-                      {"lower", LimitJson(joint.lower)},
-                      {"upper", LimitJson(joint.upper)}});
+                      {"multiplier", joint.multiplier},
+                      {"offset", joint.offset},
+                      {"lower", LimitJson(joint.dof < 0 ? joint.lower : robot.lower_limits()[joint.dof])},
+                      {"upper", LimitJson(joint.dof < 0 ? joint.upper : robot.upper_limits()[joint.dof])}});
   }
   for (const Contact& foot : dataset.contacts()) {
     feet.push_back(

@@ -49,17 +49,21 @@ void Retract(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref<const Eigen::Vector
 
 Kinematics::Kinematics(const RobotModel& model) : model_(&model) {
   const auto bodies = static_cast<size_t>(model.num_bodies());
-  const auto dofs = static_cast<size_t>(model.num_dofs());
-  body_joints_.resize(dofs);
-  for (size_t dof = 0; dof < dofs; ++dof) {
-    const Joint& joint = model.joints()[static_cast<size_t>(model.dof_joint(static_cast<int>(dof)))];
+  const size_t moving = bodies - 1;
+  body_joints_.resize(moving);
+  for (size_t k = 0; k < moving; ++k) {
+    const Joint& joint = model.joints()[static_cast<size_t>(model.body_joint(static_cast<int>(k) + 1))];
     const Eigen::Isometry3d in_parent = model.link_in_body(joint.parent_link) * joint.origin;
-    BodyJoint& body = body_joints_[dof];
+    BodyJoint& body = body_joints_[k];
     body.rotation = in_parent.linear();
     body.translation = in_parent.translation();
     body.rotated = !body.rotation.isIdentity(kAxisTolerance);
     body.axis = joint.axis;
-    body.parent = model.body_parent(static_cast<int>(dof) + 1);
+    body.parent = model.body_parent(static_cast<int>(k) + 1);
+    body.dof = joint.dof;
+    body.follows = joint.leader >= 0;
+    body.multiplier = joint.multiplier;
+    body.offset = joint.offset;
     body.kind = AxisKind::kGeneral;
     if (joint.type == JointType::kPrismatic) {
       body.kind = AxisKind::kPrismatic;
@@ -93,8 +97,8 @@ Kinematics::Kinematics(const RobotModel& model) : model_(&model) {
   rotation_.assign(bodies, Eigen::Matrix3d::Identity());
   origin_.assign(bodies, Eigen::Vector3d::Zero());
   subtree_moment_.assign(bodies, Eigen::Vector3d::Zero());
-  axis_W_.assign(dofs, Eigen::Vector3d::Zero());
-  lever_.assign(dofs, Eigen::Vector3d::Zero());
+  axis_W_.assign(moving, Eigen::Vector3d::Zero());
+  lever_.assign(moving, Eigen::Vector3d::Zero());
   link_poses_.assign(model.links().size(), Eigen::Isometry3d::Identity());
 }
 
@@ -104,13 +108,15 @@ void Kinematics::Update(Eigen::Ref<const Eigen::VectorXd> x) {
 }
 
 void Kinematics::UpdatePoses(Eigen::Ref<const Eigen::VectorXd> x) {
-  const int n = model_->num_dofs();
   const auto parts = PartsOf(x);
   rotation_[0] = parts.base_rotation().toRotationMatrix();
   origin_[0] = parts.base_position();
   link_poses_[0].linear() = rotation_[0];
   link_poses_[0].translation() = origin_[0];
-  for (int body = 1; body <= n; ++body) UpdateBody(body, x[body - 1]);
+  for (int body = 1; body < model_->num_bodies(); ++body) {
+    const BodyJoint& joint = body_joints_[static_cast<size_t>(body) - 1];
+    UpdateBody(body, joint.follows ? joint.multiplier * x[joint.dof] + joint.offset : x[joint.dof]);
+  }
   for (const int link : frame_links_) {
     const auto body = static_cast<size_t>(model_->link_body(link));
     const Eigen::Isometry3d& in_body = model_->link_in_body(link);
@@ -145,7 +151,7 @@ void Kinematics::UpdateBody(int body, double q) {
       rotation = rotation * RotationAbout(joint.axis, std::cos(q), std::sin(q));
     }
   }
-  const int child = model_->joints()[static_cast<size_t>(model_->dof_joint(body - 1))].child_link;
+  const int child = model_->joints()[static_cast<size_t>(model_->body_joint(body))].child_link;
   Eigen::Isometry3d& pose = link_poses_[static_cast<size_t>(child)];
   pose.linear() = rotation;
   pose.translation() = origin_[b];
@@ -172,10 +178,12 @@ void Kinematics::AddPointGradient(int link, const Eigen::Vector3d& p_W, const Ei
                                   double* row) const {
   const Eigen::Vector3d direction = scale * n_W;
   const Eigen::Vector3d moment = p_W.cross(direction);  // n . (a x (p - o)) = a . (p x n - o x n)
-  for (const int dof : model_->body_dofs(model_->link_body(link))) {
-    const auto d = static_cast<size_t>(dof);
-    row[dof] += body_joints_[d].kind == AxisKind::kPrismatic ? axis_W_[d].dot(direction)
-                                                             : axis_W_[d].dot(moment - origin_[d + 1].cross(direction));
+  for (const int body : model_->body_chain(model_->link_body(link))) {
+    const auto d = static_cast<size_t>(body) - 1;
+    const BodyJoint& joint = body_joints_[d];
+    row[joint.dof] += joint.multiplier * (joint.kind == AxisKind::kPrismatic
+                                              ? axis_W_[d].dot(direction)
+                                              : axis_W_[d].dot(moment - origin_[d + 1].cross(direction)));
   }
   const Eigen::Vector3d base_moment = moment - origin_[0].cross(direction);
   const TangentView<double> parts(row, model_->tangent_size());
@@ -185,12 +193,12 @@ void Kinematics::AddPointGradient(int link, const Eigen::Vector3d& p_W, const Ei
 
 void Kinematics::PointJacobian(int link, const Eigen::Vector3d& p_W, Eigen::Ref<Eigen::MatrixXd> jacobian) const {
   jacobian.setZero();
-  for (const int dof : model_->body_dofs(model_->link_body(link))) {
-    const auto d = static_cast<size_t>(dof);
+  for (const int body : model_->body_chain(model_->link_body(link))) {
+    const auto d = static_cast<size_t>(body) - 1;
     if (body_joints_[d].kind == AxisKind::kPrismatic) {
-      jacobian.col(dof) = axis_W_[d];
+      AddColumn(body_joints_[d], axis_W_[d], jacobian);
     } else {
-      jacobian.col(dof) = axis_W_[d].cross(p_W - origin_[d + 1]);
+      AddColumn(body_joints_[d], axis_W_[d].cross(p_W - origin_[d + 1]), jacobian);
     }
   }
   jacobian.middleCols<3>(model_->base_position_index()).setIdentity();
@@ -201,9 +209,9 @@ void Kinematics::PointJacobian(int link, const Eigen::Vector3d& p_W, Eigen::Ref<
 
 void Kinematics::AngularJacobian(int link, Eigen::Ref<Eigen::MatrixXd> jacobian) const {
   jacobian.setZero();
-  for (const int dof : model_->body_dofs(model_->link_body(link))) {
-    const auto d = static_cast<size_t>(dof);
-    if (body_joints_[d].kind != AxisKind::kPrismatic) jacobian.col(dof) = axis_W_[d];
+  for (const int body : model_->body_chain(model_->link_body(link))) {
+    const auto d = static_cast<size_t>(body) - 1;
+    if (body_joints_[d].kind != AxisKind::kPrismatic) AddColumn(body_joints_[d], axis_W_[d], jacobian);
   }
   jacobian.middleCols<3>(model_->base_rotation_index()).setIdentity();
 }
@@ -211,7 +219,8 @@ void Kinematics::AngularJacobian(int link, Eigen::Ref<Eigen::MatrixXd> jacobian)
 void Kinematics::ComJacobian(Eigen::Ref<Eigen::MatrixXd> jacobian) const {
   const int n = model_->num_dofs();
   const double inverse_mass = 1.0 / subtree_mass_[0];
-  for (int dof = 0; dof < n; ++dof) jacobian.col(dof) = inverse_mass * lever_[static_cast<size_t>(dof)];
+  jacobian.leftCols(n).setZero();
+  for (size_t k = 0; k < body_joints_.size(); ++k) AddColumn(body_joints_[k], inverse_mass * lever_[k], jacobian);
   jacobian.middleCols<3>(model_->base_position_index()).setIdentity();
   const Eigen::Vector3d r = com_ - origin_[0];
   const int turn = model_->base_rotation_index();
@@ -219,24 +228,31 @@ void Kinematics::ComJacobian(Eigen::Ref<Eigen::MatrixXd> jacobian) const {
 }
 
 void Kinematics::GravityTorques(double g, Eigen::Ref<Eigen::VectorXd> tau) const {
-  for (int dof = 0; dof < model_->num_dofs(); ++dof) tau[dof] = g * lever_[static_cast<size_t>(dof)].z();
+  if (model_->has_followers()) tau.setZero();
+  for (size_t k = 0; k < body_joints_.size(); ++k) {
+    const BodyJoint& joint = body_joints_[k];
+    const double torque = g * lever_[k].z();
+    tau[joint.dof] = model_->has_followers() ? tau[joint.dof] + joint.multiplier * torque : torque;
+  }
 }
 
 void Kinematics::GravityTorqueJacobian(double g, Eigen::Ref<Eigen::MatrixXd> jacobian) const {
-  const int n = model_->num_dofs();
   jacobian.setZero();
-  for (int j = 0; j < n; ++j) {
-    const Eigen::Vector3d v = g * lever_[static_cast<size_t>(j)];
-    for (const int i : model_->body_dofs(j + 1)) {  // ancestors of j and j itself
-      const auto d = static_cast<size_t>(i);
-      if (body_joints_[d].kind == AxisKind::kPrismatic) continue;  // translation: does not rotate the lever
-      const double entry = axis_W_[d].x() * v.y() - axis_W_[d].y() * v.x();
-      jacobian(j, i) = entry;
-      jacobian(i, j) = entry;
+  const int turn = model_->base_rotation_index();
+  for (int body = 1; body < model_->num_bodies(); ++body) {
+    const auto k = static_cast<size_t>(body) - 1;
+    const BodyJoint& joint = body_joints_[k];
+    const Eigen::Vector3d v = g * lever_[k];
+    for (const int above : model_->body_chain(body)) {  // ancestors of the body and the body itself
+      const auto d = static_cast<size_t>(above) - 1;
+      const BodyJoint& other = body_joints_[d];
+      if (other.kind == AxisKind::kPrismatic) continue;  // translation: does not rotate the lever
+      const double entry = joint.multiplier * other.multiplier * (axis_W_[d].x() * v.y() - axis_W_[d].y() * v.x());
+      jacobian(joint.dof, other.dof) += entry;
+      if (above != body) jacobian(other.dof, joint.dof) += entry;
     }
-    const int turn = model_->base_rotation_index();
-    jacobian(j, turn) = v.y();
-    jacobian(j, turn + 1) = -v.x();
+    jacobian(joint.dof, turn) += joint.multiplier * v.y();
+    jacobian(joint.dof, turn + 1) -= joint.multiplier * v.x();
   }
 }
 

@@ -51,7 +51,8 @@ class Kinematics {
 
   /// Computes the torques (forces) that hold the robot against gravity with a fixed base and without contacts
   /// (docs/explanation/judge.md#cost): tau_i = g M_i [a_i x (C_i - o_i)]_z with M_i, C_i mass and COM of the subtree of
-  /// joint i. `g` in m/s^2; `tau`: n entries, N m or N.
+  /// joint i. The torque of a degree of freedom with followers is sum_k m_k tau_k over its joints, by the principle of
+  /// virtual work. `g` in m/s^2; `tau`: n entries, N m or N.
   void GravityTorques(double g, Eigen::Ref<Eigen::VectorXd> tau) const;
 
   /// Computes d tau / dx (n x n+6). Its joint block is the Hessian of the potential energy, hence symmetric.
@@ -68,7 +69,22 @@ class Kinematics {
     bool rotated = false;  ///< false if rotation is the identity
     AxisKind kind = AxisKind::kGeneral;
     int parent = 0;
+    int dof = 0;              ///< degree of freedom, of the leader if the joint follows another one
+    bool follows = false;     ///< q = multiplier * x[dof] + offset, else q = x[dof]
+    double multiplier = 1.0;  ///< dq / dx[dof]
+    double offset = 0.0;
   };
+
+  /// Adds the derivative for a joint's value to the column of its degree of freedom. Without followers, each column is
+  /// written once.
+  template <class Vector>
+  void AddColumn(const BodyJoint& joint, const Vector& derivative, Eigen::Ref<Eigen::MatrixXd> jacobian) const {
+    if (model_->has_followers()) {
+      jacobian.col(joint.dof) += joint.multiplier * derivative;
+    } else {
+      jacobian.col(joint.dof) = derivative;
+    }
+  }
 
   void UpdateBody(int body, double q);
   void UpdateMasses();
@@ -82,9 +98,9 @@ class Kinematics {
 
   std::vector<Eigen::Matrix3d> rotation_;        ///< per body, world
   std::vector<Eigen::Vector3d> origin_;          ///< per body, world
-  std::vector<Eigen::Vector3d> axis_W_;          ///< per dof
+  std::vector<Eigen::Vector3d> axis_W_;          ///< per body but the base, index body - 1
   std::vector<Eigen::Vector3d> subtree_moment_;  ///< sum of m * com of the subtree, per body, world
-  std::vector<Eigen::Vector3d> lever_;           ///< M_i dC_i/dq_i, per dof
+  std::vector<Eigen::Vector3d> lever_;           ///< M_i dC_i/dq_i, as axis_W_
   std::vector<Eigen::Isometry3d> link_poses_;
   Eigen::Vector3d com_ = Eigen::Vector3d::Zero();
 };

@@ -1,5 +1,6 @@
 #include "legopt/robot/robot_model.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <utility>
@@ -26,37 +27,55 @@ RobotModel::RobotModel(std::string name, std::vector<Link> links, std::vector<Jo
     links_[static_cast<size_t>(joint.child_link)].parent_joint = static_cast<int>(j);
     joint.dof = -1;
     if (joint.type == JointType::kFixed) continue;
+    moving_joints_.push_back(static_cast<int>(j));
+    if (joint.leader >= 0) continue;
     joint.dof = static_cast<int>(dof_joints_.size());
     dof_joints_.push_back(static_cast<int>(j));
   }
+  for (const int j : moving_joints_) {
+    Joint& joint = joints_[static_cast<size_t>(j)];
+    if (joint.leader >= 0) joint.dof = joints_[static_cast<size_t>(joint.leader)].dof;
+  }
+  IntersectLimits();
+  for (const Link& link : links_) total_mass_ += link.mass;
+  BuildBodies();
+}
+
+void RobotModel::IntersectLimits() {
   lower_.resize(num_dofs());
   upper_.resize(num_dofs());
   for (int dof = 0; dof < num_dofs(); ++dof) {
     lower_[dof] = joints_[static_cast<size_t>(dof_joint(dof))].lower;
     upper_[dof] = joints_[static_cast<size_t>(dof_joint(dof))].upper;
   }
-  for (const Link& link : links_) total_mass_ += link.mass;
-  BuildBodies();
+  for (const Joint& joint : joints_) {
+    if (joint.leader < 0 || joint.dof < 0 || joint.multiplier == 0.0) continue;
+    const double a = (joint.lower - joint.offset) / joint.multiplier;
+    const double b = (joint.upper - joint.offset) / joint.multiplier;
+    lower_[joint.dof] = std::max(lower_[joint.dof], std::min(a, b));
+    upper_[joint.dof] = std::min(upper_[joint.dof], std::max(a, b));
+  }
 }
 
 void RobotModel::BuildBodies() {
   link_body_.assign(links_.size(), 0);
   link_in_body_.assign(links_.size(), Eigen::Isometry3d::Identity());
   body_parent_.assign(static_cast<size_t>(num_bodies()), -1);
-  body_dofs_.assign(static_cast<size_t>(num_bodies()), {});
+  body_chain_.assign(static_cast<size_t>(num_bodies()), {});
+  size_t body = 0;
   for (const Joint& joint : joints_) {
     const auto child = static_cast<size_t>(joint.child_link);
     const auto parent = static_cast<size_t>(joint.parent_link);
-    if (joint.dof < 0) {
+    if (joint.type == JointType::kFixed) {
       link_body_[child] = link_body_[parent];
       link_in_body_[child] = link_in_body_[parent] * joint.origin;
       continue;
     }
-    const auto body = static_cast<size_t>(joint.dof) + 1;
-    link_body_[child] = joint.dof + 1;
+    ++body;
+    link_body_[child] = static_cast<int>(body);
     body_parent_[body] = link_body_[parent];
-    body_dofs_[body] = body_dofs_[static_cast<size_t>(link_body_[parent])];
-    body_dofs_[body].push_back(joint.dof);
+    body_chain_[body] = body_chain_[static_cast<size_t>(link_body_[parent])];
+    body_chain_[body].push_back(static_cast<int>(body));
   }
 }
 
@@ -86,8 +105,8 @@ int RobotModel::FindJoint(std::string_view name) const {
 }
 
 int RobotModel::MovingJointsBetween(int link_a, int link_b) const {
-  const std::vector<int>& a = body_dofs(link_body(link_a));
-  const std::vector<int>& b = body_dofs(link_body(link_b));
+  const std::vector<int>& a = body_chain(link_body(link_a));
+  const std::vector<int>& b = body_chain(link_body(link_b));
   size_t common = 0;
   while (common < a.size() && common < b.size() && a[common] == b[common]) ++common;
   return static_cast<int>(a.size() + b.size() - 2 * common);

@@ -54,9 +54,12 @@ struct Joint {
   int child_link = -1;   ///< index into links(); every link but the base is the child of one joint
   Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  ///< joint frame at q = 0 in the parent link's frame
   Eigen::Vector3d axis = Eigen::Vector3d::UnitX();           ///< unit vector in the joint frame
-  int dof = -1;                                              ///< -1 for fixed joints
-  double lower = 0.0;                                        ///< rad or m; -infinity when unlimited
-  double upper = 0.0;                                        ///< rad or m; +infinity when unlimited
+  int leader = -1;          ///< index of the joint that this one follows (URDF: mimic); -1: it moves independently
+  double multiplier = 1.0;  ///< of the leader's value: q = multiplier * q_leader + offset
+  double offset = 0.0;      ///< rad or m; 0 without a leader
+  int dof = -1;             ///< degree of freedom, the leader's for a follower; -1 for fixed joints
+  double lower = 0.0;       ///< rad or m; -infinity when unlimited
+  double upper = 0.0;       ///< rad or m; +infinity when unlimited
 };
 
 /// Kinematic tree of a floating-base robot: links, joints and degrees of freedom in depth-first order, children in the
@@ -69,13 +72,16 @@ struct Joint {
 /// with p the base frame's origin in the world and the quaternion its orientation (readers normalise it). Its tangent
 /// has n + 6 entries, dx = [dq, dp, dphi], all base parts along world axes: p' = p + dp, R' = Exp(dphi) R.
 ///
+/// A joint that follows another one, q = m q_leader + o, has no degree of freedom of its own. The limits of a degree of
+/// freedom are the intersection of the limits of all its joints.
+///
 /// Immutable and thread-safe.
 class RobotModel {
  public:
   /// Reads a URDF. Mesh paths are relative to the file's folder; `package://NAME/rest` is searched upwards from there.
   /// urdfdom runs in the calling process; `guard` will run the mesh loaders of this robot. Throws InputError for a file
-  /// that cannot be read, malformed XML, missing links, loops, several roots, unsupported joints (floating, planar,
-  /// mimic), bad axes, limits or masses.
+  /// that cannot be read, malformed XML, missing links, loops, several roots, unsupported joints (floating, planar),
+  /// bad axes, limits or masses.
   static RobotModel FromUrdfFile(const std::string& path, const ReadGuard& guard = {});
 
   /// Reads a URDF from text, like FromUrdfFile. `source` names it in errors; relative mesh paths refer to
@@ -92,9 +98,10 @@ class RobotModel {
   /// Guard that loads the robot's meshes.
   const ReadGuard& read_guard() const { return read_guard_; }
 
-  int num_dofs() const { return static_cast<int>(dof_joints_.size()); }  ///< n, the joints that are not fixed
-  int configuration_size() const { return num_dofs() + 7; }              ///< n + 7
-  int tangent_size() const { return num_dofs() + 6; }                    ///< n + 6
+  /// n, the joints that move independently.
+  int num_dofs() const { return static_cast<int>(dof_joints_.size()); }
+  int configuration_size() const { return num_dofs() + 7; }   ///< n + 7
+  int tangent_size() const { return num_dofs() + 6; }         ///< n + 6
   int base_position_index() const { return num_dofs(); }      ///< first of three, in configurations and tangents
   int base_rotation_index() const { return num_dofs() + 3; }  ///< first number of the quaternion or rotation vector
 
@@ -119,19 +126,23 @@ class RobotModel {
   /// Returns the number of moving joints on the chain between two links.
   int MovingJointsBetween(int link_a, int link_b) const;
 
-  /// n + 1. Links connected by fixed joints form one body. Body 0 contains the base; body k > 0 is moved by degree of
-  /// freedom k - 1, so that a body's parent has a smaller index.
-  int num_bodies() const { return num_dofs() + 1; }
+  /// Links connected by fixed joints form one body. Body 0 contains the base; body k > 0 is moved by the joint
+  /// body_joint(k), so that a body's parent has a smaller index. Without followers, this is degree of freedom k - 1.
+  int num_bodies() const { return static_cast<int>(moving_joints_.size()) + 1; }
+  /// Returns the index into joints() of the joint that moves a body > 0.
+  int body_joint(int body) const { return moving_joints_[static_cast<size_t>(body) - 1]; }
+  bool has_followers() const { return moving_joints_.size() > dof_joints_.size(); }  ///< any joint follows another one
   /// Returns the index of a link's body.
   int link_body(int link) const { return link_body_[static_cast<size_t>(link)]; }
   /// Returns the index of the parent body; -1 for body 0.
   int body_parent(int body) const { return body_parent_[static_cast<size_t>(body)]; }
-  /// Returns the degrees of freedom that move a body, from the base outwards.
-  const std::vector<int>& body_dofs(int body) const { return body_dofs_[static_cast<size_t>(body)]; }
+  /// Returns the bodies on the chain from the base to a body, from the base outwards, without body 0.
+  const std::vector<int>& body_chain(int body) const { return body_chain_[static_cast<size_t>(body)]; }
   /// Returns the link frame in the frame of its body.
   const Eigen::Isometry3d& link_in_body(int link) const { return link_in_body_[static_cast<size_t>(link)]; }
 
  private:
+  void IntersectLimits();
   void BuildBodies();
 
   std::string name_;
@@ -139,11 +150,12 @@ class RobotModel {
   std::vector<Link> links_;
   std::vector<Joint> joints_;
   std::vector<int> dof_joints_;
+  std::vector<int> moving_joints_;
   Eigen::VectorXd lower_, upper_;
   double total_mass_ = 0.0;
   std::vector<int> link_body_;
   std::vector<int> body_parent_;
-  std::vector<std::vector<int>> body_dofs_;
+  std::vector<std::vector<int>> body_chain_;
   std::vector<Eigen::Isometry3d> link_in_body_;
 };
 

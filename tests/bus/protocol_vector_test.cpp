@@ -1,5 +1,5 @@
-// This code sends the test vectors of lcmtypes/test-vectors.txt, so a worker in another language can be checked against the
-// document alone.
+// This code sends the test vectors of lcmtypes/test-vectors.txt, so a worker in another language can be checked against
+// the document alone.
 #include <gtest/gtest.h>
 
 #include <algorithm>

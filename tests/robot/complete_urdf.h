@@ -50,7 +50,8 @@ inline constexpr const char* kCompleteUrdf = R"(<?xml version="1.0"?>
     <calibration rising="0.1" falling="0.2" reference_position="0.3"/>
   </joint>
   <joint name="rail" type="prismatic"><parent link="trunk"/><child link="slide"/><axis xyz="1 0 0"/>
-    <limit lower="0" upper="0.1" effort="1" velocity="1"/></joint>
+    <limit lower="0" upper="0.1" effort="1" velocity="1"/>
+    <mimic joint="hip" multiplier="0.1" offset="0.05"/></joint>
   <joint name="spin" type="continuous"><parent link="trunk"/><child link="lidar"/><axis xyz="0 0 1"/></joint>
 </robot>
 )";

@@ -1,10 +1,13 @@
-// Every Jacobian of the kinematics against central differences through Retract, on a tree with all joint types.
+// Every Jacobian of the kinematics against central differences through Retract, on a tree with all joint types, and on
+// the same tree with joints that follow others.
 
 #include <gtest/gtest.h>
 
 #include <functional>
 #include <limits>
 #include <random>
+#include <string>
+#include <utility>
 
 #include "legopt/robot/kinematics.h"
 
@@ -39,9 +42,21 @@ constexpr double kStep = 1e-6;       // balances truncation (h^2) and rounding (
 constexpr double kTolerance = 2e-8;  // values are of order 1 to 100
 constexpr double kGravity = 9.8;
 
-class Derivatives : public ::testing::Test {
+/// kMixedTree; if `coupled`, the shoulder follows the wheel, and the tip the slider.
+std::string Tree(bool coupled) {
+  std::string text = kMixedTree;
+  if (!coupled) return text;
+  for (const auto& [joint, mimic] :
+       {std::pair("name=\"shoulder\"", "<mimic joint='spin' multiplier='-0.7' offset='0.2'/>"),
+        std::pair("name=\"reach\"", "<mimic joint='slide' multiplier='0.5' offset='0.5'/>")}) {
+    text.insert(text.find("</joint>", text.find(joint)), mimic);
+  }
+  return text;
+}
+
+class Derivatives : public ::testing::TestWithParam<bool> {
  protected:
-  Derivatives() : model_(RobotModel::FromUrdfText(kMixedTree, "mixed tree", ".")), kinematics_(model_) {
+  Derivatives() : model_(RobotModel::FromUrdfText(Tree(GetParam()), "mixed tree", ".")), kinematics_(model_) {
     std::mt19937 generator(3);
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);
     x_.resize(model_.configuration_size());
@@ -76,7 +91,7 @@ class Derivatives : public ::testing::Test {
   Eigen::VectorXd x_;
 };
 
-TEST_F(Derivatives, PointsOfEveryLink) {
+TEST_P(Derivatives, PointsOfEveryLink) {
   const Eigen::Vector3d local(0.3, -0.2, 0.5);
   for (int link = 0; link < static_cast<int>(model_.links().size()); ++link) {
     kinematics_.Update(x_);
@@ -91,7 +106,7 @@ TEST_F(Derivatives, PointsOfEveryLink) {
   }
 }
 
-TEST_F(Derivatives, RotationOfEveryLink) {
+TEST_P(Derivatives, RotationOfEveryLink) {
   for (int link = 0; link < static_cast<int>(model_.links().size()); ++link) {
     kinematics_.Update(x_);
     Eigen::MatrixXd angular = Blank(3);
@@ -108,14 +123,14 @@ TEST_F(Derivatives, RotationOfEveryLink) {
   }
 }
 
-TEST_F(Derivatives, CentreOfMass) {
+TEST_P(Derivatives, CentreOfMass) {
   kinematics_.Update(x_);
   Eigen::MatrixXd jacobian = Blank(3);
   kinematics_.ComJacobian(jacobian);
   Check(jacobian, [&] { return Eigen::VectorXd(kinematics_.com()); });
 }
 
-TEST_F(Derivatives, CentreOfMassIsTheMassWeightedMeanOfLinks) {
+TEST_P(Derivatives, CentreOfMassIsTheMassWeightedMeanOfLinks) {
   kinematics_.Update(x_);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (size_t i = 0; i < model_.links().size(); ++i) {
@@ -124,7 +139,7 @@ TEST_F(Derivatives, CentreOfMassIsTheMassWeightedMeanOfLinks) {
   EXPECT_LT((sum / model_.total_mass() - kinematics_.com()).norm(), 1e-12);
 }
 
-TEST_F(Derivatives, GravityTorquesAreTheGradientOfThePotential) {
+TEST_P(Derivatives, GravityTorquesAreTheGradientOfThePotential) {
   kinematics_.Update(x_);
   const int n = model_.num_dofs();
   Eigen::VectorXd tau = Eigen::VectorXd::Constant(n, std::numeric_limits<double>::quiet_NaN());
@@ -138,7 +153,7 @@ TEST_F(Derivatives, GravityTorquesAreTheGradientOfThePotential) {
   Check(gradient, [&] { return Eigen::VectorXd::Constant(1, kGravity * model_.total_mass() * kinematics_.com().z()); });
 }
 
-TEST_F(Derivatives, GravityTorqueJacobian) {
+TEST_P(Derivatives, GravityTorqueJacobian) {
   kinematics_.Update(x_);
   Eigen::MatrixXd jacobian = Blank(model_.num_dofs());
   kinematics_.GravityTorqueJacobian(kGravity, jacobian);
@@ -150,7 +165,7 @@ TEST_F(Derivatives, GravityTorqueJacobian) {
   });
 }
 
-TEST_F(Derivatives, QuaternionNormDoesNotMatter) {
+TEST_P(Derivatives, QuaternionNormDoesNotMatter) {
   kinematics_.Update(x_);
   const Eigen::Vector3d com = kinematics_.com();
   x_.tail<4>() *= 3.7;
@@ -158,7 +173,7 @@ TEST_F(Derivatives, QuaternionNormDoesNotMatter) {
   EXPECT_LT((kinematics_.com() - com).norm(), 1e-13);
 }
 
-TEST_F(Derivatives, RetractTurnsAboutWorldAxes) {
+TEST_P(Derivatives, RetractTurnsAboutWorldAxes) {
   Eigen::VectorXd dx = Eigen::VectorXd::Zero(model_.tangent_size());
   const Eigen::Vector3d phi(0.4, -0.3, 0.9);
   dx.tail<3>() = phi;
@@ -170,6 +185,9 @@ TEST_F(Derivatives, RetractTurnsAboutWorldAxes) {
   const Eigen::Matrix3d expected = Eigen::AngleAxisd(phi.norm(), phi.normalized()).toRotationMatrix() * before;
   EXPECT_LT((kinematics_.link_pose(0).linear() - expected).norm(), 1e-13);
 }
+
+INSTANTIATE_TEST_SUITE_P(Tree, Derivatives, testing::Values(false, true),
+                         [](const auto& coupled) { return coupled.param ? "WithFollowers" : "Independent"; });
 
 }  // namespace
 }  // namespace legopt

@@ -142,6 +142,8 @@ const std::map<std::string, int> kNumbers = {{"xyz", 3},
                                              {"friction", 1},
                                              {"rising", 1},
                                              {"falling", 1},
+                                             {"multiplier", 1},
+                                             {"offset", 1},
                                              {"k_position", 1},
                                              {"k_velocity", 1},
                                              {"reference_position", 1},
@@ -213,6 +215,8 @@ const std::set<std::string> kOptional = {"xyz",
                                          "soft_lower_limit",
                                          "soft_upper_limit",
                                          "k_position",
+                                         "multiplier",
+                                         "offset",
                                          "reference_position"};
 
 TEST_P(EveryElement, AttributesAreNeitherMissingNorMisspeltNorTwice) {

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "legopt/robot/kinematics.h"
 #include "legopt/robot/robot_model.h"
 #include "legopt/types/input_error.h"
 
@@ -76,6 +79,53 @@ TEST(Urdf, BadJoints) {
                <axis xyz="0 0 1"/><limit lower="2" upper="1" effort="1" velocity="1"/></joint>)",
               "joint '1': limit", "lower");
   ExpectFault(kLinks + FixedJoint("1", "a", "b") + FixedJoint("1", "a", "c"), "joint", "two joints");
+}
+
+std::string Follower(const std::string& name, const std::string& parent, const std::string& child,
+                     const std::string& mimic) {
+  return "<joint name='" + name + "' type='revolute'><parent link='" + parent + "'/><child link='" + child +
+         "'/><axis xyz='0 0 1'/><limit lower='-1' upper='1' effort='1' velocity='1'/>" + mimic + "</joint>";
+}
+
+TEST(Urdf, AFollowerMovesWithItsLeader) {
+  const RobotModel model = Parse(kLinks + Follower("1", "a", "b", "<mimic joint='2' multiplier='-2' offset='0.5'/>") +
+                                 Follower("2", "b", "c", ""));
+  ASSERT_EQ(model.num_dofs(), 1);
+  EXPECT_EQ(DofNames(model), std::vector<std::string>{"2"});
+  EXPECT_EQ(model.num_bodies(), 3);
+  EXPECT_EQ(model.MovingJointsBetween(0, 2), 2);
+  // -1 <= -2 q + 0.5 <= 1 and -1 <= q <= 1
+  EXPECT_DOUBLE_EQ(model.lower_limits()[0], -0.25);
+  EXPECT_DOUBLE_EQ(model.upper_limits()[0], 0.75);
+  Kinematics kinematics(model);
+  Eigen::VectorXd x = model.NeutralConfiguration();
+  x[0] = 0.4;
+  kinematics.Update(x);
+  const auto angle = [&](int link) {
+    return std::atan2(kinematics.link_pose(link).linear()(1, 0), kinematics.link_pose(link).linear()(0, 0));
+  };
+  EXPECT_NEAR(angle(1), -2 * 0.4 + 0.5, 1e-15);
+  EXPECT_NEAR(angle(2), -2 * 0.4 + 0.5 + 0.4, 1e-15);
+}
+
+TEST(Urdf, AFollowerOfAFollowerHasTheSameLeader) {
+  const RobotModel model = Parse(kLinks + Follower("1", "a", "b", "<mimic joint='2' multiplier='3' offset='0.1'/>") +
+                                 Follower("2", "b", "c", "<mimic joint='3' multiplier='0.5' offset='0.2'/>") +
+                                 "<link name='d'/>" + Follower("3", "c", "d", ""));
+  EXPECT_EQ(model.num_dofs(), 1);
+  EXPECT_DOUBLE_EQ(model.joints()[0].multiplier, 1.5);
+  EXPECT_DOUBLE_EQ(model.joints()[0].offset, 3 * 0.2 + 0.1);
+}
+
+TEST(Urdf, BadFollowers) {
+  const std::string other = Follower("2", "b", "c", "");
+  ExpectFault(kLinks + Follower("1", "a", "b", "<mimic joint='none'/>") + other, "joint '1': mimic", "no such joint");
+  ExpectFault(kLinks + Follower("1", "a", "b", "<mimic joint='2'/>") + Follower("2", "b", "c", "<mimic joint='1'/>"),
+              "joint '1': mimic", "circle");
+  ExpectFault(kLinks + Follower("1", "a", "b", "<mimic joint='2'/>") + FixedJoint("2", "b", "c"), "joint '1': mimic",
+              "does not move");
+  ExpectFault(kLinks + Follower("1", "a", "b", "<mimic joint='2' offset='5'/>") + other, "joint '2': limit",
+              "no common value");
 }
 
 TEST(Urdf, MissingMeshAndBrokenXml) {

@@ -70,6 +70,7 @@ export interface Experiment {
 export type Pose = [number, number, number, number, number, number, number];
 export interface Joint {
   name: string; type: string; parent: number; child: number; origin: Pose; axis: [number, number, number]; dof: number;
+  multiplier: number; offset: number;
   lower: number | null; upper: number | null;
 }
 export interface Dataset {

@@ -25,7 +25,8 @@ export class LinkTree {
     this.robot.joints.forEach((joint, j) => {
       const pose = this.poses[joint.child].multiplyMatrices(this.poses[joint.parent], this.origins[j]);
       if (joint.dof < 0) return;
-      const value = Math.max(joint.lower ?? -Infinity, Math.min(joint.upper ?? Infinity, x[joint.dof]));
+      const clamped = Math.max(joint.lower ?? -Infinity, Math.min(joint.upper ?? Infinity, x[joint.dof]));
+      const value = joint.multiplier * clamped + joint.offset; // 1 and 0 unless it follows another joint
       const axis = this.axes[j];
       if (joint.type === 'prismatic') motion.makeTranslation(axis.x * value, axis.y * value, axis.z * value);
       else motion.makeRotationAxis(axis, value);

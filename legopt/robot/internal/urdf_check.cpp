@@ -161,6 +161,12 @@ class UrdfCheck {
     for (const auto* e = robot.FirstChildElement("joint"); e != nullptr; e = e->NextSiblingElement("joint")) {
       UrdfJointElement joint{
           .name = e->Attribute("name"), .parent = JointEnd(*e, "parent"), .child = JointEnd(*e, "child")};
+      const XMLElement* mimic = e->FirstChildElement("mimic");
+      if (mimic != nullptr && e->Attribute("type") != std::string_view("fixed")) {
+        joint.leader = mimic->Attribute("joint");
+        faults_.Note(UrdfSeverity::kInfo, UrdfPlaceOf(*e, "robot"), joint.leader,
+                     "follows another joint; both are one degree of freedom");
+      }
       CheckJointType(*e, &faults_);
       if (!joint_names.insert(joint.name).second) {
         faults_.Refuse("joint", joint.name, "two joints have this name", "rename one of them");
@@ -173,6 +179,33 @@ class UrdfCheck {
                        "remove one of the joints");
       }
       checked_.joints.push_back(std::move(joint));
+    }
+    CheckLeaders(robot);
+  }
+
+  /// Each chain of followers must end at a joint that moves independently.
+  void CheckLeaders(const XMLElement& robot) {
+    std::map<std::string, const UrdfJointElement*> by_name;
+    std::set<std::string> fixed;
+    for (const UrdfJointElement& joint : checked_.joints) by_name[joint.name] = &joint;
+    for (const auto* e = robot.FirstChildElement("joint"); e != nullptr; e = e->NextSiblingElement("joint")) {
+      if (e->Attribute("type") == std::string_view("fixed")) fixed.insert(e->Attribute("name"));
+    }
+    for (const UrdfJointElement& joint : checked_.joints) {
+      std::string leader = joint.leader;
+      const std::string place = "joint '" + PrintableUrdfText(joint.name) + "': mimic: joint";
+      for (std::size_t steps = 0; !leader.empty(); ++steps) {
+        if (!by_name.contains(leader) || fixed.contains(leader)) {
+          faults_.Refuse(place, leader, by_name.contains(leader) ? "does not move" : "there is no such joint",
+                         "name a joint that moves");
+          break;
+        }
+        if (steps > checked_.joints.size()) {
+          faults_.Refuse(place, joint.leader, "joints follow each other in a circle", "remove one <mimic>");
+          break;
+        }
+        leader = by_name[leader]->leader;
+      }
     }
   }
 

@@ -11,6 +11,7 @@ namespace legopt {
 /// A joint with the links it connects.
 struct UrdfJointElement {
   std::string name, parent, child;
+  std::string leader = {};  ///< name of the joint that it follows; empty: none
 };
 
 /// A URDF whose elements and attributes have all been checked, as far as they are read.

@@ -114,6 +114,10 @@ Joint MakeJoint(const urdf::Joint& source) {
                                                         : JointType::kRevolute;
   if (joint.type == JointType::kFixed) return joint;
   joint.axis << source.axis.x, source.axis.y, source.axis.z;
+  if (source.mimic != nullptr) {
+    joint.multiplier = source.mimic->multiplier;
+    joint.offset = source.mimic->offset;
+  }
   joint.lower = -std::numeric_limits<double>::infinity();
   joint.upper = std::numeric_limits<double>::infinity();
   if (joint.type == JointType::kContinuous || source.limits == nullptr) return joint;
@@ -227,11 +231,14 @@ class TreeBuilder {
   /// `notes` receives the meshes that were found by fallbacks; may be null.
   RobotModel Build(std::vector<UrdfDiagnostic>* notes) {
     AddLink(FindRoot(urdf_, tree_));
+    ResolveLeaders();
     faults_.Check();
     if (notes != nullptr) {
       for (UrdfDiagnostic& note : faults_.notes()) notes->push_back(std::move(note));
     }
-    return RobotModel(urdf_.robot, std::move(links_), std::move(joints_));
+    RobotModel robot(urdf_.robot, std::move(links_), std::move(joints_));
+    CheckCommonLimits(robot);
+    return robot;
   }
 
  private:
@@ -239,11 +246,39 @@ class TreeBuilder {
     faults_.Refuse(field, value, message, fix);
   }
 
+  /// Sets the leaders of all followers; a follower of a follower gets the leader of both, which exists (CheckUrdf).
+  void ResolveLeaders() {
+    std::unordered_map<std::string, std::size_t> index;
+    for (std::size_t j = 0; j < joints_.size(); ++j) index[joints_[j].name] = j;
+    const std::vector<Joint> given = joints_;
+    for (std::size_t j = 0; j < joints_.size(); ++j) {
+      for (std::size_t at = j; !leaders_[at].empty();) {
+        at = index.at(leaders_[at]);
+        joints_[j].leader = static_cast<int>(at);
+        if (leaders_[at].empty()) break;
+        joints_[j].offset += joints_[j].multiplier * given[at].offset;
+        joints_[j].multiplier *= given[at].multiplier;
+      }
+    }
+  }
+
+  /// Throws if the limits of a joint and of those that follow it have no common value.
+  void CheckCommonLimits(const RobotModel& robot) {
+    for (int dof = 0; dof < robot.num_dofs(); ++dof) {
+      if (robot.lower_limits()[dof] <= robot.upper_limits()[dof]) continue;
+      Fail("joint '" + robot.joints()[static_cast<std::size_t>(robot.dof_joint(dof))].name + "': limit", "",
+           "its limits and those of the joints that follow it have no common value",
+           "correct the limits, or multiplier and offset of <mimic>");
+    }
+    faults_.Check();
+  }
+
   void AddLink(std::size_t source) {
     const int index = static_cast<int>(links_.size());
     links_.push_back(Finished(content_.links[source]));
     for (const std::size_t j : tree_.joints_of[source]) {
       Joint joint = Finished(content_.joints[j]);
+      leaders_.push_back(urdf_.joints[j].leader);
       joint.parent_link = index;
       joint.child_link = static_cast<int>(links_.size());
       joints_.push_back(std::move(joint));
@@ -301,6 +336,7 @@ class TreeBuilder {
   UrdfFaults faults_;
   std::vector<Link> links_;
   std::vector<Joint> joints_;
+  std::vector<std::string> leaders_;  ///< per joint, name of the one that it follows
 };
 
 }  // namespace

@@ -100,7 +100,7 @@ UrdfElementRule Limit() {
           {.name = "velocity", .value = Value::kNumber, .required = kRequired, .replacement = "0", .infinity = "0"}}};
 }
 
-/// Elements of a joint that affect neither its position nor its range.
+/// Elements of a joint besides its frame, links, axis and limits.
 Elements JointExtras() {
   return {{.name = "dynamics",
            .attributes = {{.name = "damping", .value = Value::kNumber}, {.name = "friction", .value = Value::kNumber}},
@@ -116,7 +116,10 @@ Elements JointExtras() {
                           {.name = "falling", .value = Value::kNumber},
                           {.name = "reference_position", .value = Value::kNumber}},
            .read = false},
-          {.name = "mimic", .refusal = "mimic joints are not supported: make the joint fixed or independent"}};
+          {.name = "mimic",
+           .attributes = {{.name = "joint", .value = Value::kName, .required = kRequired},
+                          {.name = "multiplier", .value = Value::kNumber},
+                          {.name = "offset", .value = Value::kNumber}}}};
 }
 
 UrdfElementRule JointRule() {

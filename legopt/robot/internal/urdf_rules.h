@@ -46,7 +46,7 @@ struct UrdfElementRule {
   bool read = true;                                ///< false: checked, but not used
   bool holds_one = false;                          ///< exactly one child is required, and no others are allowed
   std::string_view refusal = {};      ///< not empty: the element is forbidden, and this is the advice to the user
-  bool may_be_empty = false;          ///< left out if it contains no <geometry>, or an empty one
+  bool may_be_empty = false;          ///< left out if it contains no `<geometry>`, or an empty one
   std::string_view replacement = {};  ///< not empty: value of all attributes if the element is missing
 };
 
