@@ -294,10 +294,11 @@ void AddImportCommand(const app::Command& program, Invocation* invocation) {
     command.AddOption("--" + std::string(ToString(task.task)), options.files.problems[task.task],
                       std::string(task.short_title) + " problems (default: problems*.json of that task)");
   }
-  command.AddList("--feet", options.feet, "Links that may carry the robot (default: those in the problems)");
-  command.AddOption(
-      "--sole-offset", options.sole_offset_m,
-      "Height of a foot's link frame above its target pose in m (default: lowest point of the feet plus 1 mm)");
+  command.AddList("--feet", options.feet,
+                  "Links that may carry the robot (default: those in the problems, else the lowest ends of the robot)");
+  command.AddOption("--sole-offset", options.sole_offset_m,
+                    "Height of the feet's link frames above their target poses in m, for feet with parallel frames "
+                    "(default: soles are measured)");
   command.AddList("--nominal", flags->nominal,
                   "Start of every solve, JOINT=RADIANS, comma separated (default: all joints 0)");
   command.AddFlag("--fix-winding", options.fix_winding, "Flip inverted bodies of the scene");

@@ -275,7 +275,7 @@ TEST_P(EveryElement, ElementsAreNeitherTwiceNorMisspelt) {
 
 TEST_P(EveryElement, XacroIsNotTakenForNothing) {
   const std::string xml = With([](XMLElement& e) { e.InsertNewChildElement("xacro:insert_block"); });
-  if (IsUnread(GetParam().path)) {
+  if (IsUnread(GetParam().path) || GetParam().path == "robot") {
     ExpectNoted(xml, GetParam().path);
     return;
   }

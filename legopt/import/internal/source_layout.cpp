@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cctype>
+#include <fstream>
 #include <functional>
+#include <sstream>
 #include <system_error>
 #include <vector>
 
@@ -130,8 +132,12 @@ class Finder {
     if (const auto chosen = Chosen(choices_.scene)) return *chosen;
     if (const auto named = SceneOfEnvironment()) return *named;
     if (fs::is_regular_file(folder_ / "scene.yaml")) return folder_ / "scene.yaml";
+    std::ostringstream text;  // meshes of the robot are not scenes
+    text << std::ifstream(robot).rdbuf();
+    const std::string description = text.str();
     const Files meshes = Select(files_, [&](const fs::path& file) {
-      return file.parent_path() == folder_ && file != robot && IsMeshFile(file) && !IsColladaRobot(file);
+      return file.parent_path() == folder_ && file != robot && IsMeshFile(file) && !IsColladaRobot(file) &&
+             description.find(file.filename().string()) == std::string::npos;
     });
     if (meshes.empty()) return {};
     return TheOnly(meshes, "scene (scene.yaml, or .stl .obj .dae .ply in the folder itself)", "--scene");

@@ -28,7 +28,7 @@ struct SourceLayout {
 /// * if there is a dataset.yaml, the files that it lists; else
 /// * robot: the only .urdf, else the only .zae or .dae with kinematics, at any depth;
 /// * scene: the mesh in `<Render>` of the OpenRAVE environment `*.xml`, as in a clone of the original benchmark; else
-///   scene.yaml; else the only mesh directly in the folder that is not a robot; else none;
+///   scene.yaml; else the only mesh directly in the folder that is neither a robot nor named by it; else none;
 /// * problems: `problems*.json` at any depth, one per task, identified by the key `task` or the number of stances.
 ///
 /// Throws InputError with the missing or ambiguous file, the candidates, and the flag to select one.

@@ -240,6 +240,11 @@ class UrdfWalk {
         faults_.Note(UrdfSeverity::kInfo, WithLine(place, element), name, "is left over from xacro and does nothing");
         return;
       }
+      if (place == "robot") {  // urdfdom ignores it; if links are missing without it, the robot is not connected
+        faults_.Note(UrdfSeverity::kWarning, WithLine(place, element), name,
+                     "is an xacro call that has not been expanded; what it would add is missing");
+        return;
+      }
       return Fail(element, place, name, "is an xacro element that has not been expanded",
                   "expand the file first: xacro FILE.urdf.xacro > robot.urdf", copy);
     }
