@@ -4,9 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
-#include <fstream>
 #include <functional>
-#include <sstream>
 #include <system_error>
 #include <vector>
 
@@ -14,6 +12,7 @@
 #include "legopt/dataset/problem_definition.h"
 #include "legopt/dataset/scene_file.h"
 #include "legopt/import/internal/collada_document.h"
+#include "legopt/robot/internal/urdf_check.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/number_text.h"
 
@@ -132,9 +131,7 @@ class Finder {
     if (const auto chosen = Chosen(choices_.scene)) return *chosen;
     if (const auto named = SceneOfEnvironment()) return *named;
     if (fs::is_regular_file(folder_ / "scene.yaml")) return folder_ / "scene.yaml";
-    std::ostringstream text;  // meshes of the robot are not scenes
-    text << std::ifstream(robot).rdbuf();
-    const std::string description = text.str();
+    const std::string description = IsUrdf(robot) ? ReadUrdfFile(robot.string()) : "";  // names its own meshes
     const Files meshes = Select(files_, [&](const fs::path& file) {
       return file.parent_path() == folder_ && file != robot && IsMeshFile(file) && !IsColladaRobot(file) &&
              description.find(file.filename().string()) == std::string::npos;
