@@ -32,9 +32,9 @@ class TriangleColumns {
  private:
   /// z = height + slope . p over the triangle; `p` is inside if edges[k] . (p.x, p.y, 1) >= 0 for all k.
   struct Column {
-    Eigen::Matrix3d edges;
-    Eigen::Vector2d slope;
-    double height;
+    Eigen::Matrix3d edges = Eigen::Matrix3d::Zero();
+    Eigen::Vector2d slope = Eigen::Vector2d::Zero();
+    double height = 0.0;
     Eigen::AlignedBox2d box;
     std::array<Eigen::Vector3d, 3> corners;
   };

@@ -9,7 +9,7 @@
 namespace legopt {
 namespace {
 
-constexpr int kGrid = 16;               // places per row of a patch's bounding rectangle
+constexpr std::size_t kGrid = 16;       // places per row of a patch's bounding rectangle
 constexpr double kOverlap_m = 5e-3;     // a surface this far above the link's underside is below the link
 constexpr double kCornerBand_m = 5e-3;  // corners of the surface are those this far above its lowest point
 constexpr double kInset_m = 1e-6;       // corners are moved inwards, so that rounding does not put them outside
@@ -34,49 +34,9 @@ TouchProbe::Underside TouchProbe::MakeUnderside(const Contact& contact) const {
   const Eigen::Isometry3d X_CL = contact.X_LC.inverse(Eigen::Isometry);
   std::vector<Eigen::Vector2d> points;
   for (const Eigen::Vector3d& point : contact.points_L) points.emplace_back((X_CL * point).head<2>());
-  const std::vector<Eigen::Vector2d> patch = ConvexHull2d(points);
-  const std::vector<HalfPlane> edges = Edges(patch);
-  Eigen::AlignedBox2d rectangle;
-  for (const Eigen::Vector2d& corner : patch) rectangle.extend(corner);
-
-  const auto place_at = [&](const Eigen::Vector2d& p) { return Place{p, underside.triangles.Lowest(p)}; };
-  constexpr std::size_t kOutside = static_cast<std::size_t>(-1);
-  std::vector<std::size_t> index(kGrid * kGrid, kOutside);
-  for (int row = 0; row < kGrid; ++row) {
-    for (int column = 0; column < kGrid; ++column) {
-      const Eigen::Vector2d cell((column + 0.5) / kGrid, (row + 0.5) / kGrid);
-      const Eigen::Vector2d p = rectangle.min() + rectangle.sizes().cwiseProduct(cell);
-      if (!Contains(edges, p)) continue;
-      index[static_cast<std::size_t>(row * kGrid + column)] = underside.grid.size();
-      underside.grid.push_back(place_at(p));
-    }
-  }
-  for (int at = 0; at < kGrid * kGrid; ++at) {
-    const std::size_t own = index[static_cast<std::size_t>(at)];
-    if (own == kOutside) continue;
-    const auto next = [&](bool exists, int step) {
-      const std::size_t other = exists ? index[static_cast<std::size_t>(at + step)] : kOutside;
-      return other == kOutside ? own : other;
-    };
-    underside.neighbour.push_back(next(at % kGrid + 1 < kGrid, 1));
-    underside.above.push_back(next(at / kGrid + 1 < kGrid, kGrid));
-  }
-
-  double lowest = TriangleColumns::kNone;
-  for (const Place& place : underside.grid) lowest = std::min(lowest, place.height);
-  std::vector<Eigen::Vector2d> corners;
-  for (const Eigen::Vector3d& corner : underside.triangles.Corners()) {
-    if (corner.z() <= lowest + kCornerBand_m && Contains(edges, corner.head<2>()))
-      corners.emplace_back(corner.head<2>());
-  }
-  for (const auto& hull : {patch, ConvexHull2d(corners)}) {
-    Eigen::Vector2d centre = Eigen::Vector2d::Zero();
-    for (const Eigen::Vector2d& corner : hull) centre += corner / static_cast<double>(hull.size());
-    for (const Eigen::Vector2d& corner : hull) {
-      const Eigen::Vector2d inwards = centre - corner;
-      underside.corners.push_back(place_at(corner + inwards * std::min(1.0, kInset_m / (inwards.norm() + kInset_m))));
-    }
-  }
+  const std::vector<Eigen::Vector2d> patch = ConvexHull2d(std::move(points));
+  AddGrid(patch, &underside);
+  AddCorners(patch, &underside);
   for (const auto* places : {&underside.grid, &underside.corners}) {
     for (const Place& place : *places) {
       if (!std::isfinite(place.height)) continue;
@@ -84,6 +44,51 @@ TouchProbe::Underside TouchProbe::MakeUnderside(const Contact& contact) const {
     }
   }
   return underside;
+}
+
+void TouchProbe::AddGrid(const std::vector<Eigen::Vector2d>& patch, Underside* underside) {
+  const std::vector<HalfPlane> edges = Edges(patch);
+  Eigen::AlignedBox2d rectangle;
+  for (const Eigen::Vector2d& corner : patch) rectangle.extend(corner);
+  constexpr std::size_t kOutside = static_cast<std::size_t>(-1);
+  std::vector<std::size_t> index(kGrid * kGrid, kOutside);
+  for (std::size_t cell = 0; cell < index.size(); ++cell) {
+    const Eigen::Vector2d share((static_cast<double>(cell % kGrid) + 0.5) / kGrid,
+                                (static_cast<double>(cell / kGrid) + 0.5) / kGrid);
+    const Eigen::Vector2d p = rectangle.min() + rectangle.sizes().cwiseProduct(share);
+    if (!Contains(edges, p)) continue;
+    index[cell] = underside->grid.size();
+    underside->grid.push_back({p, underside->triangles.Lowest(p)});
+  }
+  for (std::size_t cell = 0; cell < index.size(); ++cell) {
+    if (index[cell] == kOutside) continue;
+    const auto next = [&](bool exists, std::size_t step) {
+      const std::size_t other = exists ? index[cell + step] : kOutside;
+      return other == kOutside ? index[cell] : other;
+    };
+    underside->neighbour.push_back(next(cell % kGrid + 1 < kGrid, 1));
+    underside->above.push_back(next(cell / kGrid + 1 < kGrid, kGrid));
+  }
+}
+
+void TouchProbe::AddCorners(const std::vector<Eigen::Vector2d>& patch, Underside* underside) {
+  const std::vector<HalfPlane> edges = Edges(patch);
+  double lowest = TriangleColumns::kNone;
+  for (const Place& place : underside->grid) lowest = std::min(lowest, place.height);
+  std::vector<Eigen::Vector2d> corners;
+  for (const Eigen::Vector3d& corner : underside->triangles.Corners()) {
+    const Eigen::Vector2d p = corner.head<2>();
+    if (corner.z() <= lowest + kCornerBand_m && Contains(edges, p)) corners.push_back(p);
+  }
+  for (const auto& hull : {patch, ConvexHull2d(std::move(corners))}) {
+    Eigen::Vector2d centre = Eigen::Vector2d::Zero();
+    for (const Eigen::Vector2d& corner : hull) centre += corner / static_cast<double>(hull.size());
+    for (const Eigen::Vector2d& corner : hull) {
+      const Eigen::Vector2d inwards = centre - corner;
+      const Eigen::Vector2d p = corner + inwards * (kInset_m / (inwards.norm() + kInset_m));
+      underside->corners.push_back({p, underside->triangles.Lowest(p)});
+    }
+  }
 }
 
 const TouchProbe::Underside& TouchProbe::UndersideOf(const Contact& contact) {

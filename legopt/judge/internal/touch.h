@@ -58,6 +58,8 @@ class TouchProbe {
 
   const Underside& UndersideOf(const Contact& contact);
   Underside MakeUnderside(const Contact& contact) const;
+  static void AddGrid(const std::vector<Eigen::Vector2d>& patch, Underside* underside);
+  static void AddCorners(const std::vector<Eigen::Vector2d>& patch, Underside* underside);
   double GapAt(const Place& place) const;
   Place Boundary(const Underside& underside, const Place& touching, const Place& other) const;
 
