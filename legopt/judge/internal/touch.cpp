@@ -53,8 +53,10 @@ void TouchProbe::AddGrid(const std::vector<Eigen::Vector2d>& patch, Underside* u
   constexpr std::size_t kOutside = static_cast<std::size_t>(-1);
   std::vector<std::size_t> index(kGrid * kGrid, kOutside);
   for (std::size_t cell = 0; cell < index.size(); ++cell) {
-    const Eigen::Vector2d share((static_cast<double>(cell % kGrid) + 0.5) / kGrid,
-                                (static_cast<double>(cell / kGrid) + 0.5) / kGrid);
+    const std::size_t row = cell / kGrid, column = cell % kGrid;
+    const Eigen::Vector2d share =
+        (Eigen::Vector2d(static_cast<double>(column), static_cast<double>(row)) + Eigen::Vector2d::Constant(0.5)) /
+        static_cast<double>(kGrid);
     const Eigen::Vector2d p = rectangle.min() + rectangle.sizes().cwiseProduct(share);
     if (!Contains(edges, p)) continue;
     index[cell] = underside->grid.size();
