@@ -31,7 +31,7 @@ HttpReply Kept(const std::string& text, const std::string& etag) {
 // "/now" is answered at once, "/later" after Release.
 class HttpServerTest : public testing::Test {
  protected:
-  void Start(HttpOptions options = {}) {
+  void Start(const HttpOptions& options = {}) {
     server_.emplace(
         options,
         [](const HttpRequest& request) -> std::optional<HttpReply> {
@@ -209,7 +209,7 @@ TEST_F(HttpServerTest, StreamsGetTheNewestEventAndSignsOfLife) {
   EXPECT_NE(text.find("id: 1\ndata: {\"first\":1}\n\n"), std::string::npos) << text;
   ASSERT_TRUE(WaitForStreams(1));
   server_->Beat();
-  EXPECT_NE(early.Receive(":").find(":"), std::string::npos);
+  EXPECT_NE(early.Receive(":").find(':'), std::string::npos);
   for (int i = 2; i <= 9; ++i)
     server_->Publish(static_cast<std::uint64_t>(i), "{\"number\":" + std::to_string(i) + "}");
   RawHttp late(port_);
