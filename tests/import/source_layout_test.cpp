@@ -61,6 +61,16 @@ TEST(SourceLayout, MissingAndAmbiguousFilesAreNamedWithTheFlag) {
   EXPECT_THAT(error(), AllOf(HasSubstr("LegOptEnv.xml"), HasSubstr("yard.stl"), HasSubstr("submodule")));
   fs::remove(clone.path() / "LegOptEnv.xml");
   EXPECT_EQ(FindSources(clone.path(), {}).scene, fs::path()) << "level ground";
+  // Of the meshes beside a URDF, those that it names are its own; a scene's name may end like one of theirs.
+  fs::create_directories(clone.path() / "loose");
+  test::WriteText(clone.path() / "loose" / "r.urdf",
+                  "<robot name='r'><link name='a'><collision><geometry><mesh filename='./step_floor.obj'/></geometry>"
+                  "</collision></link></robot>");
+  test::WriteText(clone.path() / "loose" / "step_floor.obj", "v 0 0 0");
+  EXPECT_EQ(FindSources(clone.path() / "loose", {}).scene, fs::path());
+  test::WriteText(clone.path() / "loose" / "floor.obj", "v 0 0 0");
+  EXPECT_EQ(FindSources(clone.path() / "loose", {}).scene.filename(), "floor.obj");
+  fs::remove_all(clone.path() / "loose");
 
   fs::copy(clone.path() / "robots" / "tiny.zae", clone.path() / "robots" / "other.zae");
   EXPECT_THAT(error(), AllOf(HasSubstr("other.zae"), HasSubstr("tiny.zae"), HasSubstr("--robot")));

@@ -19,42 +19,18 @@
 #include "legopt/types/input_error.h"
 #include "tests/folders.h"
 #include "tests/robot/complete_urdf.h"
+#include "tests/robot/urdf_expectations.h"
 
 namespace legopt {
 namespace {
 
+using test::ExpectNoted;
+using test::ExpectRefused;
+using test::FaultOf;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 using tinyxml2::XMLElement;
-
-InputError::Fault FaultOf(const std::string& xml) {
-  try {
-    RobotModel::FromUrdfText(xml, "robot.urdf", SourceFolder() + "/tests/robot", CallIsolated);
-  } catch (const InputError& error) {
-    return error.fault();
-  }
-  return {};
-}
-
-void ExpectRefused(const std::string& xml, const std::vector<std::string>& in_field, const std::string& what) {
-  const InputError::Fault fault = FaultOf(xml);
-  ASSERT_FALSE(fault.message.empty()) << "accepted: " << what;
-  EXPECT_EQ(fault.file, "robot.urdf");
-  for (const std::string& word : in_field) EXPECT_THAT(fault.field, HasSubstr(word)) << what;
-  EXPECT_THAT(fault.field, HasSubstr("line ")) << what;
-  EXPECT_FALSE(fault.fix.empty()) << what;
-  EXPECT_THAT(fault.message, Not(HasSubstr("urdfdom"))) << what << ": urdfdom saw it";
-  EXPECT_LE(fault.value.size(), 60U) << what;
-}
-
-void ExpectNoted(const std::string& xml, const std::string& what) {
-  EXPECT_EQ(FaultOf(xml).message, "") << what;
-  if (!FaultOf(xml).message.empty()) return;
-  const std::vector<UrdfDiagnostic> notes = CheckUrdf(xml, "robot.urdf").notes;
-  EXPECT_FALSE(notes.empty()) << what;
-  for (const UrdfDiagnostic& note : notes) EXPECT_THAT(note.field + note.value, Not(HasSubstr("\x1b"))) << what;
-}
 
 // Whether nothing of the element at this path is read.
 bool IsUnread(const std::string& path) {
@@ -319,33 +295,6 @@ TEST(UrdfCheck, RequiredElements) {
   }
 }
 
-TEST(UrdfCheck, SizesAreSizes) {
-  const auto in_collision = [](const std::string& shape) {
-    return "<robot name='r'><link name='a'><collision><geometry>" + shape + "</geometry></collision></link></robot>";
-  };
-  for (const char* shape : {"<box size='1 -1 1'/>", "<sphere radius='-1'/>", "<cylinder radius='0' length='1'/>",
-                            "<cylinder radius='1' length='-1'/>", "<mesh filename='a.stl' scale='1 0 1'/>"}) {
-    ExpectRefused(in_collision(shape), {"link 'a'", "collision: geometry"}, shape);
-  }
-  for (const char* shape : {"<cone/>", "<box size='1 1 1'/><sphere radius='1'/>"}) {
-    ExpectRefused(in_collision(shape), {"link 'a'", "collision: geometry"}, shape);
-  }
-  for (const char* shape :
-       {"<box size='0 1 1'/>", "<sphere radius='0'/>", "", "<box size='1 1 1'/><declare_convex/>"}) {
-    ExpectNoted(in_collision(shape), shape);
-  }
-  const RobotModel flat = RobotModel::FromUrdfText(in_collision("<box size='0 1 1'/>"), "robot.urdf", ".");
-  EXPECT_EQ(flat.links()[0].collision[0].size, Eigen::Vector3d(0.001, 1, 1));
-  const RobotModel capsule =
-      RobotModel::FromUrdfText(in_collision("<capsule radius='1' length='2'/>"), "robot.urdf", ".");
-  EXPECT_EQ(capsule.links()[0].collision[0].kind, ShapeSpec::Kind::kCapsule);
-  EXPECT_EQ(capsule.links()[0].collision[0].size, Eigen::Vector3d(1, 1, 2));
-  ExpectRefused(
-      "<robot name='r'><link name='a'><inertial><mass value='-1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' "
-      "iyz='0' izz='1'/></inertial></link></robot>",
-      {"link 'a'", "mass", "value"}, "negative mass");
-}
-
 TEST(UrdfCheck, WholeFiles) {
   EXPECT_THAT(FaultOf("").message, HasSubstr("XML"));
   EXPECT_THAT(FaultOf(std::string("<robot name='r'>\0</robot>", 25)).message, HasSubstr("byte 0"));
@@ -358,55 +307,6 @@ TEST(UrdfCheck, WholeFiles) {
   EXPECT_THAT(FaultOf(many + "</robot>").value, HasSubstr("2001 links"));
   EXPECT_THAT(FaultOf("<robot name='r'>" + std::string(std::size_t{17} << 20, ' ') + "</robot>").message,
               HasSubstr("16 MiB"));
-}
-
-std::string JointXml(const std::string& type, const std::string& inside, const std::string& parent = "a") {
-  return "<robot name='r'><link name='a'/><link name='b'/><joint name='j' type='" + type + "'><parent link='" + parent +
-         "'/><child link='b'/><axis xyz='0 0 1'/>" + inside + "</joint></robot>";
-}
-
-TEST(UrdfCheck, InfiniteLimitsAreNoLimits) {
-  const std::string xml = JointXml("revolute", "<limit lower='-inf' upper='INFINITY' effort='inf' velocity='1'/>");
-  ExpectNoted(xml, "infinite");
-  const RobotModel robot = RobotModel::FromUrdfText(xml, "robot.urdf", ".");
-  EXPECT_EQ(robot.lower_limits()[0], -1e4);
-  EXPECT_EQ(robot.upper_limits()[0], 1e4);
-}
-
-TEST(UrdfCheck, AFreeRootIsLeftOut) {
-  for (const char* type : {"floating", "planar"}) {
-    ExpectNoted(JointXml(type, ""), type);
-    EXPECT_EQ(RobotModel::FromUrdfText(JointXml(type, ""), "robot.urdf", ".").links().front().name, "b");
-  }
-  const std::string shaped = "<link name='a'><collision><geometry><sphere radius='1'/></geometry></collision></link>";
-  std::string xml = JointXml("floating", "");
-  xml.replace(xml.find("<link name='a'/>"), 16, shaped);
-  ExpectRefused(xml, {"joint 'j'", "type"}, "a root with a shape");
-}
-
-TEST(UrdfCheck, AllFaultsAtOnceAtMostThreeOfAKind) {
-  std::string xml = "<robot name='r'>";
-  for (int i = 0; i < 5; ++i) {
-    xml += "<link name='" + std::to_string(i) + "'><inertial><mass value='-1'/><inertia/></inertial></link>";
-  }
-  try {
-    CheckUrdf(xml + "</robot>", "robot.urdf");
-    FAIL() << "accepted";
-  } catch (const InputError& error) {
-    std::map<std::string, int> lines;
-    for (const InputError::Fault& fault : error.faults()) ++lines[fault.message];
-    EXPECT_EQ(lines["must not be negative"], 3);
-    EXPECT_GT(lines.size(), 3U) << "missing moments of inertia, too";
-    EXPECT_THAT(error.what(), HasSubstr("and 2 more"));
-  }
-}
-
-TEST(UrdfCheck, ContinuousJointsHaveNoLimits) {
-  const auto remarks = ReviewUrdf(
-      CheckUrdf(JointXml("continuous", "<limit lower='-1' upper='1' effort='1' velocity='1'/>"), "robot.urdf"));
-  ASSERT_EQ(remarks.size(), 1U);
-  EXPECT_EQ(remarks[0].field, "j");
-  EXPECT_THAT(remarks[0].message, HasSubstr("continuous"));
 }
 
 TEST(UrdfCheck, ALongChainIsRead) {
@@ -528,75 +428,6 @@ INSTANTIATE_TEST_SUITE_P(Urdf, SoundRobot,
                                          SourceFolder() + "/data/garage-easier/robot.urdf",
                                          SourceFolder() + "/data/biped/robot.urdf",
                                          TestDataFolder() + "/atlas/atlas.urdf"));
-
-// Each of these removed mass or collision geometry from the robot of garage-small, or crashed the program.
-struct Edit {
-  const char* from;
-  const char* to;
-  const char* element;
-};
-
-void PrintTo(const Edit& edit, std::ostream* out) { *out << edit.to; }
-
-class BrokenLink : public testing::TestWithParam<Edit> {};
-
-TEST_P(BrokenLink, IsAnError) {
-  std::string xml = ReadUrdfFile(SourceFolder() + "/data/garage-small/robot.urdf");
-  const std::size_t link = xml.find("<link name=\"pelvis\"");
-  ASSERT_NE(link, std::string::npos);
-  const std::size_t place = xml.find(GetParam().from, link);
-  ASSERT_NE(place, std::string::npos) << GetParam().from;
-  xml.replace(place, std::string(GetParam().from).size(), GetParam().to);
-  ExpectRefused(xml, {"link 'pelvis'", GetParam().element}, GetParam().to);
-}
-
-constexpr const char* kOrigin = R"(<origin xyz="0.0111 0 0.0271"/>)";
-constexpr const char* kMass = R"(<mass value="14.2529"/>)";
-constexpr const char* kVisual = R"(<geometry><box size="0.26 0.09 0.08"/></geometry>
-    </visual>)";
-constexpr const char* kCollision = R"(<origin xyz="0 0.115 0.08"/>
-      <geometry><box size="0.26 0.09 0.08"/></geometry>
-    </collision>)";
-
-INSTANTIATE_TEST_SUITE_P(
-    Urdf, BrokenLink,
-    testing::Values(
-        Edit{kOrigin, R"(<origin xyz="0 0"/>)", "inertial: origin: xyz"},
-        Edit{kMass, R"(<mass value="14,2"/>)", "inertial: mass: value"},
-        Edit{kMass, R"(<mass value="abc"/>)", "inertial: mass: value"},
-        Edit{kMass, R"(<mass value="${m}"/>)", "inertial: mass: value"},
-        Edit{kMass, R"(<mass value="x %n%n%n"/>)", "inertial: mass: value"},
-        Edit{kMass, R"(<mass value="%s%s%s%s%s%s"/>)", "inertial: mass: value"},
-        Edit{R"(<inertia ixx="0.124241386")", "<inertia", "inertial: inertia: ixx"},
-        Edit{kCollision, R"(<geometry><box size="1 2"/></geometry></collision>)", "collision: geometry: box: size"},
-        Edit{kCollision, R"(<geometry><box size="1 2 3 4"/></geometry></collision>)", "collision: geometry: box: size"},
-        Edit{kCollision, R"(<origin xyz="0 0"/><geometry><box size="1 2 3"/></geometry></collision>)",
-             "collision: origin: xyz"},
-        Edit{kCollision, R"(<origin xyz="a b c"/><geometry><box size="1 2 3"/></geometry></collision>)",
-             "collision: origin: xyz"},
-        Edit{kCollision, R"(<origin xyz="%s%s%s %n %n"/><geometry><box size="1 2 3"/></geometry></collision>)",
-             "collision: origin: xyz"}));
-
-// Edits after which the robot is still usable, with a note.
-class TolerableLink : public testing::TestWithParam<Edit> {};
-
-TEST_P(TolerableLink, IsNoted) {
-  std::string xml = ReadUrdfFile(SourceFolder() + "/data/garage-small/robot.urdf");
-  const std::size_t place = xml.find(GetParam().from, xml.find("<link name=\"pelvis\""));
-  ASSERT_NE(place, std::string::npos) << GetParam().from;
-  xml.replace(place, std::string(GetParam().from).size(), GetParam().to);
-  const std::vector<UrdfDiagnostic> notes = CheckUrdf(xml, "robot.urdf").notes;
-  ASSERT_EQ(notes.size(), 1U);
-  EXPECT_THAT(notes[0].field, AllOf(HasSubstr("link 'pelvis'"), HasSubstr(GetParam().element)));
-}
-
-INSTANTIATE_TEST_SUITE_P(
-    Urdf, TolerableLink,
-    testing::Values(Edit{kVisual, "<geometry/></visual>", "visual"},
-                    Edit{kVisual, R"(<geometry><cylinder radius="0.1"/></geometry></visual>)", "visual: geometry"},
-                    Edit{kVisual, R"(<geometry><box size="1 2"/></geometry></visual>)", "visual: geometry"},
-                    Edit{kCollision, "<geometry/></collision>", "collision"},
-                    Edit{kCollision, "</collision>", "collision"}));
 
 }  // namespace
 }  // namespace legopt

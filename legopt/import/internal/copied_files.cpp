@@ -101,25 +101,11 @@ void AddLink(const ColladaLink& link, const fs::path& folder, FileNames* names, 
   }
 }
 
-const char* TypeName(JointType type) {
-  switch (type) {
-    case JointType::kRevolute:
-      return "revolute";
-    case JointType::kContinuous:
-      return "continuous";
-    case JointType::kPrismatic:
-      return "prismatic";
-    case JointType::kFixed:
-      return "fixed";
-  }
-  return "";
-}
-
 void AddJoint(const ColladaRobot& robot, const ColladaJoint& source, XMLElement* parent) {
   const Joint& joint = source.joint;
   XMLElement* element = parent->InsertNewChildElement("joint");
   element->SetAttribute("name", joint.name.c_str());
-  element->SetAttribute("type", TypeName(joint.type));
+  element->SetAttribute("type", std::string(ToString(joint.type)).c_str());
   SetOrigin(joint.origin, element);
   const auto link = [&](int index) { return robot.links[static_cast<size_t>(index)].name; };
   element->InsertNewChildElement("parent")->SetAttribute("link", link(joint.parent_link).c_str());

@@ -65,6 +65,16 @@ bool IsUrdf(const fs::path& file) {
   return extension == ".urdf";
 }
 
+/// Returns true if a URDF contains a path that ends with this file name.
+bool NamesFile(const std::string& urdf, const std::string& file) {
+  for (const char* before : {"/", "\\", "\"", "'"}) {
+    for (const char* after : {"\"", "'"}) {
+      if (urdf.find(before + file + after) != std::string::npos) return true;
+    }
+  }
+  return false;
+}
+
 class Finder {
  public:
   Finder(const fs::path& folder, const SourceChoices& choices) : folder_(folder), choices_(choices) {
@@ -134,7 +144,7 @@ class Finder {
     const std::string description = IsUrdf(robot) ? ReadUrdfFile(robot.string()) : "";  // names its own meshes
     const Files meshes = Select(files_, [&](const fs::path& file) {
       return file.parent_path() == folder_ && file != robot && IsMeshFile(file) && !IsColladaRobot(file) &&
-             description.find(file.filename().string()) == std::string::npos;
+             !NamesFile(description, file.filename().string());
     });
     if (meshes.empty()) return {};
     return TheOnly(meshes, "scene (scene.yaml, or .stl .obj .dae .ply in the folder itself)", "--scene");
