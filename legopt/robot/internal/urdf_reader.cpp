@@ -230,7 +230,7 @@ class TreeBuilder {
 
   /// `notes` receives the meshes that were found by fallbacks; may be null.
   RobotModel Build(std::vector<UrdfDiagnostic>* notes) {
-    AddLink(FindRoot(urdf_, tree_));
+    AddLinks(FindRoot(urdf_, tree_));
     ResolveLeaders();
     faults_.Check();
     if (notes != nullptr) {
@@ -273,16 +273,29 @@ class TreeBuilder {
     faults_.Check();
   }
 
-  void AddLink(std::size_t source) {
-    const int index = static_cast<int>(links_.size());
-    links_.push_back(Finished(content_.links[source]));
-    for (const std::size_t j : tree_.joints_of[source]) {
+  /// Adds the links depth-first, children in the order of the joints. A loop, because a chain may be deeper than the stack.
+  void AddLinks(std::size_t root) {
+    std::vector<std::size_t> waiting_joints;
+    std::vector<int> parent_index(urdf_.joints.size(), -1);
+    const auto add_link = [&](std::size_t source) {
+      const int index = static_cast<int>(links_.size());
+      links_.push_back(Finished(content_.links[source]));
+      const std::vector<std::size_t>& joints = tree_.joints_of[source];
+      for (auto j = joints.rbegin(); j != joints.rend(); ++j) {
+        waiting_joints.push_back(*j);
+        parent_index[*j] = index;
+      }
+    };
+    add_link(root);
+    while (!waiting_joints.empty()) {
+      const std::size_t j = waiting_joints.back();
+      waiting_joints.pop_back();
       Joint joint = Finished(content_.joints[j]);
       leaders_.push_back(urdf_.joints[j].leader);
-      joint.parent_link = index;
+      joint.parent_link = parent_index[j];
       joint.child_link = static_cast<int>(links_.size());
       joints_.push_back(std::move(joint));
-      AddLink(tree_.child[j]);
+      add_link(tree_.child[j]);
     }
   }
 
