@@ -299,8 +299,11 @@ void AddImportCommand(const app::Command& program, Invocation* invocation) {
   command.AddOption("--sole-offset", options.sole_offset_m,
                     "Height of the feet's link frames above their target poses in m, for feet with parallel frames "
                     "(default: soles are measured)");
-  command.AddList("--nominal", flags->nominal,
-                  "Start of every solve, JOINT=RADIANS, comma separated (default: all joints 0)");
+  command.AddList(
+      "--nominal", flags->nominal,
+      "Start of every solve, JOINT=RADIANS, comma separated (default: a posture with bent legs is searched)");
+  command.AddFlagAction(
+      "--no-proof", [flags] { flags->options.prove = false; }, "Import a robot without a proof that it can stand");
   command.AddFlag("--fix-winding", options.fix_winding, "Flip inverted bodies of the scene");
   AddTextOrJsonOption(command, &flags->json);
   command.SetFooter(

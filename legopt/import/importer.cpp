@@ -21,6 +21,10 @@
 #include "legopt/import/internal/contact_finder.h"
 #include "legopt/import/internal/copied_files.h"
 #include "legopt/import/internal/dataset_check.h"
+#include "legopt/import/internal/nominal_posture.h"
+#include "legopt/import/internal/srdf.h"
+#include "legopt/import/internal/standing_proof.h"
+#include "legopt/import/internal/standing_stage.h"
 #include "legopt/import/internal/used_contacts.h"
 #include "legopt/input/json.h"
 #include "legopt/robot/kinematics.h"
@@ -62,6 +66,7 @@ class Importer {
     WriteScene();
     WriteProblems();
     ChooseConstants();
+    CheckStanding();
     WriteTextFile(folder_ / kDatasetFileName,
                   FormatDatasetFile(description_, "Made by `legopt import` from " + options_.source.string()));
     WriteManifestHashes(folder_, options_.read_guard);
@@ -73,8 +78,9 @@ class Importer {
 
   /// Returns the source of a file in the folder; returns other paths unchanged.
   fs::path OriginOf(const fs::path& file) const {
-    const fs::path inside = file.lexically_relative(folder_);
+    fs::path inside = file.lexically_relative(folder_);
     if (inside.empty() || *inside.begin() == "..") return file;
+    if (*inside.begin() == StandingStage::kFolderName) inside = inside.lexically_relative(StandingStage::kFolderName);
     const std::string name = inside.generic_string();
     if (name == kRobotFileName) return sources_.robot;
     if (name == description_.scene_file) return sources_.scene;
@@ -117,6 +123,19 @@ class Importer {
     description_.robot_file = kRobotFileName;
     robot_ = std::make_unique<RobotModel>(
         RobotModel::FromUrdfFile((folder_ / kRobotFileName).string(), options_.read_guard));
+    GuessStanding();
+  }
+
+  void GuessStanding() {
+    standing_ = robot_->NeutralConfiguration();
+    const std::optional<SrdfState> state = FindStandingState(sources_.robot, *robot_);
+    if (!state) return;
+    for (const auto& [name, value] : state->joints) {
+      standing_[robot_->joints()[static_cast<std::size_t>(robot_->FindJoint(name))].dof] = value;
+    }
+    robot_->ClampJoints(standing_);
+    Note(Severity::kInfo, "SRDF", state->file.filename().string(), state->name,
+         "contacts are measured, and the nominal posture is searched, near this state");
   }
 
   /// Throws if a requested joint value exceeds the limits. Dataset::Load reports unknown joints.
@@ -238,12 +257,63 @@ class Importer {
     description_.self_collision_reference = constants.self_collision_reference;
     if (!options_.nominal_posture.empty()) description_.nominal_posture = options_.nominal_posture;
     ChooseContacts(constants.contacts);
-    if (description_.nominal_posture.empty()) {
+  }
+
+  /// Searches a nominal posture, if none is given, and proves that the robot stands.
+  void CheckStanding() {
+    const bool search = description_.nominal_posture.empty();
+    if (!search && !options_.prove) return;
+    const StandingStage stage(description_, folder_, options_.read_guard);
+    Eigen::VectorXd nominal = robot_->NeutralConfiguration();
+    nominal.head(robot_->num_dofs()) = stage.dataset()->nominal_joints();
+    nominal[robot_->base_position_index() + 2] = -stage.dataset()->nominal_sole_height_m();
+    if (search) {
+      const std::optional<Eigen::VectorXd> found = FindNominalPosture(stage.dataset(), standing_);
+      if (found) nominal = *found;
+      NoteNominal(found);
+    }
+    if (!options_.prove) return;
+    for (const bool on_ramp : {false, true}) NoteProof(ProveStanding(stage.dataset(), nominal, on_ramp), on_ramp);
+  }
+
+  /// Writes a nominal posture down, if there is one.
+  void NoteNominal(const std::optional<Eigen::VectorXd>& nominal) {
+    constexpr double kPerRadian = 1e4;
+    const std::vector<std::string> names = DofNames(*robot_);
+    int moved = 0;
+    for (std::size_t dof = 0; nominal && dof < names.size(); ++dof) {
+      const double value = std::round((*nominal)[static_cast<Eigen::Index>(dof)] * kPerRadian) / kPerRadian;
+      if (value == 0.0) continue;
+      description_.nominal_posture[names[dof]] = value;
+      ++moved;
+    }
+    if (moved == 0) {
       Note(Severity::kWarning, "nominal posture", kDatasetFileName, "all joints 0",
-           "solves start from straight legs, which is a bad start",
+           "none was found with bent legs; solves start from straight ones, which is a bad start",
            "bend the knees: --nominal JOINT=RADIANS for each joint, or edit nominal_posture and run 'legopt dataset "
            "hash'");
+      return;
     }
+    Note(Severity::kInfo, "nominal posture", kDatasetFileName, std::to_string(moved) + " joints are not 0",
+         "found: stands on level ground with bent legs; others: --nominal, or edit nominal_posture");
+  }
+
+  void NoteProof(const StandingProof& proof, bool on_ramp) {
+    constexpr double kMillimetres = 1e3;
+    const std::string place = on_ramp ? "on a slope of 10 degrees" : "on level ground";
+    if (proof.stands) {
+      Note(Severity::kInfo, "standing", place, std::to_string(description_.contacts.size()) + " contacts",
+           "the robot stands; its centre of mass is " + FormatFixed(kMillimetres * std::max(0.0, proof.com_margin_m), 0) +
+               " mm inside the support polygon");
+      return;
+    }
+    std::string conflict;
+    for (const std::string& term : proof.conflict) conflict += (conflict.empty() ? "" : ", ") + term;
+    Note(on_ramp ? Severity::kWarning : Severity::kError, "standing", place,
+         conflict.empty() ? proof.detail : "in conflict: " + conflict,
+         conflict.empty() ? "no posture that stands was found" : "no posture within the joint limits satisfies these",
+         on_ramp ? "the robot can only be used on gentler slopes"
+                 : "correct contacts, limits or masses of the robot; --no-proof imports it as it is");
   }
 
   /// `known`: contacts of the source or of the benchmark's robot, or empty.
@@ -267,7 +337,7 @@ class Importer {
   ContactDescription Measured(const std::string& name) {
     const int link = robot_->FindLink(name);
     if (link < 0) return DescribeSoles({name}, 0.0).front();  // Dataset::Load reports the nearest valid link
-    const FoundSole sole = MeasureSole(*robot_, link);
+    const FoundSole sole = MeasureSole(*robot_, link, standing_);
     const bool point = sole.contact.kind == ContactKind::kPoint;
     if (!sole.contact.points && !point) return sole.contact;  // Dataset::Load reports that it has no geometry
     constexpr double kSquareCentimetres = 1e4, kDegrees = 180.0 / std::numbers::pi, kMillimetres = 1e3;
@@ -298,7 +368,7 @@ class Importer {
   /// Returns the feet found from the robot's geometry. Throws an error with a numbered list of its ends if they are not
   /// clear.
   std::vector<std::string> FindFeetOrRefuse() {
-    const FoundFeet found = FindFeet(*robot_);
+    const FoundFeet found = FindFeet(*robot_, standing_);
     if (!found.links.empty()) {
       std::string names;
       for (const std::string& link : found.links) names += (names.empty() ? "" : ", ") + link;
@@ -320,6 +390,7 @@ class Importer {
   SourceLayout sources_;
   DatasetDescription description_;
   std::unique_ptr<RobotModel> robot_;
+  Eigen::VectorXd standing_;  ///< guess of a posture that stands, n + 7: of the SRDF, or joints at 0
   TriangleMesh triangles_;
   std::vector<std::string> problem_feet_;
   ImportReport report_;

@@ -20,6 +20,7 @@ struct ImportOptions {
   std::vector<std::string> feet;                  ///< default: the links that the problems use
   std::optional<double> sole_offset_m;            ///< default: depth of the feet's lowest point plus 1 mm
   std::map<std::string, double> nominal_posture;  ///< joint -> rad; default: see ImportDataset
+  bool prove = true;                              ///< require that the robot stands (standing_proof.h)
   bool fix_winding = false;                       ///< flip bodies of the scene with inverted winding
   ReadGuard read_guard;                           ///< runs the parsers of robot and meshes
 
@@ -39,8 +40,9 @@ struct ImportReport {
 /// Robot: URDF with its collision meshes (copied_files.h), or COLLADA with kinematics (collada_robot.h). Scene: copied;
 /// with `fix_winding`, meshes with inverted bodies are rewritten. Problems: copied byte by byte; rewritten if their
 /// quaternions are x y z w. Constants: those of the source's dataset.yaml if there is one; else, for a robot with the
-/// joints of the benchmark's Atlas, those of the benchmark; else joints at 0 and the benchmark's gravity. A folder
-/// without problems gives a dataset without problems, for `legopt generate problems`.
+/// joints of the benchmark's Atlas, those of the benchmark; else a nominal posture that is searched (nominal_posture.h)
+/// and the benchmark's gravity. At the end, one stance on level ground and one on a slope of 10 degrees are solved and
+/// judged: a robot that cannot stand on the level is a finding of severity error. A folder without problems gives a dataset without problems, for `legopt generate problems`.
 ///
 /// The dataset is complete even if the findings contain errors; the caller decides whether to keep it. Throws
 /// InputError: see FindSources, the readers, and Dataset::Load; no feet; flags out of range.

@@ -93,7 +93,7 @@ TEST_F(Touch, ATiltedSoleStandsOnAnEdge) {
   TouchProbe probe(*dataset_, collision);
   const ContactTarget& target = dataset_->problem(Task::kPosture, 0).stances[0].contacts[0];
   const Contact& contact = dataset_->contact(target.contact);
-  const ContactTouch touch = probe.Measure(contact, contact.LinkTarget(target));
+  const ContactTouch touch = probe.Measure(contact, NormalOf(target), contact.LinkTarget(target));
   EXPECT_GT(touch.gap_m, 0.01);
 }
 
@@ -128,7 +128,7 @@ TEST_F(Touch, OverAnEdgeOnlyThePartAboveTheSurfaceTouches) {
   const Contact& contact = dataset_->contact("l_foot");
   Eigen::Isometry3d X_WL = Eigen::Isometry3d::Identity();
   X_WL.translation() = Eigen::Vector3d(0, 0.1, 0.051);
-  const ContactTouch touch = probe.Measure(contact, X_WL);
+  const ContactTouch touch = probe.Measure(contact, Eigen::Vector3d::UnitZ(), X_WL);
   EXPECT_EQ(touch.gap_m, kFarGap_m);
   double farthest = -1.0;
   for (const Eigen::Vector2d& place : touch.places_W) farthest = std::max(farthest, place.x());

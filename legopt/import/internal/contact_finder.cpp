@@ -20,6 +20,7 @@ namespace {
 constexpr double kClearance_m = 1e-3;   // of the benchmark's foot targets
 constexpr double kFlatArea_m2 = 8e-4;   // smaller patches are points
 constexpr double kPlaneBand_m = 1e-3;   // corners this far above a facet's plane belong to it
+constexpr double kReach_m = 2e-3;       // a sole reaches this near to the lowest point
 constexpr double kFootBand = 0.06;      // of the robot's height
 constexpr double kWideFootBand = 0.15;  // the same, if only one end is within the first
 constexpr std::size_t kMostPoints = 8;  // of a patch
@@ -114,13 +115,13 @@ int Plausibility(const Ends& ends) { return ends.feet < 2 ? 0 : ends.feet % 2 ==
 
 }  // namespace
 
-FoundFeet FindFeet(const RobotModel& robot) {
+FoundFeet FindFeet(const RobotModel& robot, const Eigen::VectorXd& standing) {
   const Bodies bodies(robot);
   std::vector<std::vector<Eigen::Vector3d>> points;
   for (const Link& link : robot.links()) points.push_back(PointsOf(link, robot.read_guard()));
-  Ends ends = EndsAt(robot, bodies, points, robot.NeutralConfiguration());
-  if (const Ends middle = EndsAt(robot, bodies, points, Middle(robot)); Plausibility(middle) > Plausibility(ends)) {
-    ends = middle;
+  Ends ends = EndsAt(robot, bodies, points, standing);
+  for (const Eigen::VectorXd& x : {robot.NeutralConfiguration(), Middle(robot)}) {
+    if (const Ends other = EndsAt(robot, bodies, points, x); Plausibility(other) > Plausibility(ends)) ends = other;
   }
   FoundFeet found;
   const auto name = [&](const End& end) { return robot.links()[static_cast<std::size_t>(end.link)].name; };
@@ -183,8 +184,9 @@ std::vector<Eigen::Vector2d> Flattened(const std::vector<Eigen::Vector3d>& point
 Facet LowestFacet(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& up) {
   const ConvexHull hull = ComputeHull(points);
   Facet best;
-  double best_score = 0.0;
-  constexpr double kSteepest = 0.5;  // cosine of 60 degrees
+  double best_score = 0.0, lowest = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& p : points) lowest = std::min(lowest, up.dot(p));
+  constexpr double kSteepest = 0.82;  // cosine of 35 degrees; flanks of bent legs are steeper
   for (const HalfSpace& plane : hull.facets) {
     const double down = -plane.normal.dot(up);
     if (down < kSteepest) continue;
@@ -192,6 +194,8 @@ Facet LowestFacet(const std::vector<Eigen::Vector3d>& points, const Eigen::Vecto
     for (const Eigen::Vector3d& corner : hull.vertices) {
       if (plane.normal.dot(corner) + plane.offset > -kPlaneBand_m) facet.corners.push_back(corner);
     }
+    const auto reaches_down = [&](const Eigen::Vector3d& p) { return up.dot(p) < lowest + kReach_m; };
+    if (std::ranges::none_of(facet.corners, reaches_down)) continue;
     facet.area_m2 = Area(Flattened(facet.corners, AxesOf(plane.normal, Eigen::Vector3d::UnitX())));
     if (!(facet.area_m2 * down > best_score)) continue;
     best_score = facet.area_m2 * down;
@@ -336,10 +340,10 @@ void DescribePoint(const std::vector<Eigen::Vector3d>& points, const std::vector
 
 }  // namespace
 
-FoundSole MeasureSole(const RobotModel& robot, int link) {
+FoundSole MeasureSole(const RobotModel& robot, int link, const Eigen::VectorXd& standing) {
   const Bodies bodies(robot);
   Kinematics kinematics(robot);
-  kinematics.UpdatePoses(robot.NeutralConfiguration());
+  kinematics.UpdatePoses(standing);
   const Eigen::Isometry3d X_LW = kinematics.link_pose(link).inverse(Eigen::Isometry);
   std::vector<Eigen::Vector3d> points;
   std::vector<Ball> balls;

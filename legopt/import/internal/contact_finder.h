@@ -15,10 +15,11 @@ struct FoundFeet {
 };
 
 /// Finds the feet of a robot: the ends of its chains whose lowest points are within 6 % of its height above the lowest
-/// of all (15 % if only one is), with all joints at 0 or all in the middle of their limits, whichever gives the more
-/// symmetric result. Links connected by fixed joints are one body; its link is the one with the lowest point. Loads
-/// meshes with the robot's guard; throws InputError for a mesh that cannot be read.
-FoundFeet FindFeet(const RobotModel& robot);
+/// of all (15 % if only one is), in `standing` (n + 7, base upright), with all joints at 0, or all in the middle of
+/// their limits, whichever gives the most symmetric result; the first one if several do. Links connected by fixed
+/// joints are one body; its link is the one with the lowest point. Loads meshes with the robot's guard; throws
+/// InputError for a mesh that cannot be read.
+FoundFeet FindFeet(const RobotModel& robot, const Eigen::VectorXd& standing);
 
 /// A contact measured on the geometry of a link.
 struct FoundSole {
@@ -29,7 +30,8 @@ struct FoundSole {
 };
 
 /// Measures the sole of a link and of links fixed to it: the facet of their convex hull with the largest area, seen
-/// from below with all joints at 0. The contact frame is 1 mm below it, where the benchmark has its foot targets
+/// from below in `standing` (n + 7, base upright), among those within 35 degrees of the horizontal that reach within 2
+/// mm of the lowest point. The contact frame is 1 mm below it, where the benchmark has its foot targets
 /// (docs/explanation/paper.md#foot-targets). Its axes are those of the link if these fit within 1 degree; else z is the
 /// patch's normal and x the robot's forward direction. Its origin is below the link's, or in the middle of the patch if
 /// the link's origin is beside it. The points are at most eight corners of the patch.
@@ -37,6 +39,6 @@ struct FoundSole {
 /// A body that ends in a ball, or has no facet of at least 8 cm^2, gets a point contact: at the ball, if one of its
 /// spheres or capsules is lowest or a ball fits its lowest vertices within 1 mm; else at its lowest point. Loads meshes
 /// like FindFeet. `link` must have collision geometry, or be fixed to links that have.
-FoundSole MeasureSole(const RobotModel& robot, int link);
+FoundSole MeasureSole(const RobotModel& robot, int link, const Eigen::VectorXd& standing);
 
 }  // namespace legopt

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <span>
 #include <utility>
@@ -49,6 +50,11 @@ class WaypointProgram : public Program {
   void Prepend(std::unique_ptr<Term> term) { terms_.insert(terms_.begin(), std::move(term)); }
   /// Adds a term after the existing ones. It may refer to the states.
   void Append(std::unique_ptr<Term> term) { terms_.push_back(std::move(term)); }
+
+  /// Removes all terms for which `kept` is false.
+  void Keep(const std::function<bool(const Term&)>& kept) {
+    std::erase_if(terms_, [&](const std::unique_ptr<Term>& term) { return !kept(*term); });
+  }
 
   int num_waypoints() const override { return static_cast<int>(states_.size()); }
   int tangent_size() const override { return robot_->tangent_size(); }

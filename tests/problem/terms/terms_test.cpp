@@ -177,6 +177,26 @@ TEST(Terms, SyntheticRobotMeetsFiniteDifferences) {
   CheckWindow(*dataset, 0.5);
 }
 
+TEST(Terms, PointContactsMeetFiniteDifferences) {
+  const test::TemporaryFolder temporary;
+  const test::SyntheticFolder folder(temporary.path() / "dataset");
+  const auto yaml = folder.path() / "dataset.yaml";
+  test::ReplaceInFile(yaml, "legopt-dataset/1", "legopt-dataset/2");
+  test::ReplaceInFile(yaml, "feet: [l_foot, r_foot]\nsole_offset_m: 0.051\n",
+                      "contacts:\n  l_foot: {link: l_foot, kind: point, frame: {position: [0.1, 0, -0.05]}, radius_m: "
+                      "0.01}\n  r_foot: {link: r_foot, kind: sole, frame: {position: [0, 0, -0.051]}}\n");
+  const auto dataset = Dataset::Load(folder.path());
+  CheckPostures(*dataset, 2, 0.5, 10);
+  CollisionQuery query(dataset->collision_model());
+  const auto program =
+      MakeTaskProgram(Task::kPosture, *dataset, query, dataset->problems(Task::kPosture)[0].stances, {});
+  std::vector<double> rows;
+  program->SetPoint(test::StandingUpright());
+  program->terms()[1]->Evaluate(rows);
+  EXPECT_EQ(program->terms()[1]->shape().name, "foot l_foot");
+  EXPECT_EQ(rows.size(), 3U);
+}
+
 TEST(Terms, AtlasMeetsFiniteDifferences) {
   LEGOPT_SKIP_WITHOUT_TEST_DATA();
   const auto dataset = Dataset::Load(test::LegOptFolder());

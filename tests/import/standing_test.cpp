@@ -1,0 +1,147 @@
+// Policy: an imported robot gets a nominal posture with bent legs and stands on level ground and on a slope; a robot
+// that cannot stand is not imported, and the constraints in conflict are named.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+#include "legopt/dataset/dataset.h"
+#include "legopt/import/importer.h"
+#include "tests/dataset/test_data.h"
+
+namespace legopt {
+namespace {
+
+namespace fs = std::filesystem;
+using Severity = DatasetDiagnostic::Severity;
+using testing::HasSubstr;
+
+constexpr const char* kSole = "<origin xyz='0.03 0 -0.03'/><geometry><box size='0.2 0.1 0.04'/></geometry>";
+constexpr const char* kBall = "<origin xyz='0 0 -0.02'/><geometry><sphere radius='0.02'/></geometry>";
+
+std::string Link(const std::string& name, double mass_kg, double com_y_m, const std::string& collision) {
+  return "<link name='" + name + "'><inertial><origin xyz='0 " + std::to_string(com_y_m) + " 0'/><mass value='" +
+         std::to_string(mass_kg) + "'/><inertia ixx='0.1' iyy='0.1' izz='0.1' ixy='0' ixz='0' iyz='0'/></inertial>" +
+         (collision.empty() ? "" : "<collision>" + collision + "</collision>") + "</link>";
+}
+
+std::string Joint(const std::string& name, const std::string& parent, const std::string& child,
+                  const std::string& place, const std::string& axis, const std::string& limits) {
+  return "<joint name='" + name + "' type='revolute'><parent link='" + parent + "'/><child link='" + child +
+         "'/><origin xyz='" + place + "'/><axis xyz='" + axis + "'/><limit " + limits +
+         " effort='100' velocity='10'/></joint>";
+}
+
+/// A trunk on legs with hip roll, hip pitch, knee and ankle (only with soles); legs at x, y.
+struct Walker {
+  std::vector<std::pair<std::string, std::string>> legs = {{"l", "0 0.1"}, {"r", "0 -0.1"}};
+  std::string foot = kSole;
+  double trunk_com_y_m = 0.0;
+
+  std::string Urdf() const {
+    std::string text =
+        "<robot name='walker'>" +
+        Link("trunk", 10.0, trunk_com_y_m, "<origin xyz='0 0 0.2'/><geometry><box size='0.2 0.1 0.2'/></geometry>");
+    for (const auto& [name, place] : legs) {
+      text += Link(name + "_hip", 0.5, 0.0, "") + Link(name + "_thigh", 1.0, 0.0, "") +
+              Link(name + "_shank", 1.0, 0.0, "") + Link(name + "_foot", 0.5, 0.0, foot);
+      text += Joint(name + "_roll", "trunk", name + "_hip", place + " 0", "1 0 0", "lower='-0.5' upper='0.5'");
+      text += Joint(name + "_pitch", name + "_hip", name + "_thigh", "0 0 0", "0 1 0", "lower='-1.5' upper='1.5'");
+      text += Joint(name + "_knee", name + "_thigh", name + "_shank", "0 0 -0.3", "0 1 0", "lower='0' upper='2.5'");
+      text += Joint(name + "_ankle", name + "_shank", name + "_foot", "0 0 -0.3", "0 1 0", "lower='-1' upper='1'");
+    }
+    return text + "</robot>";
+  }
+};
+
+class Standing : public testing::Test {
+ protected:
+  ImportReport Import(const Walker& walker) {
+    test::WriteText(folder_.path() / "in" / "robot.urdf", walker.Urdf());
+    options_.source = folder_.path() / "in";
+    options_.name = "walker";
+    out_ = folder_.path() / "out";
+    fs::create_directory(out_);
+    return ImportDataset(options_, out_);
+  }
+
+  static std::vector<DatasetDiagnostic> Of(const ImportReport& report, const std::string& check) {
+    std::vector<DatasetDiagnostic> found;
+    std::ranges::copy_if(report.findings, std::back_inserter(found),
+                         [&](const DatasetDiagnostic& finding) { return finding.check == check; });
+    return found;
+  }
+
+  test::TemporaryFolder folder_;
+  ImportOptions options_;
+  fs::path out_;
+};
+
+TEST_F(Standing, ABipedGetsBentKneesAndStandsOnLevelAndSlope) {
+  const ImportReport report = Import({});
+  const auto standing = Of(report, "standing");
+  ASSERT_EQ(standing.size(), 2U);
+  for (const DatasetDiagnostic& finding : standing) EXPECT_EQ(finding.severity, Severity::kInfo) << finding.value;
+  const auto dataset = Dataset::Load(out_);
+  const RobotModel& robot = dataset->robot();
+  for (const std::string knee : {"l_knee", "r_knee"}) {
+    const int dof = robot.joints()[static_cast<std::size_t>(robot.FindJoint(knee))].dof;
+    // A leg of two equal links that is shortened by 12 % has a knee of 2 acos(0.88) = 0.99 rad.
+    EXPECT_NEAR(dataset->nominal_joints()[dof], 0.99, 0.25);
+  }
+  EXPECT_FALSE(fs::exists(out_ / ".standing"));
+}
+
+TEST_F(Standing, AQuadrupedOnBallsStands) {
+  Walker walker{.legs = {{"lf", "0.2 0.1"}, {"rf", "0.2 -0.1"}, {"lh", "-0.2 0.1"}, {"rh", "-0.2 -0.1"}},
+                .foot = kBall};
+  const ImportReport report = Import(walker);
+  const auto standing = Of(report, "standing");
+  ASSERT_EQ(standing.size(), 2U);
+  for (const DatasetDiagnostic& finding : standing) EXPECT_EQ(finding.severity, Severity::kInfo) << finding.value;
+  const auto dataset = Dataset::Load(out_);
+  ASSERT_EQ(dataset->contacts().size(), 4U);
+  for (const Contact& contact : dataset->contacts()) EXPECT_EQ(contact.kind, ContactKind::kPoint);
+}
+
+TEST_F(Standing, ARobotThatFallsSidewaysNamesTheConflict) {
+  Walker walker{.trunk_com_y_m = 2.0};
+  const ImportReport report = Import(walker);
+  const auto standing = Of(report, "standing");
+  ASSERT_FALSE(standing.empty());
+  EXPECT_EQ(standing.front().severity, Severity::kError);
+  EXPECT_THAT(standing.front().value, HasSubstr("centre of mass"));
+  EXPECT_THAT(standing.front().fix, HasSubstr("--no-proof"));
+  EXPECT_TRUE(AnyError(report.findings));
+}
+
+TEST_F(Standing, AnSrdfStateIsTheReference) {
+  std::string joints;
+  for (const std::string side : {"l", "r"}) {
+    joints += "<joint name='" + side + "_pitch' value='-0.6'/><joint name='" + side + "_knee' value='1.2'/>" +
+              "<joint name='" + side + "_ankle' value='-0.6'/>";
+  }
+  test::WriteText(folder_.path() / "in" / "srdf" / "robot.srdf",
+                  "<robot name='walker'><group_state name='sitting' group='all'/><group_state name='Half-Sitting 2' "
+                  "group='all'>" +
+                      joints + "</group_state></robot>");
+  const ImportReport report = Import({});
+  const auto srdf = Of(report, "SRDF");
+  ASSERT_EQ(srdf.size(), 1U);
+  EXPECT_EQ(srdf.front().value, "Half-Sitting 2");
+  const auto dataset = Dataset::Load(out_);
+  const RobotModel& robot = dataset->robot();
+  const int knee = robot.joints()[static_cast<std::size_t>(robot.FindJoint("l_knee"))].dof;
+  EXPECT_NEAR(dataset->nominal_joints()[knee], 1.2, 0.1);
+}
+
+TEST_F(Standing, TheProofCanBeLeftOut) {
+  options_.prove = false;
+  const ImportReport report = Import({.trunk_com_y_m = 2.0});
+  EXPECT_TRUE(Of(report, "standing").empty());
+  EXPECT_FALSE(AnyError(report.findings));
+}
+
+}  // namespace
+}  // namespace legopt
