@@ -25,6 +25,7 @@
 #include "legopt/files/written_file.h"
 #include "legopt/import/importer.h"
 #include "legopt/import/internal/dataset_check.h"
+#include "legopt/import/internal/self_collision_pairs.h"
 #include "legopt/input/json.h"
 #include "legopt/robot/robot_model.h"
 #include "legopt/types/input_error.h"
@@ -113,6 +114,19 @@ std::string RenderInfo(const Listing& listing, const RobotModel& robot, TableFor
   return RenderTables({TableOf(listing), order}, format);
 }
 
+/// Adds the link pairs of a dataset that lists those that are not compared.
+template <class Add>
+void AddPairCounts(const Dataset& dataset, const Add& add) {
+  if (!dataset.unchecked_pairs()) return;
+  constexpr int kShown = 3;
+  const PairCounts counts = CountPairs(dataset);
+  add("compared_pairs", counts.checked);
+  for (const EnumName<UncheckedReason>& row : kEnumNames<UncheckedReason>) {
+    add(std::string(row.word) + "_pairs", counts.unchecked[row.value]);
+  }
+  add("deepest_unchecked", DescribeDeepestPairs(dataset, kShown));
+}
+
 ExitCode Info(const DatasetOptions& options) {
   const auto dataset = Dataset::Load(ChooseDatasetFolder(options.folder, nullptr), CallIsolated);
   Listing listing;
@@ -130,6 +144,7 @@ ExitCode Info(const DatasetOptions& options) {
   for (const TaskDescription& of : ProblemTasks()) {
     add(std::string(ToString(of.task)) + "_problems", dataset->problems(of.task).size());
   }
+  AddPairCounts(*dataset, add);
   add("hash", dataset->content_hash());
   std::cout << RenderInfo(listing, dataset->robot(), options.format);
   return ExitCode::kOk;
@@ -301,6 +316,10 @@ void AddImportCommand(const app::Command& program, Invocation* invocation) {
                     "(default: soles are measured)");
   command.AddList("--nominal", flags->nominal,
                   "Start of every solve, JOINT=RADIANS, comma separated (default: all joints 0)");
+  command.AddOption("--self-collision-samples", options.self_collision_samples,
+                    "Number of postures that decide which link pairs are compared (default: 10000; 0: pairs that touch "
+                    "with all joints at 0 are not)");
+  command.AddOption("--self-collision-seed", options.self_collision_seed, "Seed of these postures").ShowDefault();
   command.AddFlag("--fix-winding", options.fix_winding, "Flip inverted bodies of the scene");
   AddTextOrJsonOption(command, &flags->json);
   command.SetFooter(

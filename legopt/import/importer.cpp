@@ -21,6 +21,7 @@
 #include "legopt/import/internal/contact_finder.h"
 #include "legopt/import/internal/copied_files.h"
 #include "legopt/import/internal/dataset_check.h"
+#include "legopt/import/internal/self_collision_pairs.h"
 #include "legopt/import/internal/used_contacts.h"
 #include "legopt/input/json.h"
 #include "legopt/robot/kinematics.h"
@@ -62,6 +63,7 @@ class Importer {
     WriteScene();
     WriteProblems();
     ChooseConstants();
+    ChooseLinkPairs();
     WriteTextFile(folder_ / kDatasetFileName,
                   FormatDatasetFile(description_, "Made by `legopt import` from " + options_.source.string()));
     WriteManifestHashes(folder_, options_.read_guard);
@@ -227,7 +229,9 @@ class Importer {
     DatasetDescription constants;
     if (known) {
       constants = ReadDatasetFile(options_.source);
+      has_pair_rule_ = !options_.files.robot;
     } else if (IsBenchmarkRobot()) {
+      has_pair_rule_ = true;
       SetBenchmarkConstants(&constants);
       Note(Severity::kInfo, "constants", "", "",
            "the robot has the joints and feet of the benchmark's Atlas, and gets its constants");
@@ -236,6 +240,10 @@ class Importer {
     description_.gravity_m_s2 = constants.gravity_m_s2;
     description_.nominal_posture = constants.nominal_posture;
     description_.self_collision_reference = constants.self_collision_reference;
+    if (has_pair_rule_) {
+      description_.self_collision = constants.self_collision;
+      description_.link_shapes = constants.link_shapes;
+    }
     if (!options_.nominal_posture.empty()) description_.nominal_posture = options_.nominal_posture;
     ChooseContacts(constants.contacts);
     if (description_.nominal_posture.empty()) {
@@ -244,6 +252,21 @@ class Importer {
            "bend the knees: --nominal JOINT=RADIANS for each joint, or edit nominal_posture and run 'legopt dataset "
            "hash'");
     }
+  }
+
+  /// Samples the link pairs, unless the constants come with a rule. The original benchmark compares hulls with scenes
+  /// and pairs by the reference posture; its robot and datasets made of a dataset keep that.
+  void ChooseLinkPairs() {
+    if (!has_pair_rule_) description_.link_shapes = LinkRepresentation::kPieces;
+    const bool sampled = options_.self_collision_samples ? *options_.self_collision_samples > 0 : !has_pair_rule_;
+    if (!sampled) return;
+    PairSamplingOptions sampling;
+    if (options_.self_collision_samples) sampling.samples = *options_.self_collision_samples;
+    sampling.seed = static_cast<std::uint64_t>(options_.self_collision_seed);
+    SampledDescription found = SampleSelfCollision(*robot_, description_.nominal_posture, sampling);
+    description_.self_collision = std::move(found.pairs);
+    description_.self_collision_reference.clear();
+    for (DatasetDiagnostic& finding : found.findings) report_.findings.push_back(std::move(finding));
   }
 
   /// `known`: contacts of the source or of the benchmark's robot, or empty.
@@ -317,6 +340,7 @@ class Importer {
   std::unique_ptr<RobotModel> robot_;
   TriangleMesh triangles_;
   std::vector<std::string> problem_feet_;
+  bool has_pair_rule_ = false;  ///< the source or the benchmark decides which link pairs are compared
   ImportReport report_;
 };
 
@@ -332,6 +356,14 @@ void ImportOptions::Validate() const {
   if (!plain) refuse("--name", name, "must consist of letters, digits, '-' and '_'", "e.g. my-biped");
   if (sole_offset_m && !(*sole_offset_m >= 0.0 && std::isfinite(*sole_offset_m))) {
     refuse("--sole-offset", FormatFixed(*sole_offset_m, 6), "must not be negative", "leave it out");
+  }
+  constexpr int kMostSamples = 10'000'000;
+  if (self_collision_samples && !(*self_collision_samples >= 0 && *self_collision_samples <= kMostSamples)) {
+    refuse("--self-collision-samples", std::to_string(*self_collision_samples), "must lie in 0..10000000",
+           "leave it out for 10000");
+  }
+  if (self_collision_seed < 0) {
+    refuse("--self-collision-seed", std::to_string(self_collision_seed), "must not be negative", "leave it out");
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -20,8 +21,12 @@ struct ImportOptions {
   std::vector<std::string> feet;                  ///< default: the links that the problems use
   std::optional<double> sole_offset_m;            ///< default: depth of the feet's lowest point plus 1 mm
   std::map<std::string, double> nominal_posture;  ///< joint -> rad; default: see ImportDataset
-  bool fix_winding = false;                       ///< flip bodies of the scene with inverted winding
-  ReadGuard read_guard;                           ///< runs the parsers of robot and meshes
+  /// Sampled postures for self_collision_pairs.h; 0: the rule of the reference posture. Default: 10,000 for robots
+  /// whose source has no constants, else the source's rule.
+  std::optional<int> self_collision_samples;
+  std::int64_t self_collision_seed = 1;  ///< seed of these postures
+  bool fix_winding = false;              ///< flip bodies of the scene with inverted winding
+  ReadGuard read_guard;                  ///< runs the parsers of robot and meshes
 
   /// Throws InputError with the flag that is out of range.
   void Validate() const;
