@@ -320,6 +320,10 @@ void AddImportCommand(const app::Command& program, Invocation* invocation) {
                     "Number of postures that decide which link pairs are compared (default: 10000; 0: pairs that touch "
                     "with all joints at 0 are not)");
   command.AddOption("--self-collision-seed", options.self_collision_seed, "Seed of these postures").ShowDefault();
+  command.AddFlag("--collision-from-visual", options.collision_from_visual,
+                  "Use the visual geometry of links without collision geometry");
+  command.AddOption("--mesh-scale", options.mesh_scale, "Factor for all meshes of the robot, 0.001 for millimetres")
+      .ShowDefault();
   command.AddFlag("--fix-winding", options.fix_winding, "Flip inverted bodies of the scene");
   AddTextOrJsonOption(command, &flags->json);
   command.SetFooter(

@@ -113,7 +113,12 @@ class Importer {
       WriteColladaRobot(robot, folder_);
       findings = std::move(robot.findings);
     } else {
-      findings = CopyUrdfRobot(sources_.robot, folder_);
+      const bool remade = !options_.files.robot && fs::is_regular_file(options_.source / kDatasetFileName);
+      findings = CopyUrdfRobot(sources_.robot, folder_,
+                               {.visuals = options_.collision_from_visual,
+                                .repair = !remade,  // keeps the meshes, and so the results, of an existing dataset
+                                .mesh_scale = options_.mesh_scale,
+                                .read_guard = options_.read_guard});
     }
     for (DatasetDiagnostic& finding : findings) report_.findings.push_back(std::move(finding));
     description_.robot_file = kRobotFileName;
@@ -356,6 +361,9 @@ void ImportOptions::Validate() const {
   if (!plain) refuse("--name", name, "must consist of letters, digits, '-' and '_'", "e.g. my-biped");
   if (sole_offset_m && !(*sole_offset_m >= 0.0 && std::isfinite(*sole_offset_m))) {
     refuse("--sole-offset", FormatFixed(*sole_offset_m, 6), "must not be negative", "leave it out");
+  }
+  if (!(mesh_scale > 0.0 && std::isfinite(mesh_scale))) {
+    refuse("--mesh-scale", FormatFixed(mesh_scale, 6), "must be positive", "write 0.001 for meshes in millimetres");
   }
   constexpr int kMostSamples = 10'000'000;
   if (self_collision_samples && !(*self_collision_samples >= 0 && *self_collision_samples <= kMostSamples)) {

@@ -25,6 +25,8 @@ struct ImportOptions {
   /// whose source has no constants, else the source's rule.
   std::optional<int> self_collision_samples;
   std::int64_t self_collision_seed = 1;  ///< seed of these postures
+  bool collision_from_visual = false;    ///< links without collision geometry get their visual geometry
+  double mesh_scale = 1.0;               ///< factor for all meshes of the robot, > 0
   bool fix_winding = false;              ///< flip bodies of the scene with inverted winding
   ReadGuard read_guard;                  ///< runs the parsers of robot and meshes
 
