@@ -114,9 +114,10 @@ class Importer {
       findings = std::move(robot.findings);
     } else {
       const bool remade = !options_.files.robot && fs::is_regular_file(options_.source / kDatasetFileName);
+      const bool original = remade || SourceIsBenchmarkRobot();
       findings = CopyUrdfRobot(sources_.robot, folder_,
                                {.visuals = options_.collision_from_visual,
-                                .repair = !remade,  // keeps the meshes, and so the results, of an existing dataset
+                                .repair = !original,  // keeps the results of existing datasets and of the benchmark
                                 .mesh_scale = options_.mesh_scale,
                                 .read_guard = options_.read_guard});
     }
@@ -307,15 +308,26 @@ class Importer {
     return sole.contact;
   }
 
-  bool IsBenchmarkRobot() const {
+  bool IsBenchmarkRobot() const { return HasBenchmarkNames(*robot_); }
+
+  /// Returns false for a robot that cannot be read, which is reported when it is copied.
+  bool SourceIsBenchmarkRobot() const {
+    try {
+      return HasBenchmarkNames(RobotModel::FromUrdfFile(sources_.robot.string(), options_.read_guard));
+    } catch (const InputError&) {
+      return false;
+    }
+  }
+
+  static bool HasBenchmarkNames(const RobotModel& robot) {
     DatasetDescription benchmark;
     SetBenchmarkConstants(&benchmark);
-    const auto has_joint = [&](const auto& entry) { return robot_->FindJoint(entry.first) >= 0; };
+    const auto has_joint = [&](const auto& entry) { return robot.FindJoint(entry.first) >= 0; };
     return std::all_of(benchmark.nominal_posture.begin(), benchmark.nominal_posture.end(), has_joint) &&
            std::all_of(benchmark.self_collision_reference.begin(), benchmark.self_collision_reference.end(),
                        has_joint) &&
            std::all_of(benchmark.contacts.begin(), benchmark.contacts.end(),
-                       [&](const ContactDescription& contact) { return robot_->FindLink(contact.link) >= 0; });
+                       [&](const ContactDescription& contact) { return robot.FindLink(contact.link) >= 0; });
   }
 
   /// Returns the feet found from the robot's geometry. Throws an error with a numbered list of its ends if they are not
