@@ -25,6 +25,7 @@
 #include "legopt/files/written_file.h"
 #include "legopt/import/importer.h"
 #include "legopt/import/internal/dataset_check.h"
+#include "legopt/import/internal/self_collision_pairs.h"
 #include "legopt/input/json.h"
 #include "legopt/robot/robot_model.h"
 #include "legopt/types/input_error.h"
@@ -113,6 +114,19 @@ std::string RenderInfo(const Listing& listing, const RobotModel& robot, TableFor
   return RenderTables({TableOf(listing), order}, format);
 }
 
+/// Adds the link pairs of a dataset that lists those that are not compared.
+template <class Add>
+void AddPairCounts(const Dataset& dataset, const Add& add) {
+  if (!dataset.unchecked_pairs()) return;
+  constexpr int kShown = 3;
+  const PairCounts counts = CountPairs(dataset);
+  add("compared_pairs", counts.checked);
+  for (const EnumName<UncheckedReason>& row : kEnumNames<UncheckedReason>) {
+    add(std::string(row.word) + "_pairs", counts.unchecked[row.value]);
+  }
+  add("deepest_unchecked", DescribeDeepestPairs(dataset, kShown));
+}
+
 ExitCode Info(const DatasetOptions& options) {
   const auto dataset = Dataset::Load(ChooseDatasetFolder(options.folder, nullptr), CallIsolated);
   Listing listing;
@@ -130,6 +144,7 @@ ExitCode Info(const DatasetOptions& options) {
   for (const TaskDescription& of : ProblemTasks()) {
     add(std::string(ToString(of.task)) + "_problems", dataset->problems(of.task).size());
   }
+  AddPairCounts(*dataset, add);
   add("hash", dataset->content_hash());
   std::cout << RenderInfo(listing, dataset->robot(), options.format);
   return ExitCode::kOk;
@@ -304,6 +319,14 @@ void AddImportCommand(const app::Command& program, Invocation* invocation) {
       "Start of every solve, JOINT=RADIANS, comma separated (default: a posture with bent legs is searched)");
   command.AddFlagAction(
       "--no-proof", [flags] { flags->options.prove = false; }, "Import a robot without a proof that it can stand");
+  command.AddOption("--self-collision-samples", options.self_collision_samples,
+                    "Number of postures that decide which link pairs are compared (default: 10000; 0: pairs that touch "
+                    "with all joints at 0 are not)");
+  command.AddOption("--self-collision-seed", options.self_collision_seed, "Seed of these postures").ShowDefault();
+  command.AddFlag("--collision-from-visual", options.collision_from_visual,
+                  "Use the visual geometry of links without collision geometry");
+  command.AddOption("--mesh-scale", options.mesh_scale, "Factor for all meshes of the robot, 0.001 for millimetres")
+      .ShowDefault();
   command.AddFlag("--fix-winding", options.fix_winding, "Flip inverted bodies of the scene");
   AddTextOrJsonOption(command, &flags->json);
   command.SetFooter(

@@ -128,6 +128,7 @@ Dataset::Dataset(fs::path folder, DatasetDescription description, const ReadGuar
   MeasureShapes();
   ResolveContacts();
   ResolvePostures();
+  ResolveUncheckedPairs();
   for (const TaskDescription& task : ProblemTasks()) {
     problems_[task.task] = ReadProblems(task.task, description_.problem_files[task.task]);
   }
@@ -297,6 +298,26 @@ void Dataset::ResolvePostures() {
   }
 }
 
+void Dataset::ResolveUncheckedPairs() {
+  if (!description_.self_collision) return;
+  std::vector<std::string> names;
+  for (const Link& link : robot_.links()) names.push_back(link.name);
+  const auto find = [&](const std::string& name, size_t row) {
+    const int link = robot_.FindLink(name);
+    if (link >= 0) return link;
+    throw InputError({.file = file_for_errors(),
+                      .field = "self_collision.unchecked[" + std::to_string(row) + "]",
+                      .value = name,
+                      .message = "the robot has no such link",
+                      .fix = SuggestName(name, names)});
+  };
+  std::vector<UncheckedPair>& pairs = unchecked_pairs_.emplace();
+  for (const DatasetDescription::LinkNames& entry : description_.self_collision->unchecked) {
+    const int a = find(entry.first, pairs.size()), b = find(entry.second, pairs.size());
+    pairs.push_back({{std::min(a, b), std::max(a, b)}, entry.reason});
+  }
+}
+
 std::vector<std::string> Dataset::ContactNames() const {
   std::vector<std::string> names;
   for (const Contact& contact : contacts_) names.push_back(contact.name);
@@ -343,9 +364,13 @@ const std::shared_ptr<const CollisionModel>& Dataset::collision_model(SceneRepre
                                                                       PairSelection pairs) const {
   LazyCollisionModel& lazy = collision_models_[scene][pairs];
   std::call_once(lazy.once, [&] {
-    lazy.model = CollisionModel::Build(robot_, scene_, self_collision_reference_, {.scene = scene, .pairs = pairs});
+    lazy.model = CollisionModel::Build(robot_, scene_, self_collision_reference_, collision_options(scene, pairs));
   });
   return lazy.model;
+}
+
+CollisionOptions Dataset::collision_options(SceneRepresentation scene, PairSelection pairs) const {
+  return {.scene = scene, .pairs = pairs, .unchecked = unchecked_pairs_, .links = description_.link_shapes};
 }
 
 const ProblemDefinition& Dataset::problem(Task task, int id) const {

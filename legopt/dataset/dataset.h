@@ -73,6 +73,12 @@ class Dataset {
   const Eigen::VectorXd& nominal_joints() const { return nominal_joints_; }
   /// Configuration (n + 7) with the base at the origin. Link pairs that touch in it are ignored in self-collision.
   const Eigen::VectorXd& self_collision_reference() const { return self_collision_reference_; }
+  /// Pairs of links that are not compared, if dataset.yaml lists them; else the rule of the reference posture applies.
+  const std::optional<std::vector<UncheckedPair>>& unchecked_pairs() const { return unchecked_pairs_; }
+  /// Shapes of the links against the scene, for the solver.
+  LinkRepresentation link_shapes() const { return description_.link_shapes; }
+  /// Returns the options of collision_model().
+  CollisionOptions collision_options(SceneRepresentation scene, PairSelection pairs) const;
   /// z of the lowest corner of the boxes of all contacts' links, of a point contact that of its ball, relative to the
   /// base origin, with nominal joints and an upright base, m (negative; Atlas: -0.873903).
   double nominal_sole_height_m() const { return nominal_sole_height_m_; }
@@ -94,6 +100,7 @@ class Dataset {
   void MeasureShapes();
   void ResolveContacts();
   void ResolvePostures();
+  void ResolveUncheckedPairs();
   Eigen::VectorXd ResolveJoints(const std::map<std::string, double>& values, const std::string& key) const;
   std::vector<ProblemDefinition> ReadProblems(Task task, const std::string& file) const;
   std::vector<std::string> ContactNames() const;
@@ -110,6 +117,7 @@ class Dataset {
   EnumArray<Task, std::vector<ProblemDefinition>> problems_;
   Eigen::VectorXd nominal_joints_;
   Eigen::VectorXd self_collision_reference_;
+  std::optional<std::vector<UncheckedPair>> unchecked_pairs_;
   double nominal_sole_height_m_ = 0;
   std::vector<Contact> contacts_;
 

@@ -10,6 +10,7 @@
 
 #include "legopt/geometry/internal/convex_decomposition.h"
 #include "legopt/geometry/internal/convex_shape.h"
+#include "legopt/geometry/internal/link_pieces.h"
 #include "legopt/geometry/internal/link_trimeshes.h"
 #include "legopt/geometry/internal/model_data.h"
 #include "legopt/geometry/internal/scene_solids.h"
@@ -80,11 +81,7 @@ CollisionModel::Ball BallRound(const LinkShapes& link, const Impl& impl) {
 void AddHulls(const Link& link, const ReadGuard& guard, Impl& impl) {
   LinkShapes shapes;
   shapes.hulls.first = static_cast<int>(impl.shapes.size());
-  for (const ShapeSpec& spec : link.collision) {
-    const bool mesh = spec.kind == ShapeSpec::Kind::kMesh;
-    impl.shapes.push_back(mesh ? ConvexShape::FromHull(ComputeHull(Tessellate(spec, guard).vertices))
-                               : ConvexShape::FromPrimitive(spec));
-  }
+  for (ConvexShape& shape : HullsOf(link, guard)) impl.shapes.push_back(std::move(shape));
   shapes.hulls.count = static_cast<int>(impl.shapes.size()) - shapes.hulls.first;
   shapes.whole = AddEnclosingHull(shapes, impl);
   shapes.ball = BallRound(shapes, impl);
@@ -102,16 +99,45 @@ void AddDecomposition(int link, PairResolution detail, LinkPieces& pieces, Impl&
   impl.shapes.insert(impl.shapes.end(), finer.begin(), finer.end());
 }
 
+/// Adds the shapes of a link that are compared with scenes of solids, if it has a concave mesh.
+void AddSceneShapes(const Link& link, int index, const ReadGuard& guard, const CollisionOptions& options, Impl& impl) {
+  const ShapeRun hulls = impl.links[static_cast<size_t>(index)].hulls;
+  ShapeRun run{static_cast<int>(impl.shapes.size()), 0};
+  bool concave = false;
+  for (size_t g = 0; g < link.collision.size(); ++g) {
+    const ConvexShape hull = impl.shapes[static_cast<size_t>(hulls.first) + g];
+    std::vector<ConvexShape> pieces;
+    if (link.collision[g].kind == ShapeSpec::Kind::kMesh) {
+      pieces = PiecesOfLinkMesh(Tessellate(link.collision[g], guard), hull.hull(), options);
+    }
+    concave = concave || pieces.size() > 1;
+    if (pieces.empty()) pieces.push_back(hull);
+    impl.shapes.insert(impl.shapes.end(), pieces.begin(), pieces.end());
+  }
+  if (concave) {
+    run.count = static_cast<int>(impl.shapes.size()) - run.first;
+    impl.links[static_cast<size_t>(index)].scene = run;
+  } else {
+    impl.shapes.erase(impl.shapes.begin() + run.first, impl.shapes.end());
+  }
+}
+
 void AddRobot(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> reference_x, const CollisionOptions& options,
               Impl& impl) {
-  for (const Link& link : robot.links()) WithLinkInErrors(link, [&] { AddHulls(link, robot.read_guard(), impl); });
+  for (const Link& link : robot.links()) AddHulls(link, robot.read_guard(), impl);
   TrimeshWorld world;
   LinkTrimeshes meshes(robot, world);
   LinkPieces pieces(robot, {options.link_concavity_m, options.max_link_pieces});
-  impl.pairs = ClassifyLinkPairs(robot, meshes, pieces, reference_x, options.pairs);
+  impl.pairs = options.unchecked ? ClassifyListedPairs(robot, meshes, pieces, *options.unchecked, options.pairs)
+                                 : ClassifyLinkPairs(robot, meshes, pieces, reference_x, options.pairs);
   for (const LinkPair& pair : impl.pairs.decomposed) {
     const PairResolution detail = impl.pairs.detail[impl.PairIndex(pair.first, pair.second)];
     for (int link : {pair.first, pair.second}) AddDecomposition(link, detail, pieces, impl);
+  }
+  if (options.links == LinkRepresentation::kPieces) {
+    for (size_t i = 0; i < robot.links().size(); ++i) {
+      AddSceneShapes(robot.links()[i], static_cast<int>(i), robot.read_guard(), options, impl);
+    }
   }
   for (const ConvexShape& shape : impl.shapes) impl.ranges.push_back(impl.link_points.Add(shape.points()));
 }
@@ -158,6 +184,18 @@ void AddTriangles(const Scene& scene, Impl& impl) {
 }
 
 }  // namespace
+
+std::vector<ConvexShape> HullsOf(const Link& link, const ReadGuard& guard) {
+  std::vector<ConvexShape> shapes;
+  WithLinkInErrors(link, [&] {
+    for (const ShapeSpec& spec : link.collision) {
+      const bool mesh = spec.kind == ShapeSpec::Kind::kMesh;
+      shapes.push_back(mesh ? ConvexShape::FromHull(ComputeHull(Tessellate(spec, guard).vertices))
+                            : ConvexShape::FromPrimitive(spec));
+    }
+  });
+  return shapes;
+}
 
 CollisionModel::CollisionModel(std::unique_ptr<const Impl> impl) : impl_(std::move(impl)) {}
 CollisionModel::~CollisionModel() = default;

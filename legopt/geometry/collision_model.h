@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -15,6 +16,12 @@ namespace legopt {
 
 /// Two robot links, first < second.
 using LinkPair = std::pair<int, int>;
+
+/// A pair of links that is not compared.
+struct UncheckedPair {
+  LinkPair pair;                                        ///< first < second
+  UncheckedReason reason = UncheckedReason::kAdjacent;  ///< only kNever is compared by PairSelection::kAll
+};
 
 /// Conversion of shapes into convex obstacles. Lengths in metres. CollisionModel::Build validates it (InputError).
 struct CollisionOptions {
@@ -31,6 +38,11 @@ struct CollisionOptions {
   SceneRepresentation scene = SceneRepresentation::kSolid;
   /// Pairs of links to be checked.
   PairSelection pairs = PairSelection::kReference;
+  /// Pairs that are not compared, without duplicates; all other pairs of links with geometry are. Empty: the rules of
+  /// `reference_x` (CollisionModel).
+  std::optional<std::vector<UncheckedPair>> unchecked = std::nullopt;
+  /// Shapes of link meshes against a scene of solids.
+  LinkRepresentation links = LinkRepresentation::kHulls;
 };
 
 /// Convex shapes of a robot and a scene, and the link pairs to be checked: the solver's collision model.
@@ -49,6 +61,9 @@ struct CollisionOptions {
 ///   255 postures uniform within the joint limits. Separated: overlapping by at most 1 mm, measured by contacts and by
 ///   vertices inside closed meshes.
 ///
+/// With CollisionOptions::unchecked, these rules do not apply: kReference has all other pairs of links with geometry,
+/// kAll also those that never collided in samples (docs/explanation/judge.md#sampled-link-pairs).
+///
 /// Immutable; const members are thread-safe.
 class CollisionModel {
  public:
@@ -57,7 +72,9 @@ class CollisionModel {
     kChecked,
     kIgnoredAdjacent,       ///< no more than one moving joint between them, or a link without geometry
     kIgnoredReferencePose,  ///< their meshes intersect at `reference_x`; only with PairSelection::kReference
-    kIgnoredInseparable     ///< no posture separates them; only with PairSelection::kAll
+    kIgnoredInseparable,    ///< no posture separates them; only with PairSelection::kAll
+    kIgnoredAlways,         ///< UncheckedReason::kAlways or kUser
+    kIgnoredNever           ///< UncheckedReason::kNever; only with PairSelection::kReference
   };
 
   /// Builds the model. Link pairs that touch at the configuration `reference_x` (n + 7) are always ignored. Throws

@@ -255,13 +255,14 @@ void CollisionQuery::Impl::CollideLinkWithObstacle(int link, int obstacle, const
   if (shapes.whole >= 0) {
     if (BallMisses(shapes.whole, box, margin) || IsPlaneOutOfReach(shapes.whole, obstacle, margin)) return;
     if (!CollideWithObstacle(shapes.whole, obstacle, margin, distance)) return;
-    if (shapes.hulls.count == 1) {
+    if (shapes.AgainstScene().count == 1) {
       Report(link, kScene, {shapes.whole, obstacle}, distance);
       return;
     }
   }
-  Place(shapes.hulls, kinematics.link_pose(link));
-  for (int piece = shapes.hulls.first; piece < shapes.hulls.end(); ++piece) {
+  const ShapeRun& pieces = shapes.AgainstScene();
+  Place(pieces, kinematics.link_pose(link));
+  for (int piece = pieces.first; piece < pieces.end(); ++piece) {
     if (!Near(Bounds(piece), box, margin) || BallMisses(piece, box, margin)) continue;
     if (CollideWithObstacle(piece, obstacle, margin, distance)) Report(link, kScene, {piece, obstacle}, distance);
   }

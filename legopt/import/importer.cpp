@@ -22,6 +22,7 @@
 #include "legopt/import/internal/copied_files.h"
 #include "legopt/import/internal/dataset_check.h"
 #include "legopt/import/internal/nominal_posture.h"
+#include "legopt/import/internal/self_collision_pairs.h"
 #include "legopt/import/internal/srdf.h"
 #include "legopt/import/internal/standing_proof.h"
 #include "legopt/import/internal/standing_stage.h"
@@ -66,6 +67,7 @@ class Importer {
     WriteScene();
     WriteProblems();
     ChooseConstants();
+    ChooseLinkPairs();
     CheckStanding();
     WriteTextFile(folder_ / kDatasetFileName,
                   FormatDatasetFile(description_, "Made by `legopt import` from " + options_.source.string()));
@@ -117,7 +119,13 @@ class Importer {
       WriteColladaRobot(robot, folder_);
       findings = std::move(robot.findings);
     } else {
-      findings = CopyUrdfRobot(sources_.robot, folder_);
+      const bool remade = !options_.files.robot && fs::is_regular_file(options_.source / kDatasetFileName);
+      const bool original = remade || SourceIsBenchmarkRobot();
+      findings = CopyUrdfRobot(sources_.robot, folder_,
+                               {.visuals = options_.collision_from_visual,
+                                .repair = !original,  // keeps the results of existing datasets and of the benchmark
+                                .mesh_scale = options_.mesh_scale,
+                                .read_guard = options_.read_guard});
     }
     for (DatasetDiagnostic& finding : findings) report_.findings.push_back(std::move(finding));
     description_.robot_file = kRobotFileName;
@@ -246,7 +254,9 @@ class Importer {
     DatasetDescription constants;
     if (known) {
       constants = ReadDatasetFile(options_.source);
+      has_pair_rule_ = !options_.files.robot;
     } else if (IsBenchmarkRobot()) {
+      has_pair_rule_ = true;
       SetBenchmarkConstants(&constants);
       Note(Severity::kInfo, "constants", "", "",
            "the robot has the joints and feet of the benchmark's Atlas, and gets its constants");
@@ -255,6 +265,10 @@ class Importer {
     description_.gravity_m_s2 = constants.gravity_m_s2;
     description_.nominal_posture = constants.nominal_posture;
     description_.self_collision_reference = constants.self_collision_reference;
+    if (has_pair_rule_) {
+      description_.self_collision = constants.self_collision;
+      description_.link_shapes = constants.link_shapes;
+    }
     if (!options_.nominal_posture.empty()) description_.nominal_posture = options_.nominal_posture;
     ChooseContacts(constants.contacts);
   }
@@ -303,8 +317,8 @@ class Importer {
     const std::string place = on_ramp ? "on a slope of 10 degrees" : "on level ground";
     if (proof.stands) {
       Note(Severity::kInfo, "standing", place, std::to_string(description_.contacts.size()) + " contacts",
-           "the robot stands; its centre of mass is " + FormatFixed(kMillimetres * std::max(0.0, proof.com_margin_m), 0) +
-               " mm inside the support polygon");
+           "the robot stands; its centre of mass is " +
+               FormatFixed(kMillimetres * std::max(0.0, proof.com_margin_m), 0) + " mm inside the support polygon");
       return;
     }
     std::string conflict;
@@ -314,6 +328,21 @@ class Importer {
          conflict.empty() ? "no posture that stands was found" : "no posture within the joint limits satisfies these",
          on_ramp ? "the robot can only be used on gentler slopes"
                  : "correct contacts, limits or masses of the robot; --no-proof imports it as it is");
+  }
+
+  /// Samples the link pairs, unless the constants come with a rule. The original benchmark compares hulls with scenes
+  /// and pairs by the reference posture; its robot and datasets made of a dataset keep that.
+  void ChooseLinkPairs() {
+    if (!has_pair_rule_) description_.link_shapes = LinkRepresentation::kPieces;
+    const bool sampled = options_.self_collision_samples ? *options_.self_collision_samples > 0 : !has_pair_rule_;
+    if (!sampled) return;
+    PairSamplingOptions sampling;
+    if (options_.self_collision_samples) sampling.samples = *options_.self_collision_samples;
+    sampling.seed = static_cast<std::uint64_t>(options_.self_collision_seed);
+    SampledDescription found = SampleSelfCollision(*robot_, description_.nominal_posture, sampling);
+    description_.self_collision = std::move(found.pairs);
+    description_.self_collision_reference.clear();
+    for (DatasetDiagnostic& finding : found.findings) report_.findings.push_back(std::move(finding));
   }
 
   /// `known`: contacts of the source or of the benchmark's robot, or empty.
@@ -354,15 +383,26 @@ class Importer {
     return sole.contact;
   }
 
-  bool IsBenchmarkRobot() const {
+  bool IsBenchmarkRobot() const { return HasBenchmarkNames(*robot_); }
+
+  /// Returns false for a robot that cannot be read, which is reported when it is copied.
+  bool SourceIsBenchmarkRobot() const {
+    try {
+      return HasBenchmarkNames(RobotModel::FromUrdfFile(sources_.robot.string(), options_.read_guard));
+    } catch (const InputError&) {
+      return false;
+    }
+  }
+
+  static bool HasBenchmarkNames(const RobotModel& robot) {
     DatasetDescription benchmark;
     SetBenchmarkConstants(&benchmark);
-    const auto has_joint = [&](const auto& entry) { return robot_->FindJoint(entry.first) >= 0; };
+    const auto has_joint = [&](const auto& entry) { return robot.FindJoint(entry.first) >= 0; };
     return std::all_of(benchmark.nominal_posture.begin(), benchmark.nominal_posture.end(), has_joint) &&
            std::all_of(benchmark.self_collision_reference.begin(), benchmark.self_collision_reference.end(),
                        has_joint) &&
            std::all_of(benchmark.contacts.begin(), benchmark.contacts.end(),
-                       [&](const ContactDescription& contact) { return robot_->FindLink(contact.link) >= 0; });
+                       [&](const ContactDescription& contact) { return robot.FindLink(contact.link) >= 0; });
   }
 
   /// Returns the feet found from the robot's geometry. Throws an error with a numbered list of its ends if they are not
@@ -393,6 +433,7 @@ class Importer {
   Eigen::VectorXd standing_;  ///< guess of a posture that stands, n + 7: of the SRDF, or joints at 0
   TriangleMesh triangles_;
   std::vector<std::string> problem_feet_;
+  bool has_pair_rule_ = false;  ///< the source or the benchmark decides which link pairs are compared
   ImportReport report_;
 };
 
@@ -408,6 +449,17 @@ void ImportOptions::Validate() const {
   if (!plain) refuse("--name", name, "must consist of letters, digits, '-' and '_'", "e.g. my-biped");
   if (sole_offset_m && !(*sole_offset_m >= 0.0 && std::isfinite(*sole_offset_m))) {
     refuse("--sole-offset", FormatFixed(*sole_offset_m, 6), "must not be negative", "leave it out");
+  }
+  if (!(mesh_scale > 0.0 && std::isfinite(mesh_scale))) {
+    refuse("--mesh-scale", FormatFixed(mesh_scale, 6), "must be positive", "write 0.001 for meshes in millimetres");
+  }
+  constexpr int kMostSamples = 10'000'000;
+  if (self_collision_samples && !(*self_collision_samples >= 0 && *self_collision_samples <= kMostSamples)) {
+    refuse("--self-collision-samples", std::to_string(*self_collision_samples), "must lie in 0..10000000",
+           "leave it out for 10000");
+  }
+  if (self_collision_seed < 0) {
+    refuse("--self-collision-seed", std::to_string(self_collision_seed), "must not be negative", "leave it out");
   }
 }
 

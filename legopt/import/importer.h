@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -21,8 +22,14 @@ struct ImportOptions {
   std::optional<double> sole_offset_m;            ///< default: depth of the feet's lowest point plus 1 mm
   std::map<std::string, double> nominal_posture;  ///< joint -> rad; default: see ImportDataset
   bool prove = true;                              ///< require that the robot stands (standing_proof.h)
-  bool fix_winding = false;                       ///< flip bodies of the scene with inverted winding
-  ReadGuard read_guard;                           ///< runs the parsers of robot and meshes
+  /// Sampled postures for self_collision_pairs.h; 0: the rule of the reference posture. Default: 10,000 for robots
+  /// whose source has no constants, else the source's rule.
+  std::optional<int> self_collision_samples;
+  std::int64_t self_collision_seed = 1;  ///< seed of these postures
+  bool collision_from_visual = false;    ///< links without collision geometry get their visual geometry
+  double mesh_scale = 1.0;               ///< factor for all meshes of the robot, > 0
+  bool fix_winding = false;              ///< flip bodies of the scene with inverted winding
+  ReadGuard read_guard;                  ///< runs the parsers of robot and meshes
 
   /// Throws InputError with the flag that is out of range.
   void Validate() const;
@@ -42,7 +49,8 @@ struct ImportReport {
 /// quaternions are x y z w. Constants: those of the source's dataset.yaml if there is one; else, for a robot with the
 /// joints of the benchmark's Atlas, those of the benchmark; else a nominal posture that is searched (nominal_posture.h)
 /// and the benchmark's gravity. At the end, one stance on level ground and one on a slope of 10 degrees are solved and
-/// judged: a robot that cannot stand on the level is a finding of severity error. A folder without problems gives a dataset without problems, for `legopt generate problems`.
+/// judged: a robot that cannot stand on the level is a finding of severity error. A folder without problems gives a
+/// dataset without problems, for `legopt generate problems`.
 ///
 /// The dataset is complete even if the findings contain errors; the caller decides whether to keep it. Throws
 /// InputError: see FindSources, the readers, and Dataset::Load; no feet; flags out of range.

@@ -45,12 +45,38 @@ inline constexpr auto kEnumNames<ContinuousCollision> =
 /// Pairs of links checked for self-collision (docs/explanation/judge.md#ignored-link-pairs). Neighbouring links are
 /// never checked.
 enum class PairSelection : std::uint8_t {
-  kReference,  ///< pairs that do not touch in the dataset's reference pose, as in the original evaluator
+  kReference,  ///< pairs that do not touch in the dataset's reference pose, as in the original evaluator; if the
+               ///< dataset has sampled pairs, those that collide in some samples
   kAll         ///< all pairs that joint motion can separate, as in the physical rule
 };
 
 template <>
 inline constexpr auto kEnumNames<PairSelection> =
     MakeEnumNames<PairSelection>({{PairSelection::kReference, "reference"}, {PairSelection::kAll, "all"}});
+
+/// Why a pair of links is not compared (docs/explanation/judge.md#sampled-link-pairs).
+enum class UncheckedReason : std::uint8_t {
+  kAdjacent,  ///< at most one moving joint lies between them
+  kAlways,    ///< they are in collision in more than 95 % of the sampled postures
+  kNever,     ///< their hulls are apart in all sampled postures; the physical rule compares them nevertheless
+  kUser       ///< excluded by hand
+};
+
+template <>
+inline constexpr auto kEnumNames<UncheckedReason> =
+    MakeEnumNames<UncheckedReason>({{UncheckedReason::kAdjacent, "adjacent"},
+                                    {UncheckedReason::kAlways, "always"},
+                                    {UncheckedReason::kNever, "never"},
+                                    {UncheckedReason::kUser, "user"}});
+
+/// Shapes of link meshes that the solver compares with the scene.
+enum class LinkRepresentation : std::uint8_t {
+  kHulls,  ///< one hull per mesh, as in the paper
+  kPieces  ///< convex pieces of concave meshes, as for scenes
+};
+
+template <>
+inline constexpr auto kEnumNames<LinkRepresentation> =
+    MakeEnumNames<LinkRepresentation>({{LinkRepresentation::kHulls, "hulls"}, {LinkRepresentation::kPieces, "pieces"}});
 
 }  // namespace legopt

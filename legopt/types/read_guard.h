@@ -2,8 +2,13 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
+#include <utility>
+
+#include "legopt/types/byte_cache.h"
 
 namespace legopt {
 
@@ -27,6 +32,31 @@ class GuardedReadError : public std::runtime_error {
 ///
 /// Every reader takes a guard; objects that load files later (RobotModel, Scene) store it. An empty guard reads in the
 /// calling thread without limits, for trusted files. Valid files give the same result either way.
-using ReadGuard = std::function<std::string(const std::function<std::string()>& read, const ReadLimits& limits)>;
+///
+/// A guard may have a cache, in which readers keep what they computed from a file's content.
+class ReadGuard {
+ public:
+  /// Type of the function that runs `read`.
+  using Function = std::function<std::string(const std::function<std::string()>& read, const ReadLimits& limits)>;
+
+  ReadGuard() = default;
+  /// Converts any function of this type. `cache` may be null.
+  template <class Runner>
+  requires std::is_constructible_v<Function, Runner> &&(!std::is_same_v<std::remove_cvref_t<Runner>, ReadGuard>)
+      ReadGuard(Runner&& run, std::shared_ptr<const ByteCache> cache = nullptr)  // NOLINT(google-explicit-constructor)
+      : run_(std::forward<Runner>(run)), cache_(std::move(cache)) {}
+
+  explicit operator bool() const { return static_cast<bool>(run_); }  ///< false for an empty guard
+  /// Runs `read`. The guard must not be empty.
+  std::string operator()(const std::function<std::string()>& read, const ReadLimits& limits) const {
+    return run_(read, limits);
+  }
+  /// Cache of readers; null if there is none.
+  const std::shared_ptr<const ByteCache>& cache() const { return cache_; }
+
+ private:
+  Function run_;
+  std::shared_ptr<const ByteCache> cache_;
+};
 
 }  // namespace legopt

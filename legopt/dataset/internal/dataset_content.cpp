@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "legopt/dataset/internal/dataset_file.h"
+#include "legopt/dataset/internal/self_collision_file.h"
 #include "legopt/dataset/internal/yaml_fields.h"
 #include "legopt/dataset/scene_file.h"
 #include "legopt/files/written_file.h"
@@ -142,6 +143,8 @@ std::string ContentHash(const DatasetDescription& description, const std::vector
   for (const TaskDescription& row : ProblemTasks()) {
     text[std::string(ToString(row.task))] = description.problem_files[row.task];
   }
+  if (description.self_collision) text["unchecked_pairs"] = CanonicalPairs(*description.self_collision);
+  if (description.link_shapes != LinkRepresentation::kHulls) text["link_shapes"] = ToString(description.link_shapes);
   for (const FileHash& file : manifest) text["files"][file.path] = file.hash;
   return Blake2bHex(Dump(text));
 }

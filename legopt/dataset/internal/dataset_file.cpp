@@ -5,6 +5,7 @@
 #include <numbers>
 #include <vector>
 
+#include "legopt/dataset/internal/self_collision_file.h"
 #include "legopt/dataset/internal/yaml_fields.h"
 #include "legopt/dataset/scene_file.h"
 #include "legopt/input/text.h"
@@ -109,7 +110,8 @@ DatasetDescription ReadDatasetFile(const fs::path& folder) {
   std::vector<std::string> keys = {"format",   "name",         "robot",           "scene",
                                    "problems", "gravity_m_s2", "nominal_posture", "self_collision_reference",
                                    "files"};
-  for (const char* key : has_soles ? std::vector{"feet", "sole_offset_m"} : std::vector{"contacts"})
+  for (const char* key :
+       has_soles ? std::vector{"feet", "sole_offset_m"} : std::vector{"contacts", "self_collision", "link_shapes"})
     keys.push_back(key);
   const YamlFields fields(root, file, "", keys);
   DatasetDescription description;
@@ -125,6 +127,8 @@ DatasetDescription ReadDatasetFile(const fs::path& folder) {
   }
   description.nominal_posture = ReadJointValues(fields, "nominal_posture");
   description.self_collision_reference = ReadJointValues(fields, "self_collision_reference");
+  description.self_collision = ReadSelfCollision(fields);
+  description.link_shapes = ReadLinkShapes(fields);
   description.files = ReadFiles(fields);
   return description;
 }

@@ -1,11 +1,14 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "legopt/dataset/contact.h"
+#include "legopt/types/collision.h"
 #include "legopt/types/task.h"
 
 namespace legopt {
@@ -34,6 +37,12 @@ namespace legopt {
 ///       l_leg_kny: 0.872664626
 ///     self_collision_reference:           # optional, joint: rad; link pairs touching here are never checked
 ///       back_lbz: 0.349055556
+///     self_collision:                     # optional, instead of self_collision_reference, only in format 2
+///       samples: 10000                    # optional: number of sampled postures and their seed; not in the hash
+///       seed: 1
+///       unchecked:                        # required: pairs of links that are not compared, and why (UncheckedReason)
+///         - [pelvis, l_thigh, adjacent]
+///     link_shapes: pieces                 # optional, only in format 2: hulls (default) or pieces (LinkRepresentation)
 ///     files:                              # required: every used file and the BLAKE2b-256 of its bytes
 ///       robot.urdf: 5c1e...               # (64 hex digits); `legopt dataset hash` writes them
 ///
@@ -43,6 +52,18 @@ namespace legopt {
 ///     feet: [l_foot, r_foot]              # required: a sole for each link, named like it
 ///     sole_offset_m: 0.082351             # required, >= 0: link frame above the contact frame along the normal
 struct DatasetDescription {
+  /// A pair of links by name that is not compared.
+  struct LinkNames {
+    std::string first, second;
+    UncheckedReason reason = UncheckedReason::kAdjacent;
+  };
+  /// Link pairs found by sampling.
+  struct SelfCollision {
+    int samples = 0;                   ///< number of postures; 0: unknown
+    std::int64_t seed = 0;             ///< seed of the postures
+    std::vector<LinkNames> unchecked;  ///< no pair twice, in any order
+  };
+
   std::string name;                                        ///< shown in tables
   std::string robot_file;                                  ///< URDF, relative to the folder
   std::string scene_file;                                  ///< scene.yaml or a mesh, relative to the folder
@@ -51,6 +72,8 @@ struct DatasetDescription {
   double gravity_m_s2 = kBenchmarkGravity_m_s2;            ///< > 0
   std::map<std::string, double> nominal_posture;           ///< joint name -> rad, before clamping
   std::map<std::string, double> self_collision_reference;  ///< joint name -> rad
+  std::optional<SelfCollision> self_collision;             ///< replaces self_collision_reference
+  LinkRepresentation link_shapes = LinkRepresentation::kHulls;
   std::map<std::string, std::string> files;                ///< path -> expected hash; empty for a bare folder
   bool bare = false;                                       ///< true: a LegOpt-style folder without dataset.yaml
 

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "legopt/dataset/internal/self_collision_file.h"
 #include "legopt/files/written_file.h"
 #include "legopt/input/json.h"
 #include "legopt/types/input_error.h"
@@ -96,7 +97,9 @@ std::string FormatDatasetFile(const DatasetDescription& description, const std::
   std::string text;
   ClassicInput lines(comment);
   for (std::string line; std::getline(lines, line);) text += "# " + line + "\n";
-  const std::optional<double> sole_offset_m = CommonSoleOffset_m(description.contacts);
+  const bool sampled = description.self_collision.has_value() || description.link_shapes != LinkRepresentation::kHulls;
+  const std::optional<double> sole_offset_m =
+      sampled ? std::nullopt : CommonSoleOffset_m(description.contacts);  // format 1 cannot express the other keys
   text += std::string("format: ") + (sole_offset_m ? kDatasetFormat1 : kDatasetFormat2) +
           "\nname: " + Text(description.name) + "\nrobot: " + Text(description.robot_file) +
           "\nscene: " + Text(description.scene_file) + "\nproblems:\n";
@@ -108,6 +111,10 @@ std::string FormatDatasetFile(const DatasetDescription& description, const std::
   text += "gravity_m_s2: " + Number(description.gravity_m_s2) + "\n";
   AddMap("nominal_posture", description.nominal_posture, text);
   AddMap("self_collision_reference", description.self_collision_reference, text);
+  if (description.link_shapes != LinkRepresentation::kHulls) {
+    text += "link_shapes: " + std::string(ToString(description.link_shapes)) + "\n";
+  }
+  if (description.self_collision) text += FormatSelfCollision(*description.self_collision, Text);
   return text + "\n";
 }
 

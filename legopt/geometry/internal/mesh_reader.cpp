@@ -106,7 +106,8 @@ void UnregisterUnusedReaders(Assimp::Importer& importer) {
     std::set<std::string> suffixes;
     importer.GetImporter(i)->GetExtensionList(suffixes);
     const bool needed = std::any_of(suffixes.begin(), suffixes.end(), [](const std::string& suffix) {
-      return suffix == "stl" || suffix == "obj" || suffix == "dae" || suffix == "ply";
+      return suffix == "stl" || suffix == "obj" || suffix == "dae" || suffix == "ply" || suffix == "gltf" ||
+             suffix == "glb";
     });
     if (!needed) others.push_back(importer.GetImporter(i));
   }
@@ -224,7 +225,7 @@ void RethrowBadAlloc(const Assimp::Importer& importer) {
   }
 }
 
-constexpr const char* kFormats = "give an STL, OBJ, DAE or PLY file with triangles";
+constexpr const char* kFormats = "give an STL, OBJ, DAE, PLY or glTF file with triangles";
 
 }  // namespace
 

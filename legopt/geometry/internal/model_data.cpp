@@ -4,11 +4,12 @@
 #include <cmath>
 #include <cstdint>
 #include <iterator>
+#include <map>
 #include <numbers>
 #include <random>
 #include <utility>
 
-#include "legopt/geometry/internal/signed_distance.h"
+#include "legopt/geometry/internal/placed_shapes.h"
 #include "legopt/robot/kinematics.h"
 
 namespace legopt {
@@ -34,13 +35,6 @@ bool Touch(const LinkTrimeshes& meshes, const LinkPair& pair) {
   return AnyGeometries(meshes, pair, [&](const auto& a, const auto& b) { return meshes.Depth(a, b) >= 0.0; });
 }
 
-/// Returns true if two links overlap by more than the judge's tolerance.
-bool Overlap(const LinkTrimeshes& meshes, const LinkPair& pair) {
-  return AnyGeometries(meshes, pair, [&](const auto& a, const auto& b) {
-    return meshes.ExactDepth(a, b) > kNoticeable || meshes.InsideDepth(a, b) > kNoticeable;
-  });
-}
-
 /// Returns true if the hulls overlap by more than the tolerance, but the meshes do not touch.
 bool IsFalseOverlap(const LinkTrimeshes& meshes, const LinkPair& pair) {
   const bool overlap =
@@ -48,7 +42,14 @@ bool IsFalseOverlap(const LinkTrimeshes& meshes, const LinkPair& pair) {
   return overlap && !Touch(meshes, pair);
 }
 
-/// Returns a posture with joints uniform within their limits, base at the origin.
+}  // namespace
+
+bool Overlap(const LinkTrimeshes& meshes, const LinkPair& pair) {
+  return AnyGeometries(meshes, pair, [&](const auto& a, const auto& b) {
+    return meshes.ExactDepth(a, b) > kNoticeable || meshes.InsideDepth(a, b) > kNoticeable;
+  });
+}
+
 Eigen::VectorXd SamplePosture(const RobotModel& robot, std::mt19937_64& random) {
   Eigen::VectorXd x = robot.NeutralConfiguration();
   for (int i = 0; i < robot.num_dofs(); ++i) {
@@ -60,6 +61,8 @@ Eigen::VectorXd SamplePosture(const RobotModel& robot, std::mt19937_64& random) 
   }
   return x;
 }
+
+namespace {
 
 std::vector<LinkPair> FindPhantomPairs(const RobotModel& robot, LinkTrimeshes& meshes,
                                        const std::vector<LinkPair>& checked) {
@@ -111,6 +114,21 @@ std::vector<PairStatus> StatusOf(const RobotModel& robot, const std::vector<Link
   return status;
 }
 
+/// `reason`: null for a pair that is not listed.
+PairStatus StatusOfListed(const UncheckedReason* reason, PairSelection selection) {
+  if (reason == nullptr) return PairStatus::kChecked;
+  switch (*reason) {
+    case UncheckedReason::kAdjacent:
+      return PairStatus::kIgnoredAdjacent;
+    case UncheckedReason::kNever:
+      return selection == PairSelection::kAll ? PairStatus::kChecked : PairStatus::kIgnoredNever;
+    case UncheckedReason::kAlways:
+    case UncheckedReason::kUser:
+      break;
+  }
+  return PairStatus::kIgnoredAlways;
+}
+
 /// Returns the pairs that overlap in every posture of the sequence, as if they were one body, although more than one
 /// joint lies between them.
 std::vector<LinkPair> FindInseparablePairs(const RobotModel& robot, LinkTrimeshes& meshes,
@@ -126,44 +144,11 @@ std::vector<LinkPair> FindInseparablePairs(const RobotModel& robot, LinkTrimeshe
   return pairs;
 }
 
-/// Convex shapes of one link, transformed to the world.
-class PlacedPieces {
- public:
-  explicit PlacedPieces(const std::vector<ConvexShape>& shapes) : shapes_(shapes), sets_(shapes.size()) {
-    for (const ConvexShape& shape : shapes) ranges_.push_back(local_.Add(shape.points()));
-    world_.ResizeLike(local_);
-    for (size_t i = 0; i < shapes.size(); ++i) world_.View(ranges_[i], sets_[i]);
-  }
-
-  void Place(const Eigen::Isometry3d& pose) {
-    for (size_t i = 0; i < shapes_.size(); ++i) {
-      PlaceSupportSet(shapes_[i], pose, sets_[i]);
-      if (sets_[i].count > 0) world_.Transform(local_, ranges_[i], pose, sets_[i].lower, sets_[i].upper);
-    }
-  }
-
-  bool Overlap(const PlacedPieces& other, double depth_m) const {
-    PairDistance distance;
-    for (const SupportSet& mine : sets_) {
-      for (const SupportSet& theirs : other.sets_) {
-        if (SignedDistance(mine, theirs, -depth_m, distance)) return true;
-      }
-    }
-    return false;
-  }
-
- private:
-  const std::vector<ConvexShape>& shapes_;
-  PointArena local_, world_;
-  std::vector<PointArena::Range> ranges_;
-  std::vector<SupportSet> sets_;
-};
-
 /// Returns true if the pieces of two links overlap in most postures in which the meshes do not. Few postures separate
 /// some of these pairs, so many are sampled.
 bool PiecesMostlyOverlap(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces, const LinkPair& pair) {
   constexpr int kPostures = 512;
-  PlacedPieces first(pieces.Pieces(pair.first)), second(pieces.Pieces(pair.second));
+  PlacedShapes first(pieces.Pieces(pair.first)), second(pieces.Pieces(pair.second));
   std::mt19937_64 random(kSeed);
   Kinematics kinematics(robot);
   int apart = 0, phantom = 0;
@@ -219,6 +204,53 @@ LinkPairRules ClassifyLinkPairs(const RobotModel& robot, LinkTrimeshes& meshes, 
       StatusOf(robot, others, by_reference ? PairStatus::kIgnoredReferencePose : PairStatus::kIgnoredInseparable,
                rules.checked());
   SetDetail(robot, meshes, pieces, rules);
+  return rules;
+}
+
+std::vector<LinkPair> ShapedPairs(const RobotModel& robot) {
+  std::vector<LinkPair> pairs;
+  for (int b = 0; b < static_cast<int>(robot.links().size()); ++b) {
+    for (int a = 0; a < b; ++a) {
+      const auto has_shape = [&](int link) { return !robot.links()[static_cast<size_t>(link)].collision.empty(); };
+      if (has_shape(a) && has_shape(b)) pairs.emplace_back(a, b);
+    }
+  }
+  return pairs;
+}
+
+namespace {
+
+/// Sets the detail of pairs that collide in some samples: pairs whose hulls overlap falsely get pieces, or bodies if
+/// the pieces do so in most postures. The hulls of all other pairs were apart in all samples.
+void SetDetailOfListed(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces, LinkPairRules& rules) {
+  const size_t n = robot.links().size();
+  rules.detail.assign(n * n, PairResolution::kHulls);
+  for (const LinkPair& pair : FindPhantomPairs(robot, meshes, rules.pairs[PairSelection::kReference])) {
+    rules.detail[static_cast<size_t>(pair.first) * n + static_cast<size_t>(pair.second)] =
+        PiecesMostlyOverlap(robot, meshes, pieces, pair) ? PairResolution::kBodies : PairResolution::kPieces;
+    rules.decomposed.push_back(pair);
+  }
+}
+
+}  // namespace
+
+LinkPairRules ClassifyListedPairs(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces,
+                                  const std::vector<UncheckedPair>& unchecked, PairSelection selection) {
+  std::map<LinkPair, UncheckedReason> reasons;
+  for (const UncheckedPair& entry : unchecked) reasons.emplace(entry.pair, entry.reason);
+  LinkPairRules rules;
+  rules.selection = selection;
+  const size_t n = robot.links().size();
+  rules.status.assign(n * n, PairStatus::kIgnoredAdjacent);
+  for (const LinkPair& pair : ShapedPairs(robot)) {
+    const auto found = reasons.find(pair);
+    const bool listed = found != reasons.end();
+    if (!listed) rules.pairs[PairSelection::kReference].push_back(pair);
+    if (!listed || found->second == UncheckedReason::kNever) rules.pairs[PairSelection::kAll].push_back(pair);
+    const auto [a, b] = std::pair(static_cast<size_t>(pair.first), static_cast<size_t>(pair.second));
+    rules.status[a * n + b] = rules.status[b * n + a] = StatusOfListed(listed ? &found->second : nullptr, selection);
+  }
+  SetDetailOfListed(robot, meshes, pieces, rules);
   return rules;
 }
 

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <optional>
+#include <random>
 #include <vector>
 
 #include "legopt/geometry/collision_model.h"
@@ -41,6 +42,25 @@ struct LinkPairRules {
 LinkPairRules ClassifyLinkPairs(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces,
                                 Eigen::Ref<const Eigen::VectorXd> reference_x, PairSelection selection);
 
+/// Classifies the link pairs of CollisionOptions::unchecked.
+LinkPairRules ClassifyListedPairs(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces,
+                                  const std::vector<UncheckedPair>& unchecked, PairSelection selection);
+
+/// Returns all pairs of links with geometry, ascending by (second, first).
+std::vector<LinkPair> ShapedPairs(const RobotModel& robot);
+
+/// Returns one convex shape per geometry of a link: hulls of meshes, primitives as they are. Throws InputError with the
+/// link's name.
+std::vector<ConvexShape> HullsOf(const Link& link, const ReadGuard& guard);
+
+/// Returns the configuration whose joints are uniform within their limits, [-pi, pi] without limits, by the next
+/// num_dofs() random numbers; base upright at the origin.
+Eigen::VectorXd SamplePosture(const RobotModel& robot, std::mt19937_64& random);
+
+/// Returns true if the meshes of two links overlap by more than 1 mm in their present poses, by contacts or by vertices
+/// inside closed bodies.
+bool Overlap(const LinkTrimeshes& meshes, const LinkPair& pair);
+
 /// Consecutive shapes in the model's array.
 struct ShapeRun {
   int first = 0;  ///< index into `shapes`
@@ -53,10 +73,13 @@ struct LinkShapes {
   ShapeRun hulls;   ///< one hull or primitive per geometry
   ShapeRun pieces;  ///< decomposed meshes
   ShapeRun bodies;  ///< meshes decomposed body by body
+  ShapeRun scene;   ///< shapes against a scene of solids; empty: `hulls`
   /// Returns the shapes of a level of detail.
   const ShapeRun& Of(PairResolution detail) const {
     return detail == PairResolution::kHulls ? hulls : detail == PairResolution::kPieces ? pieces : bodies;
   }
+  /// Returns the shapes that are compared with the scene.
+  const ShapeRun& AgainstScene() const { return scene.count > 0 ? scene : hulls; }
   /// Shapes of the link's finest level of detail.
   const ShapeRun& Finest() const { return bodies.count > 0 ? bodies : pieces.count > 0 ? pieces : hulls; }
   /// Index into `shapes` of one hull around all pieces, which is tested first, or of the only piece; -1 if there is

@@ -15,6 +15,7 @@
 #include "legopt/files/written_file.h"
 #include "legopt/geometry/internal/mesh_bodies.h"
 #include "legopt/geometry/internal/mesh_file.h"
+#include "legopt/import/internal/link_mesh_repair.h"
 #include "legopt/input/json.h"
 #include "legopt/input/text.h"
 #include "legopt/input/yaml.h"
@@ -130,34 +131,118 @@ std::string Print(const tinyxml2::XMLDocument& document) {
 /// Copies meshes under unique names, each file once.
 class MeshCopier {
  public:
-  explicit MeshCopier(const fs::path& folder) : folder_(folder) {}
+  MeshCopier(const fs::path& folder, const RobotCopyOptions& options) : folder_(folder), options_(options) {}
 
-  /// Copies a mesh and returns the copy's path relative to the folder.
-  std::string Copy(const fs::path& mesh) {
+  /// Copies or repairs a mesh and returns the copy's path relative to the folder; empty if it has no triangles. `link`
+  /// names the user.
+  std::string Copy(const fs::path& mesh, const std::string& link) {
     const auto [place, fresh] = copies_.try_emplace(mesh.string());
-    if (!fresh) return place->second;
-    place->second = std::string(kRobotMeshFolder) + "/" + names_.Take(mesh.stem().string(), mesh.extension().string());
-    CopyOutputFile(mesh, folder_ / place->second);
+    if (fresh) place->second = Write(mesh, link);
+    if (place->second.empty()) empty_ += (empty_.empty() ? "" : ", ") + link;
     return place->second;
   }
 
+  std::vector<DatasetDiagnostic> Findings() const {
+    std::vector<DatasetDiagnostic> findings;
+    const auto add = [&](Severity severity, const std::string& links, const std::string& value, const char* message,
+                         const char* fix) {
+      if (!links.empty()) findings.push_back({severity, "link meshes", "", links, value, message, fix});
+    };
+    add(Severity::kRepaired, turned_, std::to_string(num_turned_) + (num_turned_ == 1 ? " body" : " bodies"),
+        "wound inside out or not consistently, turned round", "");
+    add(Severity::kRepaired, welded_, std::to_string(num_welded_) + " vertices",
+        "at most 10 um from others, welded to them", "");
+    add(Severity::kWarning, empty_, "", "meshes without triangles, left out", "export them again if they matter");
+    add(Severity::kWarning, flat_, "", "meshes without volume: contacts are measured, but nothing is inside them",
+        "give them a thickness, e.g. 1 mm");
+    return findings;
+  }
+
  private:
+  std::string Write(const fs::path& mesh, const std::string& link) {
+    const auto name = [&](const std::string& suffix) {
+      return std::string(kRobotMeshFolder) + "/" + names_.Take(mesh.stem().string(), suffix);
+    };
+    if (options_.repair) {
+      try {
+        const RepairedLinkMesh repaired =
+            RepairLinkMesh(LoadMesh(mesh.string(), Eigen::Vector3d::Ones(), options_.read_guard));
+        Count(repaired, link);
+        if (repaired.changed()) {
+          const std::string file = name(".ply");
+          WritePly(folder_ / file, repaired.mesh);
+          return file;
+        }
+      } catch (const InputError& error) {
+        if (IsWithoutTriangles(error)) return "";
+        throw;
+      }
+    }
+    const std::string file = name(mesh.extension().string());
+    CopyOutputFile(mesh, folder_ / file);
+    return file;
+  }
+
+  void Count(const RepairedLinkMesh& repaired, const std::string& link) {
+    const auto add = [&](std::string* list) { *list += (list->empty() ? "" : ", ") + link; };
+    if (repaired.turned > 0) add(&turned_);
+    if (repaired.welded > 0) add(&welded_);
+    if (repaired.flat) add(&flat_);
+    num_turned_ += repaired.turned;
+    num_welded_ += repaired.welded;
+  }
+
+  /// LoadMesh reports missing triangles in its own words or in those of assimp's STL reader.
+  static bool IsWithoutTriangles(const InputError& error) {
+    const std::string& message = error.fault().message;
+    return message.find("no triangles") != std::string::npos || message.find("no facets") != std::string::npos;
+  }
+
   const fs::path& folder_;
+  const RobotCopyOptions& options_;
   FileNames names_;
   std::map<std::string, std::string> copies_;
+  std::string turned_, welded_, flat_, empty_;  ///< names of links
+  int num_turned_ = 0, num_welded_ = 0;
 };
 
-/// Sets the new file names of a <link>'s collision meshes. RobotModel lists shapes in the order of the elements.
-void RenameMeshes(const Link& link, XMLElement* element, MeshCopier* copier) {
+/// Sets the new file names and scales of a <link>'s collision meshes and removes meshes without triangles. RobotModel
+/// lists shapes in the order of the elements.
+void RenameMeshes(const Link& link, XMLElement* element, double mesh_scale, MeshCopier* copier) {
   size_t shape = 0;
-  for (XMLElement* e = element->FirstChildElement("collision"); e != nullptr; e = e->NextSiblingElement("collision")) {
+  for (XMLElement *e = element->FirstChildElement("collision"), *next = nullptr; e != nullptr; e = next) {
+    next = e->NextSiblingElement("collision");
     XMLElement* geometry = e->FirstChildElement("geometry");
     if (geometry == nullptr || shape >= link.collision.size()) continue;
     const ShapeSpec& spec = link.collision[shape++];
     XMLElement* mesh = geometry->FirstChildElement("mesh");
     if (spec.kind != ShapeSpec::Kind::kMesh || mesh == nullptr) continue;
-    mesh->SetAttribute("filename", copier->Copy(spec.mesh_file).c_str());
+    const std::string copy = copier->Copy(spec.mesh_file, link.name);
+    if (copy.empty()) {
+      element->DeleteChild(e);
+      continue;
+    }
+    mesh->SetAttribute("filename", copy.c_str());
+    if (mesh_scale != 1.0) mesh->SetAttribute("scale", Numbers(mesh_scale * spec.scale).c_str());
   }
+}
+
+/// Renames the <visual> elements of links without <collision>. Text that is no XML stays for CheckUrdf to report.
+std::string WithVisualsAsCollisions(const std::string& text, std::string* links) {
+  tinyxml2::XMLDocument document;
+  if (document.Parse(text.c_str(), text.size()) != tinyxml2::XML_SUCCESS) return text;
+  XMLElement* root = document.FirstChildElement("robot");
+  if (root == nullptr) return text;
+  for (XMLElement* link = root->FirstChildElement("link"); link != nullptr; link = link->NextSiblingElement("link")) {
+    if (link->FirstChildElement("collision") != nullptr || link->FirstChildElement("visual") == nullptr) continue;
+    while (XMLElement* visual = link->FirstChildElement("visual")) {
+      visual->SetName("collision");
+      while (XMLElement* material = visual->FirstChildElement("material")) visual->DeleteChild(material);
+    }
+    const char* name = link->Attribute("name");
+    *links += (links->empty() ? "" : ", ") + std::string(name == nullptr ? "?" : name);
+  }
+  return links->empty() ? text : Print(document);
 }
 
 Severity SeverityOf(UrdfSeverity severity) {
@@ -187,16 +272,20 @@ void WriteColladaRobot(const ColladaRobot& robot, const fs::path& folder) {
   WriteTextFile(folder / kRobotFileName, Print(document));
 }
 
-std::vector<DatasetDiagnostic> CopyUrdfRobot(const fs::path& urdf, const fs::path& folder) {
-  CheckedUrdf checked = CheckUrdf(ReadUrdfFile(urdf.string()), urdf.string());
+std::vector<DatasetDiagnostic> CopyUrdfRobot(const fs::path& urdf, const fs::path& folder,
+                                             const RobotCopyOptions& options) {
+  std::string text = ReadUrdfFile(urdf.string()), from_visuals;
+  if (options.visuals) text = WithVisualsAsCollisions(text, &from_visuals);
+  CheckedUrdf checked = CheckUrdf(text, urdf.string());
   const RobotModel robot = BuildUrdfTree(checked, ReadByUrdfdom(checked), urdf.parent_path().string(), &checked.notes);
   tinyxml2::XMLDocument document;
   document.Parse(checked.text.c_str());  // cannot fail: CheckUrdf wrote this text
   MakeFolder(folder / kRobotMeshFolder);
-  MeshCopier copier(folder);
+  MeshCopier copier(folder, options);
   XMLElement* root = document.FirstChildElement("robot");
   for (XMLElement* e = root->FirstChildElement("link"); e != nullptr; e = e->NextSiblingElement("link")) {
-    RenameMeshes(robot.links()[static_cast<size_t>(robot.FindLink(e->Attribute("name")))], e, &copier);
+    RenameMeshes(robot.links()[static_cast<size_t>(robot.FindLink(e->Attribute("name")))], e, options.mesh_scale,
+                 &copier);
   }
   std::error_code ignored;
   fs::remove(folder / kRobotMeshFolder, ignored);  // succeeds only if the folder is empty
@@ -205,6 +294,11 @@ std::vector<DatasetDiagnostic> CopyUrdfRobot(const fs::path& urdf, const fs::pat
   for (const UrdfDiagnostic& note : checked.notes) {
     findings.push_back(
         {SeverityOf(note.severity), "robot", urdf.string(), note.field, note.value, note.message, note.fix});
+  }
+  for (DatasetDiagnostic& finding : copier.Findings()) findings.push_back(std::move(finding));
+  if (!from_visuals.empty()) {
+    findings.push_back({Severity::kInfo, "robot", "", from_visuals, "",
+                        "have no <collision>; their <visual> geometry is used for it", ""});
   }
   return findings;
 }

@@ -23,10 +23,20 @@ Eigen::Vector3d RollPitchYaw(const Eigen::Matrix3d& R);
 /// depth-first order, which preserves the order of degrees of freedom. Throws InputError if a file cannot be written.
 void WriteColladaRobot(const ColladaRobot& robot, const std::filesystem::path& folder);
 
+/// Options of copying a robot.
+struct RobotCopyOptions {
+  bool visuals = false;       ///< links without collision geometry get their visual geometry
+  bool repair = true;         ///< repair the meshes (link_mesh_repair.h)
+  double mesh_scale = 1.0;    ///< factor for all collision meshes, > 0
+  ReadGuard read_guard = {};  ///< runs the mesh parser
+};
+
 /// Writes what is read of a URDF (urdf_check.h) to `folder`/robot.urdf, repaired, and its collision meshes to
-/// `folder`/meshes. Returns findings about repairs and about parts that are not used. Throws InputError like
-/// RobotModel::FromUrdfFile, and for a file that cannot be copied.
-std::vector<DatasetDiagnostic> CopyUrdfRobot(const std::filesystem::path& urdf, const std::filesystem::path& folder);
+/// `folder`/meshes. Meshes that need repair are written as PLY files, others copied; meshes without triangles are left
+/// out. Returns findings about repairs and about parts that are not used. Throws InputError like
+/// RobotModel::FromUrdfFile and LoadMesh, and for a file that cannot be copied.
+std::vector<DatasetDiagnostic> CopyUrdfRobot(const std::filesystem::path& urdf, const std::filesystem::path& folder,
+                                             const RobotCopyOptions& options);
 
 /// A scene that was copied into a dataset folder.
 struct CopiedScene {

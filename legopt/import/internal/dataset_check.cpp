@@ -8,6 +8,7 @@
 
 #include "legopt/geometry/collision_query.h"
 #include "legopt/geometry/internal/scene_solids.h"
+#include "legopt/import/internal/self_collision_pairs.h"
 #include "legopt/import/internal/used_contacts.h"
 #include "legopt/robot/configuration.h"
 #include "legopt/robot/internal/urdf_check.h"
@@ -133,6 +134,7 @@ UsedContactList UsedContactsOf(const Dataset& dataset) {
 
 std::vector<DatasetDiagnostic> CheckDataset(const Dataset& dataset) {
   std::vector<DatasetDiagnostic> findings = CheckRobot(dataset);
+  Append(CheckUncheckedPairs(dataset), &findings);
   Append(CheckPlausibility(dataset), &findings);
   Append(CheckSceneMeshes(dataset), &findings);
   Append(CheckMeshSizes(dataset), &findings);

@@ -1,0 +1,52 @@
+#include "legopt/geometry/internal/link_pieces.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "legopt/geometry/internal/convex_decomposition.h"
+#include "legopt/geometry/internal/mesh_bodies.h"
+#include "legopt/geometry/internal/scene_solids.h"
+
+namespace legopt {
+namespace {
+
+double SignedVolume(const TriangleMesh& mesh) {
+  double six_volumes = 0.0;
+  const Eigen::Vector3d origin = mesh.vertices.front();
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const auto at = [&](int i) { return Eigen::Vector3d(mesh.vertices[static_cast<size_t>(i)] - origin); };
+    six_volumes += at(a).dot(at(b).cross(at(c)));
+  }
+  return six_volumes / 6.0;
+}
+
+constexpr size_t kFewBodies = 8;
+
+}  // namespace
+
+double EnclosedVolume(const TriangleMesh& mesh) {
+  double volume = 0.0;
+  for (const TriangleMesh& body : SplitIntoComponents(mesh)) {
+    if (IsClosed(body)) volume += std::abs(SignedVolume(body));
+  }
+  return volume;
+}
+
+std::vector<ConvexShape> PiecesOfLinkMesh(const TriangleMesh& mesh, const ConvexHull& hull,
+                                          const CollisionOptions& options) {
+  if (IsConvex(mesh, hull)) return {ConvexShape::FromHull(hull)};
+  const std::vector<TriangleMesh> bodies = SplitIntoComponents(mesh);
+  if (bodies.size() <= kFewBodies && std::ranges::all_of(bodies, IsClosed)) {
+    std::vector<ConvexShape> solids = SolidsOfMesh(mesh, options);
+    if (!solids.empty() && std::ssize(solids) <= options.max_component_pieces) return solids;
+  }
+  std::vector<ConvexShape> pieces;
+  const DecompositionLimits limits{options.scene_concavity_m, options.max_component_pieces};
+  for (ConvexHull& piece : DecomposeApproximately(mesh, limits)) {
+    pieces.push_back(ConvexShape::FromHull(std::move(piece)));
+  }
+  return pieces;
+}
+
+}  // namespace legopt

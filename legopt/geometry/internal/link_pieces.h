@@ -1,0 +1,23 @@
+#pragma once
+
+#include <vector>
+
+#include "legopt/geometry/collision_model.h"
+#include "legopt/geometry/internal/convex_shape.h"
+#include "legopt/geometry/internal/mesh.h"
+
+namespace legopt {
+
+/// Returns the volume that a mesh encloses, m^3: the sum over its closed bodies, each counted positive whatever its
+/// winding. 0 for a mesh without a closed body.
+double EnclosedVolume(const TriangleMesh& mesh);
+
+/// Returns the convex pieces of a link's mesh for a scene of solids, in the link's frame; `hull` is the mesh's hull.
+///
+/// A convex mesh gives its hull. The bodies of a concave one are converted as for scenes (SolidsOfMesh), if there are
+/// few and all are closed; else the whole mesh is decomposed approximately, since link meshes of CAD programs often
+/// consist of hundreds of screws and shells. At most CollisionOptions::max_component_pieces pieces. Deterministic.
+std::vector<ConvexShape> PiecesOfLinkMesh(const TriangleMesh& mesh, const ConvexHull& hull,
+                                          const CollisionOptions& options);
+
+}  // namespace legopt
