@@ -166,7 +166,7 @@ TEST(MeshRepair, TrianglesWithoutAreaAreRemovedUnlessTheyCloseTheSurface) {
 
 TEST(MeshRepair, MixedWindingIsMadeOutwards) {
   const TriangleMesh good = Together({kBrick, BoxAt({5, 5, 5}, {6, 6, 6}), Ball(0.5)});
-  const double volume_m3 = SignedVolume(good);
+  const double volume_m3 = EnclosedVolume(good);
   for (unsigned seed = 1; seed <= 20; ++seed) {
     TriangleMesh mixed = good;
     std::mt19937 rng(seed);
@@ -268,7 +268,7 @@ TEST(MeshRepair, TheEndOfAPipeIsCappedAsARing) {
       pipe.triangles.push_back({a, c, d});
     }
   }
-  const double volume_m3 = SignedVolume(pipe);
+  const double volume_m3 = EnclosedVolume(pipe);
   ASSERT_GT(volume_m3, 5.0);
   const RepairedMesh open = Repaired(Without(pipe, [](const Vector3d& c) { return c.z() > 2.9; }));
   ExpectSolid(open, volume_m3);
@@ -302,7 +302,7 @@ TEST(MeshRepair, SmallUnevenHolesAreCappedAndCounted) {
   TriangleMesh damaged = Without(ball, [](const Vector3d& c) { return (c - Vector3d(0.9, 0.1, 0.4)).norm() < 0.25; });
   ASSERT_LT(damaged.triangles.size() + 3, ball.triangles.size());
   const RepairedMesh repaired = Repaired(damaged);
-  ExpectSolid(repaired, SignedVolume(ball), 0.01);
+  ExpectSolid(repaired, EnclosedVolume(ball), 0.01);
   EXPECT_EQ(repaired.counts.capped_holes, 1);
   EXPECT_EQ(repaired.counts.uneven_holes, 1);
 }
@@ -403,7 +403,7 @@ TEST(MeshRepair, ARoomOpenAtTheTopGetsWallsNotAFilling) {
 
 TEST(MeshRepair, RandomDamageIsRepaired) {
   const TriangleMesh good = Together({BoxAt({-5, -5, -1}, {5, 5, 0}), BoxAt({1, 1, 0.5}, {2, 2, 1.5}), Ball(0.3)});
-  const double volume_m3 = SignedVolume(good);
+  const double volume_m3 = EnclosedVolume(good);
   for (unsigned seed = 0; seed < 50; ++seed) {
     std::mt19937 rng(seed);
     TriangleMesh damaged = Soup(good, 2e-6);

@@ -80,8 +80,9 @@ struct OrientedParts {
   std::vector<std::vector<int>> sheets;  ///< other patches with consistent winding
 };
 
-/// Makes the winding of neighbours equal and separates closed parts from open ones. Removes duplicates with opposite
-/// winding of open and flat parts. Groups index the changed mesh.
+/// Makes the winding of neighbours equal and separates closed parts from open ones. In open and flat parts, also
+/// removes duplicates with opposite winding, and walls between two bodies, which then are one. Groups index the changed
+/// mesh.
 OrientedParts OrientTriangles(double tolerance_m, MarkedMesh* mesh, MeshRepairCounts* counts);
 
 /// Turns closed groups outwards, and cavities inwards.
@@ -90,9 +91,10 @@ void TurnSolidsOutwards(const std::vector<std::vector<int>>& solids, MarkedMesh*
 /// Splits triangles at vertices that lie on their open edges.
 void StitchJunctions(double tolerance_m, MarkedMesh* mesh, MeshRepairCounts* counts);
 
-/// Closes a patch with consistent winding: caps its holes or thickens it. Appends triangles and returns the closed
-/// groups; empty if it cannot be closed.
-std::vector<std::vector<int>> ClosePatch(const std::vector<int>& patch, const MeshRepairOptions& options,
-                                         MarkedMesh* mesh, MeshRepairCounts* counts);
+/// Closes patches with consistent winding: caps their holes or thickens them. Appends triangles and returns the closed
+/// groups, without the patches that cannot be closed.
+std::vector<std::vector<int>> ClosePatches(const std::vector<std::vector<int>>& patches,
+                                           const MeshRepairOptions& options, MarkedMesh* mesh,
+                                           MeshRepairCounts* counts);
 
 }  // namespace legopt

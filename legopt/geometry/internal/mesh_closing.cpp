@@ -113,6 +113,66 @@ std::pair<Vector3d, Vector3d> SpanOf(const Vector3d& normal) {
   return {x, normal.cross(x)};
 }
 
+/// Returns the smallest loop in the same plane that runs the other way round and contains the loop, or -1: the loop is
+/// then the inner outline of a ring, such as the end of a pipe.
+int SmallestAround(const MarkedMesh& mesh, const std::vector<Loop>& loops, size_t inner, double tolerance_m) {
+  const Loop& own = loops[inner];
+  int found = -1;
+  constexpr double kParallel = 0.9999, kPlanar = 1e-4;
+  for (size_t i = 0; i < loops.size(); ++i) {
+    const Loop& other = loops[i];
+    const double tolerance = std::max({tolerance_m, own.deviation_m, kPlanar * other.diagonal_m});
+    if (i == inner || own.normal.dot(other.normal) > -kParallel || other.area_m2 <= own.area_m2 ||
+        std::abs((own.centre - other.centre).dot(other.normal)) > tolerance) {
+      continue;
+    }
+    const auto [x, y] = SpanOf(other.normal);
+    std::vector<Eigen::Vector2d> points;
+    std::vector<int> ring;
+    for (const int v : other.vertices) {
+      ring.push_back(static_cast<int>(points.size()));
+      points.emplace_back(x.dot(mesh.at(v)), y.dot(mesh.at(v)));
+    }
+    const Vector3d& p = mesh.at(own.vertices.front());
+    if (!IsInside({x.dot(p), y.dot(p)}, points, ring)) continue;
+    if (found < 0 || other.area_m2 < loops[static_cast<size_t>(found)].area_m2) found = static_cast<int>(i);
+  }
+  return found;
+}
+
+/// Joins patches whose holes all lie in holes of one other patch: the inner and the outer wall of a pipe.
+std::vector<std::vector<int>> JoinNested(const MarkedMesh& mesh, const std::vector<std::vector<int>>& patches,
+                                         double tolerance_m) {
+  constexpr size_t kMaxLoops = 4000;  // the search is quadratic; scenes with more holes are not pipes
+  std::vector<Loop> loops;
+  std::vector<size_t> patch_of;
+  for (size_t p = 0; p < patches.size(); ++p) {
+    for (std::vector<int>& loop : TraceLoops(RimOf(mesh, patches[p]))) {
+      loops.push_back(Measure(mesh, std::move(loop)));
+      patch_of.push_back(p);
+    }
+  }
+  if (loops.size() > kMaxLoops) return patches;
+  enum : int { kUnseen = -1, kNone = -2 };
+  std::vector<int> outer(patches.size(), kUnseen);
+  for (size_t i = 0; i < loops.size(); ++i) {
+    const int around = SmallestAround(mesh, loops, i, tolerance_m);
+    const int other = around < 0 ? kNone : static_cast<int>(patch_of[static_cast<size_t>(around)]);
+    int& known = outer[patch_of[i]];
+    known = (known == kUnseen || known == other) && other != static_cast<int>(patch_of[i]) ? other : kNone;
+  }
+  std::vector<std::vector<int>> joined = patches;
+  for (size_t p = 0; p < patches.size(); ++p) {
+    // A patch that is itself inside of another one stays alone: its outer patch is moved away.
+    if (outer[p] < 0 || outer[static_cast<size_t>(outer[p])] >= 0) continue;
+    std::vector<int>& target = joined[static_cast<size_t>(outer[p])];
+    target.insert(target.end(), joined[p].begin(), joined[p].end());
+    joined[p].clear();
+  }
+  std::erase_if(joined, [](const std::vector<int>& patch) { return patch.empty(); });
+  return joined;
+}
+
 /// Extents, area and mean normal of a patch.
 struct PatchShape {
   double diagonal_m = 0.0;
@@ -167,15 +227,16 @@ class PatchCloser {
         shape_(ShapeOf(*mesh, patch, options.weld_m)),
         rim_(RimOf(*mesh, patch)) {}
 
-  std::vector<std::vector<int>> Close() {
+  /// Returns the triangles of the closed body, or nothing.
+  std::vector<int> Close() {
     if (!(shape_.area_m2 > 0.0)) return {};
     for (std::vector<int>& loop : TraceLoops(rim_)) loops_.push_back(Measure(mesh_, std::move(loop)));
     const bool vessel = !shape_.planar && CanCap() && IsOpenVesselSeenFromInside();
     if (!shape_.planar && !vessel && CanCap()) {
       std::vector<int> capped = Cap();
-      if (!capped.empty()) return {capped};
+      if (!capped.empty()) return capped;
     }
-    return {vessel ? ThickenOutwards() : Thicken()};
+    return vessel ? ThickenOutwards() : Thicken();
   }
 
  private:
@@ -240,12 +301,12 @@ class PatchCloser {
   std::vector<int> Cap() {
     std::vector<std::array<int, 3>> caps;
     std::vector<bool> done(loops_.size());
-    int uneven = 0, outlines = 0;
+    int uneven = 0, holes_capped = 0;
     for (size_t i = 0; i < loops_.size(); ++i) {
-      if (done[i] || HasLoopAround(i)) continue;
+      if (done[i] || SmallestAround(mesh_, loops_, i, options_.weld_m) >= 0) continue;
       std::vector<std::vector<int>> holes;
       for (size_t j = 0; j < loops_.size(); ++j) {
-        if (j == i || done[j] || SmallestAround(j) != static_cast<int>(i)) continue;
+        if (j == i || done[j] || SmallestAround(mesh_, loops_, j, options_.weld_m) != static_cast<int>(i)) continue;
         holes.push_back(loops_[j].vertices);
         done[j] = true;
       }
@@ -253,45 +314,16 @@ class PatchCloser {
       const auto triangles = Triangulate(loops_[i], holes);
       if (triangles.empty()) return {};
       caps.insert(caps.end(), triangles.begin(), triangles.end());
-      ++outlines;
+      ++holes_capped;
       constexpr double kPlanar = 1e-4;
       if (loops_[i].deviation_m > std::max(options_.weld_m, kPlanar * loops_[i].diagonal_m)) ++uneven;
     }
     if (std::find(done.begin(), done.end(), false) != done.end()) return {};
     std::vector<int> body = patch_;
     for (const auto& triangle : caps) AddTo(triangle, &body);
-    counts_.capped_holes += outlines;
+    counts_.capped_holes += holes_capped;
     counts_.uneven_holes += uneven;
     return body;
-  }
-
-  bool HasLoopAround(size_t inner) const { return SmallestAround(inner) >= 0; }
-
-  /// Returns the smallest loop in the same plane that runs the other way round and contains the loop, or -1: the loop
-  /// is then the inner outline of a ring, such as the end of a pipe.
-  int SmallestAround(size_t inner) const {
-    const Loop& own = loops_[inner];
-    int found = -1;
-    constexpr double kParallel = 0.9999;
-    for (size_t i = 0; i < loops_.size(); ++i) {
-      const Loop& other = loops_[i];
-      const double tolerance = std::max({options_.weld_m, own.deviation_m, 1e-4 * other.diagonal_m});
-      if (i == inner || own.normal.dot(other.normal) > -kParallel || other.area_m2 <= own.area_m2 ||
-          std::abs((own.centre - other.centre).dot(other.normal)) > tolerance) {
-        continue;
-      }
-      const auto [x, y] = SpanOf(other.normal);
-      std::vector<Eigen::Vector2d> points;
-      std::vector<int> ring;
-      for (const int v : other.vertices) {
-        ring.push_back(static_cast<int>(points.size()));
-        points.emplace_back(x.dot(mesh_.at(v)), y.dot(mesh_.at(v)));
-      }
-      const Vector3d& p = mesh_.at(own.vertices.front());
-      if (!IsInside({x.dot(p), y.dot(p)}, points, ring)) continue;
-      if (found < 0 || other.area_m2 < loops_[static_cast<size_t>(found)].area_m2) found = static_cast<int>(i);
-    }
-    return found;
   }
 
   std::vector<std::array<int, 3>> Triangulate(const Loop& outline, const std::vector<std::vector<int>>& holes) const {
@@ -458,10 +490,14 @@ class PatchCloser {
 
 }  // namespace
 
-std::vector<std::vector<int>> ClosePatch(const std::vector<int>& patch, const MeshRepairOptions& options,
-                                         MarkedMesh* mesh, MeshRepairCounts* counts) {
-  std::vector<std::vector<int>> closed = PatchCloser(patch, options, mesh, counts).Close();
-  std::erase_if(closed, [](const std::vector<int>& body) { return body.empty(); });
+std::vector<std::vector<int>> ClosePatches(const std::vector<std::vector<int>>& patches,
+                                           const MeshRepairOptions& options, MarkedMesh* mesh,
+                                           MeshRepairCounts* counts) {
+  std::vector<std::vector<int>> closed;
+  for (const std::vector<int>& patch : JoinNested(*mesh, patches, options.weld_m)) {
+    std::vector<int> body = PatchCloser(patch, options, mesh, counts).Close();
+    if (!body.empty()) closed.push_back(std::move(body));
+  }
   return closed;
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <numeric>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -138,37 +139,42 @@ void TurnPatches(const std::vector<std::vector<int>>& patches, const std::vector
   }
 }
 
-/// Marks triangles with the corners of an earlier one, whatever their winding. Both are marked if they are a wall
-/// between two bodies, whose outer faces then bound one body.
+/// Marks triangles with the corners of an earlier one, whatever their winding.
 std::vector<bool> FindTwins(const MarkedMesh& mesh, const std::vector<int>& triangles) {
-  std::map<std::array<int, 3>, int> first;
-  std::vector<bool> drop(mesh.triangles.size()), has_twin(mesh.triangles.size());
+  std::set<std::array<int, 3>> known;
+  std::vector<bool> drop(mesh.triangles.size());
   for (const int t : triangles) {
     std::array<int, 3> corners = mesh.triangles[static_cast<size_t>(t)];
     std::sort(corners.begin(), corners.end());
-    const auto [it, fresh] = first.try_emplace(corners, t);
-    if (fresh) continue;
-    drop[static_cast<size_t>(t)] = true;
-    has_twin[static_cast<size_t>(it->second)] = true;
+    drop[static_cast<size_t>(t)] = !known.insert(corners).second;
   }
-  std::vector<int> once, twins;
-  for (const int t : triangles) {
-    if (drop[static_cast<size_t>(t)]) continue;
-    once.push_back(t);
-    if (has_twin[static_cast<size_t>(t)]) twins.push_back(t);
-  }
-  if (twins.empty()) return drop;
+  return drop;
+}
+
+/// Marks walls inside of a body: patches with two other faces along their whole outline. Of the three patches that meet
+/// at such an outline, the smallest is the wall, since both others enclose a volume with it.
+std::vector<bool> FindInnerWalls(const MarkedMesh& mesh, const std::vector<int>& triangles) {
+  std::vector<bool> drop(mesh.triangles.size());
   std::map<std::uint64_t, size_t> uses_of;
-  ForEachEdge(EdgesOf(mesh, once), [&](std::span<const MarkedEdge> uses) { uses_of[uses.front().key] = uses.size(); });
-  for (const std::vector<int>& region : GroupPatches(mesh, twins)) {
-    int outline = 0, wall = 0;
-    ForEachEdge(EdgesOf(mesh, region), [&](std::span<const MarkedEdge> uses) {
-      if (uses.size() != 1) return;
-      ++outline;
-      wall += uses_of.at(uses.front().key) == 3 ? 1 : 0;  // two other faces meet there
+  ForEachEdge(EdgesOf(mesh, triangles), [&](std::span<const MarkedEdge> uses) {
+    if (uses.size() > 2) uses_of[uses.front().key] = uses.size();
+  });
+  if (uses_of.empty()) return drop;
+  std::vector<std::vector<int>> patches = GroupPatches(mesh, triangles);
+  std::stable_sort(patches.begin(), patches.end(),
+                   [&](const auto& a, const auto& b) { return AreaOf(mesh, a) < AreaOf(mesh, b); });
+  for (const std::vector<int>& patch : patches) {
+    bool wall = true;
+    std::vector<std::uint64_t> outline;
+    ForEachEdge(EdgesOf(mesh, patch), [&](std::span<const MarkedEdge> uses) {
+      if (uses.size() == 2) return;
+      const auto found = uses_of.find(uses.front().key);
+      wall = wall && uses.size() == 1 && found != uses_of.end() && found->second == 3;
+      outline.push_back(uses.front().key);
     });
-    if (outline == 0 || wall < outline) continue;
-    for (const int t : region) drop[static_cast<size_t>(t)] = true;
+    if (!wall || outline.empty()) continue;
+    for (const std::uint64_t key : outline) --uses_of.at(key);
+    for (const int t : patch) drop[static_cast<size_t>(t)] = true;
   }
   return drop;
 }
@@ -283,13 +289,15 @@ bool IsFlat(const MarkedMesh& mesh, const std::vector<int>& triangles, double to
 
 OrientedParts OrientTriangles(double tolerance_m, MarkedMesh* mesh, MeshRepairCounts* counts) {
   Sorted sorted = SortComponents(tolerance_m, *mesh, AllTriangles(*mesh));
-  const std::vector<bool> twins = FindTwins(*mesh, sorted.rest);
-  const auto removed = static_cast<int>(std::count(twins.begin(), twins.end(), true));
-  if (removed > 0) {
-    counts->duplicate_triangles += removed;
-    RemoveTriangles(twins, mesh);
+  const auto remove = [&](const std::vector<bool>& drop, int* count) {
+    const auto removed = static_cast<int>(std::count(drop.begin(), drop.end(), true));
+    if (removed == 0) return;
+    *count += removed;
+    RemoveTriangles(drop, mesh);
     sorted = SortComponents(tolerance_m, *mesh, AllTriangles(*mesh));
-  }
+  };
+  remove(FindTwins(*mesh, sorted.rest), &counts->duplicate_triangles);
+  remove(FindInnerWalls(*mesh, sorted.rest), &counts->inner_triangles);
   WindingFlood(mesh, sorted.rest).Run();
   const std::vector<std::vector<int>> patches = GroupPatches(*mesh, sorted.rest);
   OrientedParts parts{.solids = std::move(sorted.solids), .sheets = {}};

@@ -311,6 +311,7 @@ const std::vector<MeshRepairEntry>& MeshRepairEntries() {
       {"welded_vertices", "vertices welded", &Counts::welded_vertices},
       {"degenerate_triangles", "triangles without area removed", &Counts::degenerate_triangles},
       {"duplicate_triangles", "duplicate triangles removed", &Counts::duplicate_triangles},
+      {"inner_triangles", "triangles inside of bodies removed", &Counts::inner_triangles},
       {"turned_triangles", "triangles turned round", &Counts::turned_triangles},
       {"turned_bodies", "bodies turned outwards", &Counts::turned_bodies},
       {"split_triangles", "triangles split at T-junctions", &Counts::split_triangles},
@@ -344,7 +345,7 @@ void MeshRepairOptions::Validate() const {
   check("--thickness", wall_thickness_m, false, "e.g. --thickness 0.1");
 }
 
-double SignedVolume(const TriangleMesh& mesh) {
+double EnclosedVolume(const TriangleMesh& mesh) {
   double sum = 0.0;
   for (const TriangleMesh& component : SplitIntoComponents(mesh)) {
     if (!IsClosed(component)) continue;
@@ -384,11 +385,12 @@ RepairedMesh RepairMesh(const TriangleMesh& source, const MeshRepairOptions& opt
   }
   OrientedParts parts = OrientTriangles(options.weld_m, &mesh, &result.counts);
   if (options.close) {
-    for (const std::vector<int>& sheet : parts.sheets) {
-      for (auto& solid : ClosePatch(sheet, options, &mesh, &result.counts)) parts.solids.push_back(std::move(solid));
+    for (auto& solid : ClosePatches(parts.sheets, options, &mesh, &result.counts)) {
+      parts.solids.push_back(std::move(solid));
     }
   }
   TurnSolidsOutwards(parts.solids, &mesh, &result.counts);
+  RemoveDuplicates(&mesh, &result.counts);  // a body with two faces is two bodies until here
   for (size_t t = 0; t < mesh.turned.size(); ++t) {
     if (!mesh.turned[t] || mesh.origins[t] == TriangleOrigin::kAdded) continue;
     mesh.origins[t] = TriangleOrigin::kChanged;
@@ -399,7 +401,7 @@ RepairedMesh RepairMesh(const TriangleMesh& source, const MeshRepairOptions& opt
       static_cast<int>(std::count(mesh.origins.begin(), mesh.origins.end(), TriangleOrigin::kAdded));
   result.mesh = Compact(std::move(mesh));
   result.faults = FindMeshFaults(result.mesh);
-  result.volume_m3 = SignedVolume(result.mesh);
+  result.volume_m3 = EnclosedVolume(result.mesh);
   return result;
 }
 

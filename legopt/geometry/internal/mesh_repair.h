@@ -32,6 +32,7 @@ struct MeshRepairCounts {
   int welded_vertices = 0;       ///< vertices merged with another one within the tolerance
   int degenerate_triangles = 0;  ///< triangles without area, removed
   int duplicate_triangles = 0;   ///< copies of another triangle, removed
+  int inner_triangles = 0;       ///< triangles of walls inside of a body, removed
   int turned_triangles = 0;      ///< triangles turned round, including those of turned bodies
   int turned_bodies = 0;         ///< closed bodies that were wound inside out
   int split_triangles = 0;       ///< triangles split at T-junctions
@@ -70,7 +71,7 @@ struct RepairedMesh {
 
 /// Returns the volume that the closed components (mesh_bodies.h) of a mesh enclose, m^3. Inverted components count
 /// negatively.
-double SignedVolume(const TriangleMesh& mesh);
+double EnclosedVolume(const TriangleMesh& mesh);
 
 /// Returns the number of triangles that have the same three corners in the same winding as an earlier triangle.
 int CountDuplicates(const TriangleMesh& mesh);
