@@ -13,6 +13,7 @@
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
+#include "client/commands/scene_options.h"
 #include "client/pool/packed_dataset.h"
 #include "client/report/escaped_text.h"
 #include "client/report/finding_report.h"
@@ -205,6 +206,9 @@ struct Flags {
   ImportOptions options;
   std::string out;
   std::vector<std::string> nominal;
+  SceneFlags scene;
+  bool repair = false;
+  bool fix_winding = false;  ///< has no effect: bodies are turned anyway
   bool json = false;
 };
 
@@ -223,10 +227,11 @@ void AddNominal(const std::string& word, ImportOptions* options) {
 
 void PrintReport(const ImportReport& report, const std::string& out, bool json) {
   if (json) {
-    const nlohmann::ordered_json document = {{"dataset", out},
-                                             {"hash", report.content_hash},
-                                             {"written", !AnyError(report.findings)},
-                                             {"findings", DatasetFindingsToJson(report.findings)}};
+    nlohmann::ordered_json document = {{"dataset", out},
+                                       {"hash", report.content_hash},
+                                       {"written", !AnyError(report.findings)},
+                                       {"findings", DatasetFindingsToJson(report.findings)}};
+    if (!report.scene.empty()) document["repairs"] = RepairsToJson(report.scene);
     std::cout << JsonText(document) << "\n";
     return;
   }
@@ -253,6 +258,12 @@ std::vector<std::unique_ptr<RereadableFile>> MakeProblemsRereadable(ImportOption
 ExitCode Import(const Flags& flags) {
   ImportOptions options = flags.options;
   options.read_guard = CallIsolated;
+  options.scene = flags.scene.Options();
+  options.scene.repair = flags.repair;
+  if (!flags.repair && (flags.scene.weld_m || flags.scene.thickness_m)) {
+    throw InputError({"", flags.scene.weld_m ? "--weld" : "--thickness", "", "is an option of a repair",
+                      "give --repair as well"});
+  }
   for (const std::string& word : flags.nominal) AddNominal(word, &options);
   const std::filesystem::path out = std::filesystem::path(flags.out).lexically_normal();
   if (options.name.empty()) options.name = (out.has_filename() ? out : out.parent_path()).filename().string();
@@ -262,6 +273,7 @@ ExitCode Import(const Flags& flags) {
   ImportReport report;
   try {
     report = ImportDataset(options, folder.path());
+    if (flags.repair) WriteRepairPicture(report.scene, (folder.path() / "scene-repairs.png").string());
     if (!AnyError(report.findings)) folder.Finish();
   } catch (const InputError& error) {
     folder.Discard();
@@ -301,13 +313,18 @@ void AddImportCommand(const app::Command& program, Invocation* invocation) {
                     "(default: soles are measured)");
   command.AddList("--nominal", flags->nominal,
                   "Start of every solve, JOINT=RADIANS, comma separated (default: all joints 0)");
-  command.AddFlag("--fix-winding", options.fix_winding, "Flip inverted bodies of the scene");
+  command.AddFlag("--repair", flags->repair,
+                  "Repair the scene's meshes like 'legopt scene repair'; scene-repairs.png shows what was added");
+  AddSceneOptions(command, &flags->scene);
+  command.AddFlag("--fix-winding", flags->fix_winding,
+                  "No effect any more: inverted bodies of the scene are always turned");
   AddTextOrJsonOption(command, &flags->json);
   command.SetFooter(
       "Files without an option are searched in DIR: those of its dataset.yaml; else the only URDF (else the only "
       "COLLADA\n"
       "robot), the scene of an OpenRAVE environment *.xml, scene.yaml or the only mesh, and problems*.json, one per "
       "task.\n"
+      "Faults of the scene that need no new surface (vertices not welded, duplicates, winding) are repaired always.\n"
       "The scene is in metres, z up; quaternions have norm 1, their order is found out. DIR is not changed;\n"
       "faults marked FAIL make no dataset, exit code 2.");
   command.WhenChosen([=] { invocation->body = [flags] { return Import(*flags); }; });

@@ -268,6 +268,17 @@ class JunctionSplitter {
   std::set<int> ends_;
 };
 
+/// Turns patches with few open edges outwards, which FindMeshFaults counts as inverted bodies.
+void TurnNearlyClosed(const std::vector<std::vector<int>>& patches, MarkedMesh* mesh, MeshRepairCounts* counts) {
+  for (const std::vector<int>& patch : patches) {
+    TriangleMesh part{mesh->vertices, {}};
+    for (const int t : patch) part.triangles.push_back(mesh->triangles[static_cast<size_t>(t)]);
+    if (FindMeshFaults(part).inverted_components == 0) continue;
+    ++counts->turned_bodies;
+    for (const int t : patch) mesh->Turn(t);
+  }
+}
+
 /// Drops vertices that no triangle uses and keeps the order of the rest.
 TriangleMesh Compact(MarkedMesh mesh) {
   TriangleMesh compact;
@@ -390,6 +401,7 @@ RepairedMesh RepairMesh(const TriangleMesh& source, const MeshRepairOptions& opt
     }
   }
   TurnSolidsOutwards(parts.solids, &mesh, &result.counts);
+  if (!options.close) TurnNearlyClosed(parts.sheets, &mesh, &result.counts);
   RemoveDuplicates(&mesh, &result.counts);  // a body with two faces is two bodies until here
   for (size_t t = 0; t < mesh.turned.size(); ++t) {
     if (!mesh.turned[t] || mesh.origins[t] == TriangleOrigin::kAdded) continue;
