@@ -10,6 +10,7 @@
 #include "legopt/dataset/scene_file.h"
 #include "legopt/geometry/internal/mesh_file.h"
 #include "legopt/import/internal/copied_files.h"
+#include "legopt/import/internal/sdf_world.h"
 #include "legopt/input/json.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/number_text.h"
@@ -32,7 +33,8 @@ class SceneBuilder {
 
   RebuiltScene Build() {
     options_.Validate();
-    Scene scene = ReadSceneFile(path_, options_.read_guard);
+    Scene scene =
+        IsSdfFile(path_) ? ReadSdfWorld(path_, options_.read_guard) : ReadSceneFile(path_, options_.read_guard);
     if (!options_.up.empty() && !IsMeshFile(path_)) {
       throw InputError({path_.string(), "--up", options_.up, "is for a mesh file; the axes of this format are fixed",
                         "leave it out, and give the objects of a scene.yaml an rpy"});

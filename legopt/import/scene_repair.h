@@ -14,11 +14,11 @@ namespace legopt {
 
 /// Changes to a scene that is rebuilt.
 struct SceneRepairOptions {
-  bool repair = false;          ///< repair meshes (mesh_repair.h)
-  MeshRepairOptions mesh;       ///< options of the repair
-  std::optional<double> scale;  ///< factor for all lengths; default: 1
-  std::string up;               ///< axis of a mesh file that points up, "y" or "z"; empty: that of the file
-  ReadGuard read_guard;         ///< runs the parsers
+  bool repair = false;               ///< repair meshes (mesh_repair.h)
+  MeshRepairOptions mesh = {};       ///< options of the repair
+  std::optional<double> scale = {};  ///< factor for all lengths; default: 1
+  std::string up = {};               ///< axis of a mesh file that points up, "y" or "z"; empty: that of the file
+  ReadGuard read_guard = {};         ///< runs the parsers
 
   bool any() const { return repair || scale || !up.empty(); }  ///< true if the scene must be rebuilt
 

@@ -16,6 +16,7 @@
 #include "legopt/geometry/internal/height_map.h"
 #include "legopt/geometry/internal/mesh_bodies.h"
 #include "legopt/geometry/internal/mesh_file.h"
+#include "legopt/import/internal/sdf_world.h"
 #include "legopt/input/json.h"
 #include "legopt/input/text.h"
 #include "legopt/input/yaml.h"
@@ -241,8 +242,8 @@ class SceneCopy {
   }
 
  private:
-  /// Returns true for formats that a dataset must not contain, since they refer to files that it does not list.
-  static bool NeedsRebuilding(const fs::path& scene) { return IsMeshFile(scene) && IsGltf(scene.string()); }
+  /// Returns true for formats that a dataset does not contain, since they refer to files that it does not list.
+  static bool NeedsRebuilding(const fs::path& scene) { return IsGltf(scene.string()) || IsSdfFile(scene); }
 
   void Rebuild() {
     SceneRepairOptions options = options_.repair;
