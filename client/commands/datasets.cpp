@@ -261,8 +261,8 @@ ExitCode Import(const Flags& flags) {
   options.scene = flags.scene.Options();
   options.scene.repair = flags.repair;
   if (!flags.repair && (flags.scene.weld_m || flags.scene.thickness_m)) {
-    throw InputError({"", flags.scene.weld_m ? "--weld" : "--thickness", "", "is an option of a repair",
-                      "give --repair as well"});
+    throw InputError(
+        {"", flags.scene.weld_m ? "--weld" : "--thickness", "", "is an option of a repair", "give --repair as well"});
   }
   for (const std::string& word : flags.nominal) AddNominal(word, &options);
   const std::filesystem::path out = std::filesystem::path(flags.out).lexically_normal();
@@ -301,7 +301,8 @@ void AddImportCommand(const app::Command& program, Invocation* invocation) {
   command.AddOption("--out", flags->out, "Folder to make; it must not exist").Required();
   command.AddOption("--name", options.name, "Name of the dataset (default: that of the folder)");
   command.AddOption("--robot", options.files.robot, "URDF, or COLLADA with kinematics (default: the only one)");
-  command.AddOption("--scene", options.files.scene, "Mesh or scene.yaml (default: scene.yaml, else the only mesh)");
+  command.AddOption("--scene", options.files.scene,
+                    "Mesh, scene.yaml or Gazebo world (default: scene.yaml, else the only mesh)");
   for (const TaskDescription& task : ProblemTasks()) {
     command.AddOption("--" + std::string(ToString(task.task)), options.files.problems[task.task],
                       std::string(task.short_title) + " problems (default: problems*.json of that task)");

@@ -107,7 +107,10 @@ void AddSceneCommand(const app::Command& program, Invocation* invocation) {
   const auto repair = scene.AddCommand(
       "repair", "Weld, orient, stitch, cap and thicken the meshes of a scene, so that they bound solids");
   const auto flags = std::make_shared<SceneRepairFlags>();
-  repair.AddOption("FILE", flags->in, "Mesh (.stl .obj .dae .ply .gltf .glb .off) or scene.yaml").Required();
+  repair
+      .AddOption("FILE", flags->in,
+                 "Mesh (.stl .obj .dae .ply .gltf .glb .off), scene.yaml or Gazebo world (.sdf .world)")
+      .Required();
   repair.AddOption("--out", flags->out, "File to make: NAME.ply for one mesh, NAME.yaml to keep the objects")
       .Required();
   AddSceneOptions(repair, &flags->scene);
