@@ -225,7 +225,9 @@ class PatchCloser {
         mesh_(*mesh),
         counts_(*counts),
         shape_(ShapeOf(*mesh, patch, options.weld_m)),
-        rim_(RimOf(*mesh, patch)) {}
+        rim_(RimOf(*mesh, patch)) {
+    for (const RimEdge& edge : rim_) triangle_of_[{edge.to, edge.from}] = edge.triangle;
+  }
 
   /// Returns the triangles of the closed body, or nothing.
   std::vector<int> Close() {
@@ -255,14 +257,12 @@ class PatchCloser {
 
   /// Returns true if a cap would lie on the faces along most of its outline: the flat border of terrain.
   bool FoldsBack(const Loop& loop) const {
-    std::map<std::pair<int, int>, int> triangle_of;
-    for (const RimEdge& edge : rim_) triangle_of[{edge.to, edge.from}] = edge.triangle;
     double all_m = 0.0, folded_m = 0.0;
     constexpr double kParallel = 0.999;
     for (size_t k = 0; k < loop.vertices.size(); ++k) {
       const int a = loop.vertices[k], b = loop.vertices[(k + 1) % loop.vertices.size()];
-      const auto found = triangle_of.find({a, b});
-      if (found == triangle_of.end()) continue;
+      const auto found = triangle_of_.find({a, b});
+      if (found == triangle_of_.end()) continue;
       const double length = (mesh_.at(b) - mesh_.at(a)).norm();
       all_m += length;
       const Vector3d normal = mesh_.Cross(mesh_.triangles[static_cast<size_t>(found->second)]).normalized();
@@ -301,12 +301,14 @@ class PatchCloser {
   std::vector<int> Cap() {
     std::vector<std::array<int, 3>> caps;
     std::vector<bool> done(loops_.size());
+    std::vector<int> around;
+    for (size_t i = 0; i < loops_.size(); ++i) around.push_back(SmallestAround(mesh_, loops_, i, options_.weld_m));
     int uneven = 0, holes_capped = 0;
     for (size_t i = 0; i < loops_.size(); ++i) {
-      if (done[i] || SmallestAround(mesh_, loops_, i, options_.weld_m) >= 0) continue;
+      if (done[i] || around[i] >= 0) continue;
       std::vector<std::vector<int>> holes;
       for (size_t j = 0; j < loops_.size(); ++j) {
-        if (j == i || done[j] || SmallestAround(mesh_, loops_, j, options_.weld_m) != static_cast<int>(i)) continue;
+        if (j == i || done[j] || around[j] != static_cast<int>(i)) continue;
         holes.push_back(loops_[j].vertices);
         done[j] = true;
       }
@@ -485,6 +487,7 @@ class PatchCloser {
   MeshRepairCounts& counts_;
   PatchShape shape_;
   std::vector<RimEdge> rim_;
+  std::map<std::pair<int, int>, int> triangle_of_;  ///< triangle at an edge of a loop
   std::vector<Loop> loops_;
 };
 

@@ -369,9 +369,11 @@ double EnclosedVolume(const TriangleMesh& mesh) {
 }
 
 int CountDuplicates(const TriangleMesh& mesh) {
-  std::set<std::array<int, 3>> known;
-  return static_cast<int>(std::count_if(mesh.triangles.begin(), mesh.triangles.end(),
-                                        [&](const auto& t) { return !known.insert(Rotated(t)).second; }));
+  std::vector<std::array<int, 3>> sorted;
+  sorted.reserve(mesh.triangles.size());
+  for (const auto& triangle : mesh.triangles) sorted.push_back(Rotated(triangle));
+  std::sort(sorted.begin(), sorted.end());
+  return static_cast<int>(sorted.end() - std::unique(sorted.begin(), sorted.end()));
 }
 
 int CountFlatBodies(const TriangleMesh& mesh) {
