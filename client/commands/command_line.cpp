@@ -170,6 +170,7 @@ void AddCommands(const app::Command& program, Invocation* invocation) {
   program.GroupCommands("Results");
 
   AddImportCommand(program, invocation);
+  AddSceneCommand(program, invocation);
   AddGenerateCommand(program, invocation);
   AddCertifyCommand(program, invocation);
   AddDatasetCommand(program, invocation);

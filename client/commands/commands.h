@@ -43,6 +43,8 @@ void AddGenerateCommand(const app::Command& program, Invocation* invocation);
 /// Adds check-solver.
 void AddSolverCommand(const app::Command& program, Invocation* invocation);
 void AddImportCommand(const app::Command& program, Invocation* invocation);
+/// Adds scene repair.
+void AddSceneCommand(const app::Command& program, Invocation* invocation);
 void AddDoctorCommand(const app::Command& program, Invocation* invocation);
 void AddBackupCommand(const app::Command& program, Invocation* invocation);
 void AddRestoreCommand(const app::Command& program, Invocation* invocation);

@@ -13,6 +13,7 @@
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
+#include "client/commands/scene_options.h"
 #include "client/pool/packed_dataset.h"
 #include "client/report/escaped_text.h"
 #include "client/report/finding_report.h"
@@ -220,6 +221,9 @@ struct Flags {
   ImportOptions options;
   std::string out;
   std::vector<std::string> nominal;
+  SceneFlags scene;
+  bool repair = false;
+  bool fix_winding = false;  ///< has no effect: bodies are turned anyway
   bool json = false;
 };
 
@@ -238,10 +242,11 @@ void AddNominal(const std::string& word, ImportOptions* options) {
 
 void PrintReport(const ImportReport& report, const std::string& out, bool json) {
   if (json) {
-    const nlohmann::ordered_json document = {{"dataset", out},
-                                             {"hash", report.content_hash},
-                                             {"written", !AnyError(report.findings)},
-                                             {"findings", DatasetFindingsToJson(report.findings)}};
+    nlohmann::ordered_json document = {{"dataset", out},
+                                       {"hash", report.content_hash},
+                                       {"written", !AnyError(report.findings)},
+                                       {"findings", DatasetFindingsToJson(report.findings)}};
+    if (!report.scene.empty()) document["repairs"] = RepairsToJson(report.scene);
     std::cout << JsonText(document) << "\n";
     return;
   }
@@ -268,6 +273,12 @@ std::vector<std::unique_ptr<RereadableFile>> MakeProblemsRereadable(ImportOption
 ExitCode Import(const Flags& flags) {
   ImportOptions options = flags.options;
   options.read_guard = CallIsolated;
+  options.scene = flags.scene.Options();
+  options.scene.repair = flags.repair;
+  if (!flags.repair && (flags.scene.weld_m || flags.scene.thickness_m)) {
+    throw InputError(
+        {"", flags.scene.weld_m ? "--weld" : "--thickness", "", "is an option of a repair", "give --repair as well"});
+  }
   for (const std::string& word : flags.nominal) AddNominal(word, &options);
   const std::filesystem::path out = std::filesystem::path(flags.out).lexically_normal();
   if (options.name.empty()) options.name = (out.has_filename() ? out : out.parent_path()).filename().string();
@@ -277,6 +288,7 @@ ExitCode Import(const Flags& flags) {
   ImportReport report;
   try {
     report = ImportDataset(options, folder.path());
+    if (flags.repair) WriteRepairPicture(report.scene, (folder.path() / "scene-repairs.png").string());
     if (!AnyError(report.findings)) folder.Finish();
   } catch (const InputError& error) {
     folder.Discard();
@@ -304,7 +316,8 @@ void AddImportCommand(const app::Command& program, Invocation* invocation) {
   command.AddOption("--out", flags->out, "Folder to make; it must not exist").Required();
   command.AddOption("--name", options.name, "Name of the dataset (default: that of the folder)");
   command.AddOption("--robot", options.files.robot, "URDF, or COLLADA with kinematics (default: the only one)");
-  command.AddOption("--scene", options.files.scene, "Mesh or scene.yaml (default: scene.yaml, else the only mesh)");
+  command.AddOption("--scene", options.files.scene,
+                    "Mesh, scene.yaml or Gazebo world (default: scene.yaml, else the only mesh)");
   for (const TaskDescription& task : ProblemTasks()) {
     command.AddOption("--" + std::string(ToString(task.task)), options.files.problems[task.task],
                       std::string(task.short_title) + " problems (default: problems*.json of that task)");
@@ -327,13 +340,18 @@ void AddImportCommand(const app::Command& program, Invocation* invocation) {
                   "Use the visual geometry of links without collision geometry");
   command.AddOption("--mesh-scale", options.mesh_scale, "Factor for all meshes of the robot, 0.001 for millimetres")
       .ShowDefault();
-  command.AddFlag("--fix-winding", options.fix_winding, "Flip inverted bodies of the scene");
+  command.AddFlag("--repair", flags->repair,
+                  "Repair the scene's meshes like 'legopt scene repair'; scene-repairs.png shows what was added");
+  AddSceneOptions(command, &flags->scene);
+  command.AddFlag("--fix-winding", flags->fix_winding,
+                  "No effect any more: inverted bodies of the scene are always turned");
   AddTextOrJsonOption(command, &flags->json);
   command.SetFooter(
       "Files without an option are searched in DIR: those of its dataset.yaml; else the only URDF (else the only "
       "COLLADA\n"
       "robot), the scene of an OpenRAVE environment *.xml, scene.yaml or the only mesh, and problems*.json, one per "
       "task.\n"
+      "Faults of the scene that need no new surface (vertices not welded, duplicates, winding) are repaired always.\n"
       "The scene is in metres, z up; quaternions have norm 1, their order is found out. DIR is not changed;\n"
       "faults marked FAIL make no dataset, exit code 2.");
   command.WhenChosen([=] { invocation->body = [flags] { return Import(*flags); }; });

@@ -4,11 +4,13 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "legopt/dataset/internal/yaml_fields.h"
+#include "legopt/geometry/internal/height_map.h"
 #include "legopt/geometry/internal/mesh_file.h"
 #include "legopt/input/yaml.h"
 #include "legopt/types/nearest_name.h"
@@ -25,11 +27,13 @@ std::vector<std::string> KnownKeys(const std::string& shape) {
   if (shape == "sphere") keys.insert(keys.end(), {"radius"});
   if (shape == "cylinder" || shape == "capsule") keys.insert(keys.end(), {"radius", "length"});
   if (shape == "mesh") keys.insert(keys.end(), {"file", "scale"});
+  if (shape == "heightmap") keys.insert(keys.end(), {"file", "size"});
+  if (shape == "plane") keys = {"name", "shape", "position", "normal", "size", "thickness"};
   return keys;
 }
 
 std::string ReadShapeName(const YAML::Node& node, const std::string& file, const std::string& place) {
-  const std::vector<std::string> shapes = {"box", "sphere", "cylinder", "capsule", "mesh"};
+  const std::vector<std::string> shapes = {"box", "sphere", "cylinder", "capsule", "mesh", "plane", "heightmap"};
   // Only `shape` is read here; the other keys depend on it and are checked later.
   YAML::Node head(YAML::NodeType::Map);
   if (node.IsMap() && node["shape"]) head["shape"] = node["shape"];
@@ -50,7 +54,8 @@ double RequirePositive(const YamlFields& fields, const std::string& key) {
 void ReadMesh(const YamlFields& fields, const fs::path& folder, ShapeSpec* shape) {
   const std::string file = fields.RequireText("file");
   const fs::path path = (folder / file).lexically_normal();
-  if (!IsMeshFile(path)) fields.Fail("file", file, "is not a mesh file", "use .stl, .obj, .dae or .ply");
+  if (!IsMeshFile(path))
+    fields.Fail("file", file, "is not a mesh file", "use .stl, .obj, .dae, .ply, .gltf, .glb or .off");
   if (!fs::is_regular_file(path)) fields.Fail("file", file, "the mesh file does not exist", "check " + path.string());
   shape->kind = ShapeSpec::Kind::kMesh;
   shape->mesh_file = path.string();
@@ -60,12 +65,63 @@ void ReadMesh(const YamlFields& fields, const fs::path& folder, ShapeSpec* shape
   if (shape->scale.minCoeff() <= 0) fields.Fail("scale", "", "must be greater than 0", "write a positive factor");
 }
 
-/// Rotates a COLLADA mesh whose up axis is not z, so that z is up. The scale applies to the rotated axes.
+/// Rotates a COLLADA or glTF mesh whose up axis is not z, so that z is up. The scale applies to the rotated axes.
 void TurnMeshUp(ShapeSpec* shape) {
   const Eigen::Matrix3d turn = RotationToZUp(shape->mesh_file);
   if (turn.isIdentity()) return;
   shape->scale = (turn.transpose() * shape->scale.asDiagonal() * turn).diagonal();
   shape->pose.linear() = shape->pose.linear() * turn;
+}
+
+/// Returns `count` positive numbers of a list; none if the key is missing.
+std::vector<double> ReadExtents(const YamlFields& fields, const std::string& key, std::size_t count) {
+  const YAML::Node node = fields.Get(key);
+  std::vector<double> values;
+  if (!node.IsDefined() || node.IsNull()) return values;
+  bool valid = node.IsSequence() && node.size() == count;
+  for (std::size_t i = 0; valid && i < count; ++i) {
+    const std::optional<double> value = AsNumber(node[i]);
+    valid = value && *value > 0;
+    if (valid) values.push_back(*value);
+  }
+  if (!valid) {
+    fields.Fail(key, DescribeNode(node), "must be " + std::to_string(count) + " lengths greater than 0",
+                count == 2 ? "write metres, e.g. [10, 10]" : "write metres, e.g. [10, 10, 1]");
+  }
+  return values;
+}
+
+/// Reads a plane: the slab below it.
+void ReadPlane(const YamlFields& fields, ShapeSpec* shape) {
+  constexpr double kSize_m = 40.0, kThickness_m = 0.5;
+  const Eigen::Vector3d normal = fields.Vector3("normal").value_or(Eigen::Vector3d::UnitZ());
+  if (!(normal.norm() > 0)) fields.Fail("normal", "0 0 0", "has no direction", "write e.g. [0, 0, 1]");
+  std::vector<double> size = ReadExtents(fields, "size", 2);
+  if (size.empty()) size = {kSize_m, kSize_m};
+  const double thickness = fields.Number("thickness") ? RequirePositive(fields, "thickness") : kThickness_m;
+  shape->kind = ShapeSpec::Kind::kBox;
+  shape->size = {size[0], size[1], thickness};
+  shape->pose.linear() =
+      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), normal.normalized()).toRotationMatrix();
+  shape->pose.translation() =
+      fields.Vector3("position").value_or(Eigen::Vector3d::Zero()) - 0.5 * thickness * normal.normalized();
+}
+
+/// Reads a height map. A picture needs three extents; the heights of a text are metres.
+void ReadHeightMap(const YamlFields& fields, const fs::path& folder, ShapeSpec* shape) {
+  const std::string file = fields.RequireText("file");
+  const fs::path path = (folder / file).lexically_normal();
+  if (!IsHeightMapFile(path)) {
+    fields.Fail("file", file, "is not a height map", "use a picture (.png, .pgm) or rows of numbers (.txt, .csv)");
+  }
+  if (!fs::is_regular_file(path)) fields.Fail("file", file, "the height map does not exist", "check " + path.string());
+  shape->kind = ShapeSpec::Kind::kMesh;
+  shape->mesh_file = path.string();
+  fields.Require("size");
+  const bool metres = HasMetres(path) && fields.Get("size").size() == 2;
+  std::vector<double> size = ReadExtents(fields, "size", metres ? 2 : 3);
+  if (metres) size.push_back(1.0);
+  shape->scale = {size[0], size[1], size[2]};
 }
 
 SceneObject ReadObject(const YAML::Node& node, const fs::path& path, const std::string& place) {
@@ -83,6 +139,11 @@ SceneObject ReadObject(const YAML::Node& node, const fs::path& path, const std::
     }
   } else if (shape_name == "mesh") {
     ReadMesh(fields, path.parent_path(), &shape);
+  } else if (shape_name == "plane") {
+    ReadPlane(fields, &shape);
+    return object;
+  } else if (shape_name == "heightmap") {
+    ReadHeightMap(fields, path.parent_path(), &shape);
   } else {
     shape.size.x() = RequirePositive(fields, "radius");
     shape.kind = ShapeSpec::Kind::kSphere;
@@ -115,7 +176,7 @@ bool IsMeshFile(const fs::path& path) {
   std::string suffix = path.extension().string();
   std::transform(suffix.begin(), suffix.end(), suffix.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  constexpr std::array<std::string_view, 4> kSuffixes = {".stl", ".obj", ".dae", ".ply"};
+  constexpr std::array<std::string_view, 7> kSuffixes = {".stl", ".obj", ".dae", ".ply", ".gltf", ".glb", ".off"};
   return std::find(kSuffixes.begin(), kSuffixes.end(), suffix) != kSuffixes.end();
 }
 

@@ -75,7 +75,19 @@ class Importer {
     const auto dataset = Dataset::Load(folder_, options_.read_guard);
     report_.content_hash = dataset->content_hash();
     for (DatasetDiagnostic& finding : CheckDataset(*dataset)) report_.findings.push_back(std::move(finding));
+    CheckScale(*dataset);
     return std::move(report_);
+  }
+
+  /// Makes a scene that is a thousand times as large as the robot an error, unless the user gave its scale.
+  void CheckScale(const Dataset& dataset) {
+    if (options_.scene.scale || !IsSceneTooLarge(dataset)) return;
+    for (DatasetDiagnostic& finding : report_.findings) {
+      if (finding.check != "units" || finding.field != "scene") continue;
+      finding.severity = Severity::kError;
+      finding.message = "is more than 1000 times as large as the robot; is it in millimetres?";
+      finding.fix = "import with --scale 0.001 if it is, or with --scale 1 if the size is right";
+    }
   }
 
   /// Returns the source of a file in the folder; returns other paths unchanged.
@@ -168,10 +180,11 @@ class Importer {
       triangles_ = CollectSceneTriangles(ReadSceneFile(folder_ / description_.scene_file, options_.read_guard));
       return;
     }
-    CopiedScene scene = CopySceneFiles(
-        sources_.scene, folder_,
-        {.root = options_.source, .fix_winding = options_.fix_winding, .read_guard = options_.read_guard});
+    CopiedScene scene =
+        CopySceneFiles(sources_.scene, folder_,
+                       {.root = options_.source, .repair = options_.scene, .read_guard = options_.read_guard});
     description_.scene_file = scene.file;
+    report_.scene = std::move(scene.objects);
     for (DatasetDiagnostic& finding : scene.findings) report_.findings.push_back(std::move(finding));
     triangles_ = CollectSceneTriangles(ReadSceneFile(folder_ / description_.scene_file, options_.read_guard));
   }
@@ -461,6 +474,7 @@ void ImportOptions::Validate() const {
   if (self_collision_seed < 0) {
     refuse("--self-collision-seed", std::to_string(self_collision_seed), "must not be negative", "leave it out");
   }
+  scene.Validate();
 }
 
 ImportReport ImportDataset(const ImportOptions& options, const fs::path& folder) {

@@ -9,6 +9,7 @@
 
 #include "legopt/import/internal/dataset_diagnostic.h"
 #include "legopt/import/internal/source_layout.h"
+#include "legopt/import/scene_repair.h"
 #include "legopt/types/read_guard.h"
 
 namespace legopt {
@@ -28,7 +29,7 @@ struct ImportOptions {
   std::int64_t self_collision_seed = 1;  ///< seed of these postures
   bool collision_from_visual = false;    ///< links without collision geometry get their visual geometry
   double mesh_scale = 1.0;               ///< factor for all meshes of the robot, > 0
-  bool fix_winding = false;              ///< flip bodies of the scene with inverted winding
+  SceneRepairOptions scene;              ///< changes to the scene; its guard is not used
   ReadGuard read_guard;                  ///< runs the parsers of robot and meshes
 
   /// Throws InputError with the flag that is out of range.
@@ -39,18 +40,20 @@ struct ImportOptions {
 struct ImportReport {
   std::vector<DatasetDiagnostic> findings;  ///< ordered by check
   std::string content_hash;                 ///< empty if the files do not form a dataset
+  std::vector<RebuiltObject> scene;         ///< objects of a scene that was rebuilt (scene_repair.h); else empty
 };
 
 /// Creates a dataset from robot, scene and problems in `folder`, which must exist and be empty, and checks it
 /// (dataset_check.h). Does not change the source.
 ///
 /// Robot: URDF with its collision meshes (copied_files.h), or COLLADA with kinematics (collada_robot.h). Scene: copied;
-/// with `fix_winding`, meshes with inverted bodies are rewritten. Problems: copied byte by byte; rewritten if their
-/// quaternions are x y z w. Constants: those of the source's dataset.yaml if there is one; else, for a robot with the
-/// joints of the benchmark's Atlas, those of the benchmark; else a nominal posture that is searched (nominal_posture.h)
-/// and the benchmark's gravity. At the end, one stance on level ground and one on a slope of 10 degrees are solved and
-/// judged: a robot that cannot stand on the level is a finding of severity error. A folder without problems gives a
-/// dataset without problems, for `legopt generate problems`.
+/// meshes whose faults can be repaired without a new surface are rewritten, and all of them with options for the scene.
+/// Problems: copied byte by byte; rewritten if their quaternions are x y z w. Constants: those of the source's
+/// dataset.yaml if there is one; else, for a robot with the joints of the benchmark's Atlas, those of the benchmark;
+/// else a nominal posture that is searched (nominal_posture.h) and the benchmark's gravity. At the end, one stance on
+/// level ground and one on a slope of 10 degrees are solved and judged: a robot that cannot stand on the level is a
+/// finding of severity error. A folder without problems gives a dataset without problems, for `legopt generate
+/// problems`.
 ///
 /// The dataset is complete even if the findings contain errors; the caller decides whether to keep it. Throws
 /// InputError: see FindSources, the readers, and Dataset::Load; no feet; flags out of range.

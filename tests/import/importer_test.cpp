@@ -43,6 +43,7 @@ ImportOptions From(const fs::path& source) {
 constexpr auto kInfo = DatasetDiagnostic::Severity::kInfo;
 constexpr auto kWarning = DatasetDiagnostic::Severity::kWarning;
 constexpr auto kError = DatasetDiagnostic::Severity::kError;
+constexpr auto kRepaired = DatasetDiagnostic::Severity::kRepaired;
 
 TEST(Import, OfACloneOfTheOriginalBenchmark) {
   const test::CloneFolder clone;
@@ -167,21 +168,17 @@ TEST(Import, OfADatasetKeepsItsConstants) {
   EXPECT_EQ(dataset->contacts()[0].link_height_m(), test::kSyntheticSoleOffset_m);
 }
 
-TEST(Import, InvertedScenesAreRefusedOrTurned) {
+TEST(Import, InvertedScenesAreTurned) {
   const test::CloneFolder clone;
   const fs::path mesh = clone.path() / "destruction_scenarios" / "worlds" / "yard.obj";
   test::WriteText(mesh,
                   "v -9 -9 -1\nv 9 -9 -1\nv 9 9 -1\nv -9 9 -1\nv -9 -9 0\nv 9 -9 0\nv 9 9 0\nv -9 9 0\n"
                   "f 1 2 3 4\nf 5 8 7 6\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n");
   test::ReplaceInFile(clone.path() / "LegOptEnv.xml", "yard.stl", "yard.obj");
-  const ImportReport refused = ImportDataset(From(clone.path()), clone.StagedFolder("refused"));
-  ASSERT_NE(Find(refused, "winding", kError), nullptr);
-  EXPECT_THAT(Find(refused, "winding", kError)->fix, HasSubstr("--fix-winding"));
-  ImportOptions options = From(clone.path());
-  options.fix_winding = true;
-  const ImportReport turned = ImportDataset(options, clone.StagedFolder("turned"));
+  const ImportReport turned = ImportDataset(From(clone.path()), clone.StagedFolder("turned"));
   EXPECT_FALSE(AnyError(turned.findings));
-  EXPECT_THAT(Find(turned, "winding", kInfo)->value, HasSubstr("1 body"));
+  ASSERT_NE(Find(turned, "winding", kRepaired), nullptr);
+  EXPECT_THAT(Find(turned, "winding", kRepaired)->value, HasSubstr("1 body"));
 }
 
 std::string TextOf(const fs::path& file) {
@@ -203,17 +200,12 @@ TEST(Import, OfAllMeshesOfASceneOnlyThoseInsideOutAreTurned) {
                       "  - {name: stone, shape: mesh, file: meshes/stone.obj, position: [9, 5, 1]}");
   const std::string scene = TextOf(source / "scene.yaml");
 
-  fs::create_directories(folder.path() / "refused");
-  const ImportReport refused = ImportDataset(From(source), folder.path() / "refused");
-  EXPECT_THAT(Find(refused, "winding", kError)->fix, HasSubstr("--fix-winding"));
-
-  ImportOptions options = From(source);
-  options.fix_winding = true;
+  const ImportOptions options = From(source);
   const fs::path out = folder.path() / "out";
   fs::create_directories(out);
   const ImportReport turned = ImportDataset(options, out);
   EXPECT_FALSE(AnyError(turned.findings));
-  const DatasetDiagnostic* finding = Find(turned, "winding", kInfo);
+  const DatasetDiagnostic* finding = Find(turned, "winding", kRepaired);
   ASSERT_NE(finding, nullptr);
   EXPECT_EQ(finding->field, "meshes/rock.obj");
   EXPECT_EQ(finding->value, "1 body");
@@ -245,8 +237,7 @@ TEST(Import, MeshesOfOneNameAndDifferentSuffixesStayTwo) {
   test::ReplaceInFile(source / "scene.yaml",
                       "objects:", "objects:\n  - {name: big, shape: mesh, file: meshes/rock.ply, position: [7, 7, 1]}");
   test::WriteText(source / "scene.yaml", "\xEF\xBB\xBF" + TextOf(source / "scene.yaml"));
-  ImportOptions options = From(source);
-  options.fix_winding = true;
+  const ImportOptions options = From(source);
   fs::create_directories(folder.path() / "out");
   EXPECT_FALSE(AnyError(ImportDataset(options, folder.path() / "out").findings));
   std::map<std::string, double> sizes;
@@ -266,8 +257,7 @@ TEST(Import, AMeshNameThatCannotBeReplacedIsNamed) {
   test::WriteText(synthetic.path() / "meshes" / "rock.obj",
                   "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n");
   test::ReplaceInFile(synthetic.path() / "scene.yaml", "file: meshes/rock.obj", "file: \"meshes/\\x72ock.obj\"");
-  ImportOptions options = From(synthetic.path());
-  options.fix_winding = true;
+  const ImportOptions options = From(synthetic.path());
   fs::create_directories(folder.path() / "out");
   EXPECT_THAT(MessageOf([&] { ImportDataset(options, folder.path() / "out"); }),
               AllOf(HasSubstr("scene.yaml"), HasSubstr("meshes/rock.obj"), HasSubstr("plain or quoted word")));

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string_view>
 
+#include "legopt/geometry/internal/height_map.h"
 #include "legopt/geometry/internal/mesh_file.h"
 #include "legopt/geometry/internal/mesh_reader.h"
 #include "legopt/types/input_error.h"
@@ -67,13 +68,18 @@ std::optional<TriangleMesh> DecodeMesh(std::string_view bytes) {
 /// and DAE files of 35 MB are read at 30 MB/s, with 7 bytes of memory per byte.
 ReadLimits LimitsFor(std::uintmax_t file_bytes) {
   constexpr std::uintmax_t kBytesPerCpuSecond = 500'000;
-  constexpr std::int64_t kBytesPerByte = 200;
+  constexpr std::int64_t kBytesPerByte = 200;  // a height map: 2 x 24 bytes of triangles and 24 of a vertex per value
   constexpr std::int64_t kBaseBytes = std::int64_t{1} << 29;
   ReadLimits limits;
   limits.cpu_s = 5 + static_cast<int>(file_bytes / kBytesPerCpuSecond);
   limits.wall_s = 60 + 10 * limits.cpu_s;
   limits.memory_bytes = kBaseBytes + kBytesPerByte * static_cast<std::int64_t>(file_bytes);
   return limits;
+}
+
+/// Reads a mesh or a height map in the calling thread.
+TriangleMesh ReadUnguarded(const std::string& path, const Eigen::Vector3d& scale) {
+  return IsHeightMapFile(path) ? SolidBelow(ReadHeightGrid(path), scale) : ReadMesh(path, scale);
 }
 
 }  // namespace
@@ -89,11 +95,11 @@ TriangleMesh LoadMesh(const std::string& path, const Eigen::Vector3d& scale, con
     throw InputError({path, "scale", factors, "mesh scale must be finite and not zero",
                       "give three factors such as 0.001 0.001 0.001"});
   }
-  CheckMeshFile(path);
-  if (!guard) return ReadMesh(path, scale);
+  if (!IsHeightMapFile(path)) CheckMeshFile(path);
+  if (!guard) return ReadUnguarded(path, scale);
   const auto read = [&path, &scale] {
     try {
-      return EncodeMesh(ReadMesh(path, scale));
+      return EncodeMesh(ReadUnguarded(path, scale));
     } catch (const InputError& fault) {
       return EncodeFault(fault.fault());
     }

@@ -16,8 +16,8 @@ struct TriangleMesh {
   std::vector<std::array<int, 3>> triangles;  ///< indices into `vertices`
 };
 
-/// Reads a mesh file (STL, OBJ, DAE or PLY, by content and suffix) in the frame and with the triangle order of the
-/// file.
+/// Reads a mesh file (STL, OBJ, DAE, PLY, glTF, GLB or OFF, by content and suffix) in the frame and with the triangle
+/// order of the file. A height map (height_map.h) gives the solid below it, with `scale` as its size.
 ///
 /// `scale` multiplies each axis; an odd number of negative factors also reverses the winding, so that the outside is
 /// preserved. Vertices with identical coordinates are welded; triangles with two equal corners are removed. DAE files:

@@ -97,7 +97,7 @@ void JoinAtEdge(const TriangleMesh& mesh, std::span<const EdgeUse> uses, Disjoin
 
 }  // namespace
 
-std::vector<TriangleMesh> SplitIntoComponents(const TriangleMesh& mesh) {
+std::vector<std::vector<int>> GroupTrianglesByComponent(const TriangleMesh& mesh) {
   const std::vector<EdgeUse> edges = SortedEdges(mesh);
   DisjointSets sets(mesh.triangles.size());
   for (size_t begin = 0; begin < edges.size();) {
@@ -107,7 +107,6 @@ std::vector<TriangleMesh> SplitIntoComponents(const TriangleMesh& mesh) {
     begin = end;
   }
   std::vector<int> component_of_root(mesh.triangles.size(), -1);
-  std::vector<TriangleMesh> components;
   std::vector<std::vector<int>> members;
   for (size_t t = 0; t < mesh.triangles.size(); ++t) {
     int& component = component_of_root[static_cast<size_t>(sets.Find(static_cast<int>(t)))];
@@ -117,8 +116,13 @@ std::vector<TriangleMesh> SplitIntoComponents(const TriangleMesh& mesh) {
     }
     members[static_cast<size_t>(component)].push_back(static_cast<int>(t));
   }
+  return members;
+}
+
+std::vector<TriangleMesh> SplitIntoComponents(const TriangleMesh& mesh) {
+  std::vector<TriangleMesh> components;
   std::vector<int> local(mesh.vertices.size(), -1);
-  for (const std::vector<int>& triangles : members) {
+  for (const std::vector<int>& triangles : GroupTrianglesByComponent(mesh)) {
     TriangleMesh& part = components.emplace_back();
     for (int t : triangles) {
       std::array<int, 3> corners = mesh.triangles[static_cast<size_t>(t)];

@@ -17,6 +17,9 @@ namespace legopt {
 /// Components are in the order of their first triangle; triangles keep their order; vertices are renumbered.
 std::vector<TriangleMesh> SplitIntoComponents(const TriangleMesh& mesh);
 
+/// Returns the indices of the triangles of each component, in the order of SplitIntoComponents.
+std::vector<std::vector<int>> GroupTrianglesByComponent(const TriangleMesh& mesh);
+
 /// Faults of a mesh that should bound solids. An edge is open if its triangles do not pair up in opposite directions; a
 /// component (mesh_bodies.h) with such an edge is open.
 struct MeshFaults {

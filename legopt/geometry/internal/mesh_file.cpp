@@ -13,18 +13,22 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <string_view>
 #include <vector>
 
 #include "legopt/files/written_file.h"
+#include "legopt/input/json.h"
 #include "legopt/input/text.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/number_text.h"
 
 namespace legopt {
 namespace {
+
+constexpr std::size_t kMaxGltfBytes = std::size_t{1} << 30;
 
 [[noreturn]] void Refuse(const std::string& path, const std::string& field, const std::string& value,
                          const std::string& message) {
@@ -200,7 +204,52 @@ bool LooksLikeCollada(const std::string& path) {
   return suffix == ".dae" || start.find("<collada") != std::string::npos;
 }
 
+bool IsGltf(const std::string& path) {
+  std::string suffix = std::filesystem::path(path).extension().string();
+  std::transform(suffix.begin(), suffix.end(), suffix.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return suffix == ".gltf" || suffix == ".glb";
+}
+
+namespace {
+
+/// Returns the JSON of a glTF file: all of a .gltf, the first chunk of a .glb.
+std::string GltfJson(const std::string& path, std::string bytes) {
+  if (!bytes.starts_with("glTF")) return bytes;
+  constexpr std::size_t kLengthAt = 12, kJsonAt = 20;
+  std::uint32_t length = 0;
+  if (bytes.size() < kJsonAt) Refuse(path, "header", "", "the file ends early");
+  std::memcpy(&length, bytes.data() + kLengthAt, sizeof(length));
+  if (length > bytes.size() - kJsonAt) Refuse(path, "header", std::to_string(length), "the first chunk ends early");
+  return bytes.substr(kJsonAt, length);
+}
+
+/// Checks the places of a glTF file's buffers: a file that came from elsewhere must not name files of this machine.
+void CheckGltf(const std::string& path) {
+  const nlohmann::json gltf =
+      ParseJson(GltfJson(path, ReadFileText(path, kMaxGltfBytes)), path, {.bytes = kMaxGltfBytes});
+  const auto buffers = gltf.is_object() ? gltf.find("buffers") : gltf.end();
+  if (!gltf.is_object()) Refuse(path, "", "", "is no glTF file: its JSON is no object");
+  if (buffers == gltf.end() || !buffers->is_array()) return;
+  for (std::size_t i = 0; i < buffers->size(); ++i) {
+    const nlohmann::json& buffer = (*buffers)[i];
+    const auto uri = buffer.is_object() ? buffer.find("uri") : buffer.end();
+    if (!buffer.is_object() || uri == buffer.end() || !uri->is_string()) continue;
+    const std::string place = uri->get<std::string>();
+    if (place.starts_with("data:")) continue;
+    const std::filesystem::path file = place;
+    const bool beside = file.is_relative() && std::find(file.begin(), file.end(), "..") == file.end();
+    if (!beside || !std::filesystem::is_regular_file(std::filesystem::path(path).parent_path() / file)) {
+      Refuse(path, "buffers[" + std::to_string(i) + "].uri", place,
+             beside ? "there is no such file" : "is no file beside the glTF file");
+    }
+  }
+}
+
+}  // namespace
+
 void CheckMeshFile(const std::string& path) {
+  if (IsGltf(path)) CheckGltf(path);
   CheckPlyHeader(path);
   if (LooksLikeCollada(path)) CheckCollada(path);
 }
@@ -225,6 +274,7 @@ Eigen::Matrix3d RowsOf(const Eigen::RowVector3d& x, const Eigen::RowVector3d& y,
 }  // namespace
 
 Eigen::Matrix3d RotationToZUp(const std::string& mesh_file) {
+  if (IsGltf(mesh_file)) return RowsOf({1, 0, 0}, {0, 0, -1}, {0, 1, 0});  // y is up by the format
   if (!LooksLikeCollada(mesh_file)) return Eigen::Matrix3d::Identity();
   const std::string text = ReadFileText(mesh_file, kMaxColladaBytes);
   tinyxml2::XMLDocument document;

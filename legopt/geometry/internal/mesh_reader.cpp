@@ -69,11 +69,29 @@ std::size_t CountOf(std::string_view keyword, const std::string& content) {
 
 }  // namespace
 
+namespace {
+
+/// Throws if a text STL ends within a facet or a word. A missing `endsolid` after a complete facet is tolerated.
+void CheckEndOfTextStl(const std::string& path, const std::string& lower) {
+  constexpr std::string_view kEndOfFacet = "endfacet", kSpace = " \t\r\n";
+  const std::size_t last = lower.rfind(kEndOfFacet);
+  const std::size_t from = last == std::string::npos ? 0 : last + kEndOfFacet.size();
+  const std::size_t next = lower.find_first_not_of(kSpace, from);
+  if (next == std::string::npos || lower.compare(next, 8, "endsolid") == 0) return;
+  if (last == std::string::npos && lower.find("facet") == std::string::npos) return;  // the reader reports it
+  if (last != std::string::npos && lower.compare(next, 5, "solid") == 0) return;      // a second, empty solid
+  throw InputError({path, "text after the last facet", lower.substr(next, 40), "the file ends early",
+                    "export or copy the mesh again"});
+}
+
+}  // namespace
+
 std::optional<std::string> RepairStl(const std::string& path) {
   if (LowerCaseOf(std::filesystem::path(path).extension().string()) != ".stl") return std::nullopt;
   std::string content = ReadFileText(path, kMaxStlBytes);
   if (IsTextStl(content)) {
     std::string lower = LowerCaseOf(content);
+    CheckEndOfTextStl(path, lower);
     const bool as_expected = std::ranges::all_of(
         kKeywords, [&](std::string_view keyword) { return CountOf(keyword, content) == CountOf(keyword, lower); });
     return as_expected ? std::nullopt : std::optional(std::move(lower));
@@ -105,10 +123,12 @@ void UnregisterUnusedReaders(Assimp::Importer& importer) {
   for (std::size_t i = 0; i < importer.GetImporterCount(); ++i) {
     std::set<std::string> suffixes;
     importer.GetImporter(i)->GetExtensionList(suffixes);
-    const bool needed = std::any_of(suffixes.begin(), suffixes.end(), [](const std::string& suffix) {
-      return suffix == "stl" || suffix == "obj" || suffix == "dae" || suffix == "ply" || suffix == "gltf" ||
-             suffix == "glb";
+    bool needed = std::any_of(suffixes.begin(), suffixes.end(), [](const std::string& suffix) {
+      return suffix == "stl" || suffix == "obj" || suffix == "dae" || suffix == "ply" || suffix == "off";
     });
+    const aiImporterDesc* about = importer.GetImporter(i)->GetInfo();
+    const std::string_view name = about != nullptr && about->mName != nullptr ? about->mName : "";
+    needed = needed || name.starts_with("glTF2");  // glTF 1 has the same suffixes
     if (!needed) others.push_back(importer.GetImporter(i));
   }
   for (Assimp::BaseImporter* reader : others) {
@@ -225,7 +245,7 @@ void RethrowBadAlloc(const Assimp::Importer& importer) {
   }
 }
 
-constexpr const char* kFormats = "give an STL, OBJ, DAE, PLY or glTF file with triangles";
+constexpr const char* kFormats = "give an STL, OBJ, DAE, PLY, glTF 2 or OFF file with triangles";
 
 }  // namespace
 

@@ -13,15 +13,18 @@
 #include "legopt/dataset/internal/text_file.h"
 #include "legopt/dataset/scene_file.h"
 #include "legopt/files/written_file.h"
+#include "legopt/geometry/internal/height_map.h"
 #include "legopt/geometry/internal/mesh_bodies.h"
 #include "legopt/geometry/internal/mesh_file.h"
 #include "legopt/import/internal/link_mesh_repair.h"
+#include "legopt/import/internal/sdf_world.h"
 #include "legopt/input/json.h"
 #include "legopt/input/text.h"
 #include "legopt/input/yaml.h"
 #include "legopt/robot/internal/urdf_check.h"
 #include "legopt/robot/internal/urdf_reader.h"
 #include "legopt/types/input_error.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt {
 Eigen::Vector3d RollPitchYaw(const Eigen::Matrix3d& R) {
@@ -306,6 +309,7 @@ std::vector<DatasetDiagnostic> CopyUrdfRobot(const fs::path& urdf, const fs::pat
 namespace {
 
 constexpr const char* kSceneFolder = "scene";
+constexpr double kNearlyClosedShare = 0.01;  // share of open edges up to which the check of the dataset only warns
 
 std::string Lower(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
@@ -318,6 +322,10 @@ class SceneCopy {
       : scene_(scene), folder_(folder), options_(options) {}
 
   CopiedScene Make() {
+    if (options_.repair.any() || NeedsRebuilding(scene_)) {
+      Rebuild();
+      return std::move(copied_);
+    }
     const Scene source = ReadSceneFile(scene_, options_.read_guard);
     if (IsMeshFile(scene_)) {
       CopyOneMesh();
@@ -328,9 +336,39 @@ class SceneCopy {
   }
 
  private:
+  /// Returns true for formats that a dataset does not contain, since they refer to files that it does not list.
+  static bool NeedsRebuilding(const fs::path& scene) { return IsGltf(scene.string()) || IsSdfFile(scene); }
+
+  void Rebuild() {
+    SceneRepairOptions options = options_.repair;
+    options.read_guard = options_.read_guard;
+    RebuiltScene scene = RebuildScene(scene_, options);
+    const bool one_mesh = IsMeshFile(scene_);
+    copied_.file = one_mesh ? "scene.ply" : (fs::path(kSceneFolder) / "scene.yaml").generic_string();
+    MakeFolder((folder_ / copied_.file).parent_path());
+    if (one_mesh) {
+      WriteSceneMesh(scene, folder_ / copied_.file);
+    } else {
+      WriteSceneYaml(scene, folder_ / copied_.file, "meshes");
+    }
+    copied_.findings = std::move(scene.notes);
+    for (const RebuiltObject& object : scene.objects) {
+      if (!options.repair || !object.mesh) continue;
+      const MeshRepairCounts& counts = object.mesh->counts;
+      copied_.findings.push_back({.severity = counts.none() ? Severity::kInfo : Severity::kRepaired,
+                                  .check = "repair",
+                                  .file = copied_.file,
+                                  .field = object.object.name,
+                                  .value = ToString(counts),
+                                  .message = FormatGeneral(object.mesh->volume_m3, 6) + " m3 enclosed",
+                                  .fix = ""});
+    }
+    copied_.objects = std::move(scene.objects);
+  }
+
   void CopyOneMesh() {
     copied_.file = "scene.ply";
-    if (options_.fix_winding && WriteFlippedMesh(scene_, copied_.file)) return;
+    if (WriteTurnedMesh(scene_, copied_.file)) return;
     copied_.file = "scene" + Lower(scene_.extension().string());
     CopyOutputFile(scene_, folder_ / copied_.file);
   }
@@ -356,7 +394,8 @@ class SceneCopy {
     }
     if (turned->contains(relative)) return;
     const fs::path replacement = FreeName(relative);
-    if (options_.fix_winding && WriteFlippedMesh(object.shape.mesh_file, kSceneFolder / replacement)) {
+    const bool is_mesh = !IsHeightMapFile(object.shape.mesh_file);
+    if (is_mesh && WriteTurnedMesh(object.shape.mesh_file, kSceneFolder / replacement)) {
       turned->emplace(relative, replacement);
     } else {
       CopyOutputFile(object.shape.mesh_file, folder_ / kSceneFolder / relative);
@@ -370,24 +409,56 @@ class SceneCopy {
     return mesh;
   }
 
-  /// Writes a mesh with outward winding of all bodies and z up. Returns false without writing if no body is inverted.
-  bool WriteFlippedMesh(const fs::path& mesh_file, const fs::path& to) {
+  /// Writes a mesh, z up, that needs a repair which adds no surface. Returns false without writing if it needs none, or
+  /// if its faults remain: then the check of the dataset reports them.
+  bool WriteTurnedMesh(const fs::path& mesh_file, const fs::path& to) {
     TriangleMesh mesh = LoadMesh(mesh_file.string(), Eigen::Vector3d::Ones(), options_.read_guard);
-    const int inverted = FindMeshFaults(mesh).inverted_components;
-    if (inverted == 0) return false;
+    const MeshFaults faults = FindMeshFaults(mesh);
+    const bool duplicates = CountDuplicates(mesh) > 0;
+    const bool gltf = IsGltf(mesh_file.string());
+    if (!duplicates && !gltf && !IsUnusable(faults, 0)) return false;
+    RepairedMesh repaired = RepairMesh(mesh, {.close = false});
+    const bool better = !IsUnusable(repaired.faults, repaired.counts.cavities) &&
+                        repaired.faults.open_edges <= faults.open_edges && !repaired.counts.none();
+    if (!better && !gltf) return false;
+    if (better) mesh = std::move(repaired.mesh);
     const Eigen::Matrix3d turn = RotationToZUp(mesh_file.string());  // PLY files have no up axis
     for (Eigen::Vector3d& vertex : mesh.vertices) vertex = turn * vertex;
     fs::create_directories((folder_ / to).parent_path());
-    WritePly(folder_ / to, FlipInvertedComponents(mesh));
-    copied_.findings.push_back(
-        {.severity = DatasetDiagnostic::Severity::kInfo,
-         .check = "winding",
-         .file = "",
-         .field = mesh_file.lexically_relative(fs::weakly_canonical(options_.root)).generic_string(),
-         .value = std::to_string(inverted) + (inverted == 1 ? " body" : " bodies"),
-         .message = "wound inside out, turned round; the mesh is written as " + to.filename().string(),
-         .fix = ""});
+    WritePly(folder_ / to, mesh);
+    if (better) NoteRepair(mesh_file, to, repaired.counts);
     return true;
+  }
+
+  /// Returns true for faults with which the check of the dataset fails.
+  static bool IsUnusable(const MeshFaults& faults, int cavities) {
+    return faults.inverted_components > cavities || faults.open_edges > kNearlyClosedShare * faults.edges;
+  }
+
+  void NoteRepair(const fs::path& mesh_file, const fs::path& to, const MeshRepairCounts& counts) {
+    const int turned = counts.turned_bodies;
+    const std::string file = mesh_file.lexically_relative(fs::weakly_canonical(options_.root)).generic_string();
+    const std::string written = "; the mesh is written as " + to.filename().string();
+    MeshRepairCounts others = counts;
+    others.turned_bodies = 0;
+    if (turned > 0) {
+      copied_.findings.push_back({.severity = Severity::kRepaired,
+                                  .check = "winding",
+                                  .file = "",
+                                  .field = file,
+                                  .value = std::to_string(turned) + (turned == 1 ? " body" : " bodies"),
+                                  .message = "wound inside out, turned round" + written,
+                                  .fix = ""});
+      others.turned_triangles = 0;
+    }
+    if (others.none()) return;
+    copied_.findings.push_back({.severity = others.duplicate_triangles > 0 ? Severity::kWarning : Severity::kRepaired,
+                                .check = "repair",
+                                .file = "",
+                                .field = file,
+                                .value = ToString(others),
+                                .message = "no surface was added" + written,
+                                .fix = ""});
   }
 
   /// Returns the text of the scene file with replaced mesh names; the rest, including comments, is unchanged.

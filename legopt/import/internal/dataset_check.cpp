@@ -48,7 +48,7 @@ class PlausibilityCheck {
     constexpr double kWideScene_m = 200.0, kLargeRobot_m = 10.0;
     if (dataset_.scene_bounds().sizes().maxCoeff() > kWideScene_m) {
       Warn("units", "scene", Size(dataset_.scene_bounds()), "is large for a legged robot; is it in millimetres?",
-           "if so, scale it to metres (scale: 0.001 of a mesh in scene.yaml)");
+           "if so, import it with --scale 0.001 (or write scale: 0.001 of a mesh in scene.yaml)");
     }
     if (dataset_.robot_bounds().sizes().maxCoeff() > kLargeRobot_m) {
       Warn("units", "robot", Size(dataset_.robot_bounds()), "is large for a robot; is it in millimetres?" + Furthest(),
@@ -115,6 +115,12 @@ class PlausibilityCheck {
 };
 
 }  // namespace
+
+bool IsSceneTooLarge(const Dataset& dataset) {
+  constexpr double kFactor = 1000.0;
+  const double robot_m = dataset.robot_bounds().sizes().maxCoeff();
+  return robot_m > 0.0 && dataset.scene_bounds().sizes().maxCoeff() > kFactor * robot_m;
+}
 
 std::vector<DatasetDiagnostic> CheckPlausibility(const Dataset& dataset) { return PlausibilityCheck(dataset).Run(); }
 

@@ -18,11 +18,15 @@ namespace legopt {
 /// joints without axis, physically impossible inertias (urdf_check.h).
 std::vector<DatasetDiagnostic> CheckPlausibility(const Dataset& dataset);
 
+/// Returns true if the scene is more than a thousand times as large as the robot in its nominal posture.
+bool IsSceneTooLarge(const Dataset& dataset);
+
 // Checks of a dataset. Each check returns at least one finding, unless noted otherwise, so that a report lists every
 // check. Problems are returned as findings, never thrown or printed. The dataset is not changed.
 
 /// Checks that the scene's meshes are closed with outward winding. A few open edges are a warning, more than 1 % an
-/// error, since the judge uses triangles and the solver solids. Inverted bodies are an error.
+/// error, since the judge uses triangles and the solver solids. Inverted bodies are an error. Cavities and bodies
+/// without volume are warnings.
 std::vector<DatasetDiagnostic> CheckSceneMeshes(const Dataset& dataset);
 
 /// Reports the extents of every mesh of scene and robot, which reveal wrong units and swapped axes, and the COLLADA

@@ -9,6 +9,7 @@
 #include "legopt/geometry/collision_query.h"
 #include "legopt/geometry/internal/mesh_bodies.h"
 #include "legopt/geometry/internal/mesh_file.h"
+#include "legopt/geometry/internal/mesh_repair.h"
 #include "legopt/import/internal/dataset_check.h"
 #include "legopt/problem/terms/initial_guess.h"
 #include "legopt/robot/kinematics.h"
@@ -26,8 +27,25 @@ std::string InFolder(const Dataset& dataset, const std::string& file) {
 }
 
 /// Returns the faults of one mesh of the scene.
-std::vector<DatasetDiagnostic> FaultsOf(const MeshFaults& faults, const std::string& file, const std::string& object) {
+std::vector<DatasetDiagnostic> MeshFindings(const TriangleMesh& mesh, MeshFaults faults, const std::string& file,
+                                            const std::string& object) {
   std::vector<DatasetDiagnostic> findings;
+  const auto warn = [&](const char* check, int count, const char* message, const char* fix) {
+    const std::string bodies = std::to_string(count) + " of " + std::to_string(faults.components) + " bodies";
+    findings.push_back({Severity::kWarning, check, file, object, bodies, message, fix});
+  };
+  if (faults.inverted_components > 0) {
+    const int cavities = RepairMesh(mesh, {.close = false}).counts.cavities;
+    faults.inverted_components = std::max(0, faults.inverted_components - cavities);
+    if (cavities > 0) {
+      warn("cavities", cavities, "are hollow spaces in another body: the solver sees them filled",
+           "no robot can stand inside; cut an opening into the body if one should");
+    }
+  }
+  if (const int flat = CountFlatBodies(mesh); flat > 0) {
+    warn("volume", flat, "have no volume: a robot can pass through them, since they have no inside",
+         "give sheets a thickness: import with --repair, or 'legopt scene repair'");
+  }
   if (faults.inverted_components > 0) {
     findings.push_back(
         {.severity = Severity::kError,
@@ -36,7 +54,7 @@ std::vector<DatasetDiagnostic> FaultsOf(const MeshFaults& faults, const std::str
          .field = object,
          .value = std::to_string(faults.inverted_components) + " of " + std::to_string(faults.components) + " bodies",
          .message = "are wound inside out: the judge would measure wrong depths, and no surface looks up",
-         .fix = "turn their triangles round, or import with --fix-winding"});
+         .fix = "import with --repair, or run 'legopt scene repair'"});
   }
   if (faults.open_edges > 0) {
     const bool many = faults.open_edges > kFewOpenEdges * faults.edges;
@@ -48,7 +66,7 @@ std::vector<DatasetDiagnostic> FaultsOf(const MeshFaults& faults, const std::str
          .value = std::to_string(faults.open_edges) + " of " + std::to_string(faults.edges) + " edges, in " +
                   std::to_string(faults.open_components) + " of " + std::to_string(faults.components) + " bodies",
          .message = many ? "are open: the mesh does not bound solids" : "are open; few enough to go on with",
-         .fix = "close the mesh, e.g. give sheets a thickness"});
+         .fix = "import with --repair, or run 'legopt scene repair': holes get caps, sheets a thickness"});
   }
   return findings;
 }
@@ -114,7 +132,8 @@ std::vector<DatasetDiagnostic> CheckSceneMeshes(const Dataset& dataset) {
     ++meshes;
     bodies += faults.components;
     triangles += mesh.triangles.size();
-    for (DatasetDiagnostic& fault : FaultsOf(faults, InFolder(dataset, object.shape.mesh_file), object.name)) {
+    for (DatasetDiagnostic& fault :
+         MeshFindings(mesh, faults, InFolder(dataset, object.shape.mesh_file), object.name)) {
       findings.push_back(std::move(fault));
     }
   }
