@@ -25,6 +25,16 @@ Json PoseJson(const Eigen::Isometry3d& pose) {
 
 Json LimitJson(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
+/// Box of a contact in its link's frame, whose lower side the page draws. Of a point: around its ball, at least 1 cm.
+Eigen::AlignedBox3d DrawnBox(const Contact& contact) {
+  if (contact.kind != ContactKind::kPoint) return contact.box_L;
+  constexpr double kLeastHalf_m = 5e-3;
+  const double half_m = std::max(contact.radius_m, kLeastHalf_m);
+  const Eigen::Vector3d centre = contact.X_LC.translation();
+  return {centre - Eigen::Vector3d(half_m, half_m, contact.radius_m),
+          centre + Eigen::Vector3d(half_m, half_m, contact.radius_m)};
+}
+
 Json RobotJson(const Dataset& dataset, GeometryBlock* geometry) {
   const RobotModel& robot = dataset.robot();
   const CollisionModel& model = *dataset.collision_model();
@@ -56,8 +66,8 @@ Json RobotJson(const Dataset& dataset, GeometryBlock* geometry) {
                       {"upper", LimitJson(joint.dof < 0 ? joint.upper : robot.upper_limits()[joint.dof])}});
   }
   for (const Contact& foot : dataset.contacts()) {
-    feet.push_back(
-        {{"link", foot.link_index}, {"lower", PointJson(foot.box_L.min())}, {"upper", PointJson(foot.box_L.max())}});
+    const Eigen::AlignedBox3d box_L = DrawnBox(foot);
+    feet.push_back({{"link", foot.link_index}, {"lower", PointJson(box_L.min())}, {"upper", PointJson(box_L.max())}});
   }
   return {{"name", robot.name()}, {"dofs", DofNames(robot)}, {"links", links}, {"joints", joints}, {"feet", feet}};
 }

@@ -41,12 +41,19 @@ Eigen::AlignedBox2d Contact::Patch() const {
   return patch;
 }
 
+Eigen::Vector3d NormalOf(const ContactTarget& target) { return target.rotation.normalized().toRotationMatrix().col(2); }
+
+Eigen::Vector3d Contact::OriginTarget(const ContactTarget& target) const {
+  if (kind != ContactKind::kPoint) return target.position;
+  return target.position + (radius_m + kPointClearance_m) * NormalOf(target);
+}
+
 Eigen::Isometry3d Contact::LinkTarget(const ContactTarget& target) const {
   const Eigen::Matrix3d R_WC = target.rotation.normalized().toRotationMatrix();
   const Eigen::Isometry3d X_CL = X_LC.inverse();
   Eigen::Isometry3d X_WL = Eigen::Isometry3d::Identity();
   X_WL.linear() = R_WC * X_CL.linear();
-  X_WL.translation() = target.position + R_WC * X_CL.translation();
+  X_WL.translation() = OriginTarget(target) + R_WC * X_CL.translation();
   return X_WL;
 }
 
@@ -76,11 +83,15 @@ Contact ResolveContact(const ContactDescription& description, int link_index, co
                   .kind = description.kind,
                   .X_LC = FrameOf(description),
                   .points_L = {},
+                  .radius_m = description.radius_m,
                   .box_L = link_box,
                   .friction = description.friction,
                   .max_normal_N = description.max_normal_N,
-                  .declares_points = description.points.has_value()};
-  if (!description.points) {
+                  .nominal_position_B = Eigen::Vector3d::Zero(),
+                  .declares_points = description.points.has_value() || description.kind == ContactKind::kPoint};
+  if (description.kind == ContactKind::kPoint) {
+    contact.points_L.emplace_back(description.position);
+  } else if (!description.points) {
     contact.points_L = LowerCorners(link_box);
   } else {
     for (const Eigen::Vector3d& point : *description.points) contact.points_L.push_back(contact.X_LC * point);
@@ -138,8 +149,10 @@ std::vector<Eigen::Vector2d> SupportPolygon(std::span<const ContactPlacement> co
   corners.reserve(4 * contacts.size());
   for (const ContactPlacement& placement : contacts) {
     if (!DescriptionOf(placement.contact->kind).supports) continue;
+    const bool ball = placement.contact->kind == ContactKind::kPoint;
     for (const Eigen::Vector3d& point : placement.contact->points_L) {
       corners.emplace_back((placement.X_WL * point).head<2>());
+      if (ball) corners.back() -= placement.contact->radius_m * placement.normal_W.head<2>();
     }
   }
   return ConvexHull2d(std::move(corners));
@@ -150,7 +163,7 @@ std::vector<Eigen::Vector2d> TargetSupportPolygon(const Dataset& dataset, const 
   placements.reserve(stance.contacts.size());
   for (const ContactTarget& target : stance.contacts) {
     const Contact& contact = dataset.contact(target.contact);
-    placements.push_back({.contact = &contact, .X_WL = contact.LinkTarget(target)});
+    placements.push_back({.contact = &contact, .X_WL = contact.LinkTarget(target), .normal_W = NormalOf(target)});
   }
   return SupportPolygon(placements);
 }

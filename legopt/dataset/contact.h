@@ -28,23 +28,36 @@ struct ContactDescription {
   Eigen::Vector3d rpy_rad = Eigen::Vector3d::Zero();   ///< its orientation: roll, pitch, yaw as in URDF
   std::optional<std::vector<Eigen::Vector3d>> points;  ///< in the contact frame, m; default for a sole: the lower
                                                        ///< corners of the link's box
+  double radius_m = 0.0;                               ///< of the ball around a point, >= 0; 0 for other kinds
   double friction = kDefaultFriction;                  ///< Coulomb coefficient, in (0, 2]
   std::optional<double> max_normal_N;                  ///< bound of the sum of the normal forces, > 0
 
   bool operator==(const ContactDescription&) const = default;
 };
 
+/// Gap between a point contact at its target and the surface. Larger than the distance that solvers keep from obstacles
+/// (5e-4 m), so that target and collision-free foot do not contradict each other; smaller than the judge's 1 mm.
+inline constexpr double kPointClearance_m = 5.5e-4;
+
 /// A part of the robot that may touch its environment; declared once per robot. Immutable and thread-safe.
+///
+/// A *sole* touches with a patch: its frame must reach the target's pose. A *point* is the lowest point of a ball of
+/// `radius_m` around the frame's origin, with any orientation of the link: only the origin has a target, which is
+/// `radius_m` and a clearance above the target's position, along its normal. A point without extent has radius 0.
 struct Contact {
   std::string name;    ///< used by stances
   std::string link;    ///< name of the link
   int link_index = 0;  ///< index into RobotModel::links()
   ContactKind kind = ContactKind::kSole;
   Eigen::Isometry3d X_LC;                 ///< contact frame C in the link frame L, m
-  std::vector<Eigen::Vector3d> points_L;  ///< points that touch the surface, in the link frame, m; not empty
+  std::vector<Eigen::Vector3d> points_L;  ///< points that touch the surface, in the link frame, m; not empty; of a
+                                          ///< point contact: the ball's centre
+  double radius_m = 0.0;                  ///< of the ball of a point contact
   Eigen::AlignedBox3d box_L;              ///< AABB of the link's collision geometry in the link frame, m; not empty
   double friction = ContactDescription::kDefaultFriction;  ///< Coulomb coefficient
   std::optional<double> max_normal_N;                      ///< bound of the sum of the normal forces
+  /// Position of the frame's origin relative to the base in the nominal posture, m; set by Dataset.
+  Eigen::Vector3d nominal_position_B = Eigen::Vector3d::Zero();
   /// Whether the points are declared. Else they are corners of the link's box, as in format 1, and the judge only
   /// reports whether the contact touches (docs/explanation/judge.md#touching).
   bool declares_points = false;
@@ -53,8 +66,11 @@ struct Contact {
   double link_height_m() const { return X_LC.inverse().translation().z(); }
   /// Returns the rectangle that contains the points, in the contact frame's xy plane, m.
   Eigen::AlignedBox2d Patch() const;
-  /// Returns the target of the *link frame* in the world; the target's rotation is only normalised.
+  /// Returns the target of the *link frame* in the world; the target's rotation is only normalised. For a point
+  /// contact: the one pose among all admissible ones whose contact frame has the target's orientation.
   Eigen::Isometry3d LinkTarget(const ContactTarget& target) const;
+  /// Returns the target of the contact frame's origin in the world, m.
+  Eigen::Vector3d OriginTarget(const ContactTarget& target) const;
 };
 
 /// Returns the contacts of format 1: one sole per link, named like it, with the contact frame `sole_offset_m` below the
@@ -74,7 +90,11 @@ struct Contact;
 struct ContactPlacement {
   const Contact* contact = nullptr;  ///< not null; must outlive the placement
   Eigen::Isometry3d X_WL;            ///< link frame in the world
+  Eigen::Vector3d normal_W;          ///< unit normal of the touched surface, in the world; used for points only
 };
+
+/// Returns the normal of the touched surface: the z axis of the target's rotation, unit.
+Eigen::Vector3d NormalOf(const ContactTarget& target);
 
 /// The set { c : normal . c + offset <= 0 } in the world's xy plane.
 struct HalfPlane {
@@ -90,8 +110,9 @@ struct HalfPlane {
 std::vector<Eigen::Vector2d> ConvexHull2d(std::vector<Eigen::Vector2d> points);
 
 /// Computes the benchmark's support polygon (docs/explanation/judge.md#support-polygon): hull of the points of all
-/// contacts of a supporting kind (contact_kind.h), transformed to the world by X_WL and projected onto xy.
-/// Counter-clockwise. For a sole of format 1, the points are the lower corners of the link's box.
+/// contacts of a supporting kind (contact_kind.h), transformed to the world by X_WL and projected onto xy. A point
+/// contact's point is the lowest one of its ball along the normal. Counter-clockwise. For a sole of format 1, the
+/// points are the lower corners of the link's box.
 std::vector<Eigen::Vector2d> SupportPolygon(std::span<const ContactPlacement> contacts);
 
 /// Computes the SupportPolygon of contacts exactly at their targets, for optimizers.

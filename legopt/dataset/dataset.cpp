@@ -282,10 +282,16 @@ void Dataset::ResolvePostures() {
     if (!box.isEmpty()) robot_bounds_.extend(box.transformed(kinematics.link_pose(link)));
   }
   nominal_sole_height_m_ = std::numeric_limits<double>::infinity();
-  for (const Contact& contact : contacts_) {
+  for (Contact& contact : contacts_) {
+    const Eigen::Isometry3d& X_BL = kinematics.link_pose(contact.link_index);
+    contact.nominal_position_B = X_BL * contact.X_LC.translation();
+    if (contact.kind == ContactKind::kPoint) {
+      nominal_sole_height_m_ = std::min(nominal_sole_height_m_, contact.nominal_position_B.z() - contact.radius_m);
+      continue;
+    }
     for (int c = 0; c < 8; ++c) {
       const Eigen::Vector3d corner = contact.box_L.corner(static_cast<Eigen::AlignedBox3d::CornerType>(c));
-      const double z = (kinematics.link_pose(contact.link_index) * corner).z();
+      const double z = (X_BL * corner).z();
       nominal_sole_height_m_ = std::min(nominal_sole_height_m_, z);
     }
   }

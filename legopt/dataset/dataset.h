@@ -73,8 +73,8 @@ class Dataset {
   const Eigen::VectorXd& nominal_joints() const { return nominal_joints_; }
   /// Configuration (n + 7) with the base at the origin. Link pairs that touch in it are ignored in self-collision.
   const Eigen::VectorXd& self_collision_reference() const { return self_collision_reference_; }
-  /// z of the lowest corner of the boxes of all contacts' links, relative to the base origin, with nominal joints and
-  /// an upright base, m (negative; Atlas: -0.873903).
+  /// z of the lowest corner of the boxes of all contacts' links, of a point contact that of its ball, relative to the
+  /// base origin, with nominal joints and an upright base, m (negative; Atlas: -0.873903).
   double nominal_sole_height_m() const { return nominal_sole_height_m_; }
 
   const std::vector<Contact>& contacts() const { return contacts_; }  ///< ordered as in dataset.yaml; not empty

@@ -268,11 +268,16 @@ class Importer {
     const int link = robot_->FindLink(name);
     if (link < 0) return DescribeSoles({name}, 0.0).front();  // Dataset::Load reports the nearest valid link
     const FoundSole sole = MeasureSole(*robot_, link);
-    if (!sole.contact.points) return sole.contact;  // Dataset::Load reports that it has no geometry
+    const bool point = sole.contact.kind == ContactKind::kPoint;
+    if (!sole.contact.points && !point) return sole.contact;  // Dataset::Load reports that it has no geometry
     constexpr double kSquareCentimetres = 1e4, kDegrees = 180.0 / std::numbers::pi, kMillimetres = 1e3;
-    const std::string area = sole.area_m2 > 0 && sole.contact.points->size() > 2
-                                 ? FormatFixed(kSquareCentimetres * sole.area_m2, 0) + " cm2"
-                                 : std::string("a point");
+    if (point) {
+      Note(Severity::kInfo, "contact", name,
+           "a point of radius " + FormatFixed(kMillimetres * sole.contact.radius_m, 1) + " mm",
+           "measured on its shapes; the link may turn about it");
+      return sole.contact;
+    }
+    const std::string area = FormatFixed(kSquareCentimetres * sole.area_m2, 0) + " cm2";
     Note(Severity::kInfo, "contact", name, area,
          "measured on its meshes; the link's origin is " + FormatFixed(kMillimetres * sole.height_m, 1) +
              " mm above it, its z axis " + FormatFixed(kDegrees * sole.tilt_rad, 1) + " deg off its normal");

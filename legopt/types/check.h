@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "legopt/types/contact_kind.h"
 #include "legopt/types/enum_names.h"
 
 /// @file
@@ -51,7 +52,13 @@ inline constexpr double kComTolerance_m = 1e-3;    ///< distance outside the sup
 inline constexpr double kLimitTolerance = 1e-3;    ///< rad or m beyond a joint limit
 inline constexpr double kDepthTolerance_m = 1e-3;  ///< contact depth
 
-inline constexpr double kTouchTolerance_m = 2e-3;  ///< gap between a contact's patch and the surface below it
+inline constexpr double kTouchTolerance_m = 2e-3;       ///< gap between a contact's patch and the surface below it
+inline constexpr double kPointTouchTolerance_m = 1e-3;  ///< gap between a point contact and the surface below it
+
+/// Returns the maximum gap of a contact that touches.
+constexpr double TouchTolerance_m(ContactKind kind) {
+  return kind == ContactKind::kPoint ? kPointTouchTolerance_m : kTouchTolerance_m;
+}
 
 /// Share of a contact's patch that must touch (docs/explanation/judge.md#touching).
 inline constexpr double kTouchShare = 0.75;
@@ -177,13 +184,15 @@ inline constexpr std::array kChecks = {
                      kStepShare,
                      {"", "", "largest movement of a point of the robot from the waypoint before"},
                      CheckDrawing::kLink},
-    CheckDescription{Verdict::kTouch,
-                     "touch",
-                     "each contact touches the scene",
-                     "m",
-                     kTouchTolerance_m,
-                     {"", "", "gap between link and scene that 75 % of the contact's patch do not exceed"},
-                     CheckDrawing::kNone}};
+    CheckDescription{
+        Verdict::kTouch,
+        "touch",
+        "each contact touches the scene",
+        "m",
+        kTouchTolerance_m,
+        {"", "",
+         "gap between link and scene that 75 % of a sole's patch do not exceed; of a point: its gap, at most 0.001 m"},
+        CheckDrawing::kNone}};
 
 /// Returns the tolerance of a check with its unit, as in "0.001 m"; empty for a check without a number.
 std::string ToleranceText(const CheckDescription& check);

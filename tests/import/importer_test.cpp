@@ -357,15 +357,15 @@ TEST(Import, OnlyTheSoleIsThePatchNotASpurAboveIt) {
   EXPECT_NEAR(robot.Imported()->contacts()[0].Patch().min().x(), -0.07, 1e-6);
 }
 
-TEST(Import, ABallGetsASmallPatchBelowIt) {
+TEST(Import, ABallIsAPointContact) {
   RobotAlone robot;
   for (int side = 0; side < 2; ++side) {
     robot.Replace(kFoot, "<origin xyz='0.030 0 -0.03'/><geometry><sphere radius='0.03'/></geometry>");
   }
   const Contact contact = robot.Imported()->contacts()[0];
-  EXPECT_NEAR(contact.Patch().sizes().x(), 0.01, 1e-6);
-  EXPECT_NEAR(contact.X_LC.translation().x(), 0.03, 1e-3);
-  EXPECT_NEAR(contact.link_height_m(), 0.061, 1e-4);
+  EXPECT_EQ(contact.kind, ContactKind::kPoint);
+  EXPECT_TRUE(contact.X_LC.translation().isApprox(Eigen::Vector3d(0.03, 0.0, -0.03), 1e-9));
+  EXPECT_NEAR(contact.radius_m, 0.03, 1e-9);
 }
 
 TEST(Import, UnclearFeetAreAskedFor) {

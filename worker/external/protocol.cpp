@@ -280,6 +280,12 @@ json ContactJson(const RobotModel& robot, int waypoint, const ProximityPair& con
 
 json ContactTargetJson(const Dataset& dataset, const ContactTarget& target) {
   const Contact& contact = dataset.contact(target.contact);
+  if (contact.kind == ContactKind::kPoint) {
+    return {{"link", contact.link},
+            {"kind", ToString(contact.kind)},
+            {"point", VectorJson(contact.X_LC.translation())},
+            {"position", VectorJson(contact.OriginTarget(target))}};
+  }
   const Eigen::Isometry3d X_WL = contact.LinkTarget(target);
   const Eigen::Quaterniond rotation(X_WL.linear());
   return {{"link", contact.link},

@@ -66,6 +66,7 @@ std::string FormatContacts(const std::vector<ContactDescription>& contacts) {
       for (const Eigen::Vector3d& point : *contact.points) points += (points.empty() ? "" : ", ") + Vector(point);
       text += "    points: [" + points + "]\n";
     }
+    if (contact.kind == ContactKind::kPoint) text += "    radius_m: " + Number(contact.radius_m) + "\n";
     text += "    friction: " + Number(contact.friction) + "\n";
     if (contact.max_normal_N) text += "    max_normal_N: " + Number(*contact.max_normal_N) + "\n";
   }

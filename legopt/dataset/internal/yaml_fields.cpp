@@ -108,6 +108,7 @@ namespace {
 
 constexpr std::size_t kMostPoints = 64;
 constexpr double kMostFriction = 2.0;
+constexpr double kLargestRadius_m = 1.0;
 
 ContactKind ReadKind(const YamlFields& fields) {
   const std::string text = fields.RequireText("kind");
@@ -119,7 +120,9 @@ ContactKind ReadKind(const YamlFields& fields) {
   const std::optional<ContactKind> kind = ParseEnum<ContactKind>(text);
   if (!kind) fields.Fail("kind", text, "is no kind of contact", SuggestName(text, names));
   if (!DescriptionOf(*kind).implemented) {
-    fields.Fail("kind", text, "is not supported yet", "supported: " + implemented.front());
+    std::string supported;
+    for (const std::string& name : implemented) supported += (supported.empty() ? "" : ", ") + name;
+    fields.Fail("kind", text, "is not supported yet", "supported: " + supported);
   }
   return *kind;
 }
@@ -136,6 +139,10 @@ void ReadPoints(const YamlFields& fields, ContactDescription* contact) {
   const YAML::Node list = fields.Get("points");
   const auto least = static_cast<std::size_t>(DescriptionOf(contact->kind).least_points);
   if (!list.IsDefined() || list.IsNull()) return;
+  if (contact->kind == ContactKind::kPoint) {
+    fields.Fail("points", DescribeNode(list), "are those of a patch, but a contact of kind 'point' has none",
+                "give the centre of its ball as position of the frame, and radius_m");
+  }
   if (!list.IsSequence() || list.size() < least || list.size() > kMostPoints) {
     fields.Fail("points", DescribeNode(list),
                 "must be a list of " + std::to_string(least) + " to " + std::to_string(kMostPoints) + " points",
@@ -152,6 +159,19 @@ void ReadPoints(const YamlFields& fields, ContactDescription* contact) {
     }
     points.push_back(*point);
   }
+}
+
+void ReadRadius(const YamlFields& fields, ContactDescription* contact) {
+  const std::optional<double> radius_m = fields.Number("radius_m");
+  if (!radius_m) return;
+  if (contact->kind != ContactKind::kPoint) {
+    fields.Fail("radius_m", FormatFixed(*radius_m, 6), "is for contacts of kind 'point'", "remove it");
+  }
+  if (!(*radius_m >= 0.0 && *radius_m <= kLargestRadius_m)) {
+    fields.Fail("radius_m", FormatFixed(*radius_m, 6), "must lie in [0, 1]",
+                "give the radius of the foot's ball in metres");
+  }
+  contact->radius_m = *radius_m;
 }
 
 void ReadForces(const YamlFields& fields, ContactDescription* contact) {
@@ -173,6 +193,7 @@ ContactDescription ReadContact(const std::string& name, const YamlFields& fields
   contact.kind = ReadKind(fields);
   ReadFrame(fields, &contact);
   ReadPoints(fields, &contact);
+  ReadRadius(fields, &contact);
   ReadForces(fields, &contact);
   return contact;
 }
@@ -213,8 +234,9 @@ std::vector<ContactDescription> ReadContacts(const YamlFields& fields) {
                   "use '_' or '-'");
     }
     if (!names.insert(name).second) fields.Fail(key, "", "is declared twice", "rename or remove one");
-    contacts.push_back(ReadContact(name, YamlFields(entry.second, fields.file(), key,
-                                                    {"link", "kind", "frame", "points", "friction", "max_normal_N"})));
+    contacts.push_back(
+        ReadContact(name, YamlFields(entry.second, fields.file(), key,
+                                     {"link", "kind", "frame", "points", "radius_m", "friction", "max_normal_N"})));
   }
   return contacts;
 }
@@ -245,6 +267,7 @@ nlohmann::json CanonicalContacts(const std::vector<ContactDescription>& contacts
                     {"points", points},
                     {"friction", contact.friction},
                     {"max_normal_N", contact.max_normal_N ? nlohmann::json(*contact.max_normal_N) : nlohmann::json()}});
+    if (contact.kind == ContactKind::kPoint) list.back()["radius_m"] = contact.radius_m;
   }
   return list;
 }

@@ -280,10 +280,17 @@ ExactCollision::Step ExactCollision::LongestStep(const Kinematics& from, const K
   return longest;
 }
 
-void ExactCollision::AddLinkTriangles(int link, const Eigen::Isometry3d& X_FL, TriangleColumns* columns) const {
+void ExactCollision::AddLinkTriangles(int link, const Eigen::Isometry3d& X_FL, const Eigen::AlignedBox2d& rectangle_F,
+                                      TriangleColumns* columns) const {
   for (int g = 0; g < impl_->links.num_geometries(link); ++g) {
     const TriangleMesh& mesh = impl_->world.triangles(impl_->links.geometry(link, g).mesh);
-    for (int t = 0; t < std::ssize(mesh.triangles); ++t) columns->Add(mesh, t, X_FL);
+    for (int t = 0; t < std::ssize(mesh.triangles); ++t) {
+      Eigen::AlignedBox2d box;
+      for (const int vertex : mesh.triangles[static_cast<std::size_t>(t)]) {
+        box.extend((X_FL * mesh.vertices[static_cast<std::size_t>(vertex)]).head<2>().eval());
+      }
+      if (box.intersects(rectangle_F)) columns->Add(mesh, t, X_FL);
+    }
   }
 }
 

@@ -121,8 +121,9 @@ class ExactCollision {
   /// a hull vertex, since the distance is a convex function of the point.
   Step LongestStep(const Kinematics& from, const Kinematics& to) const;
 
-  /// Adds the triangles of a link, in a frame F, to `columns`. `X_FL`: link frame in F.
-  void AddLinkTriangles(int link, const Eigen::Isometry3d& X_FL, TriangleColumns* columns) const;
+  /// Adds the triangles of a link over a rectangle of a frame F to `columns`. `X_FL`: link frame in F.
+  void AddLinkTriangles(int link, const Eigen::Isometry3d& X_FL, const Eigen::AlignedBox2d& rectangle_F,
+                        TriangleColumns* columns) const;
   /// Adds all triangles of the scene that come near a box in a frame F. `X_WF`: F in the world.
   void AddSceneTriangles(const Eigen::Isometry3d& X_WF, const Eigen::AlignedBox3d& box_F,
                          TriangleColumns* columns) const;

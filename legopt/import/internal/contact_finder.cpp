@@ -1,10 +1,12 @@
 #include "legopt/import/internal/contact_finder.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <numbers>
+#include <optional>
 
 #include "legopt/geometry/internal/convex_shape.h"
 #include "legopt/geometry/internal/mesh.h"
@@ -15,13 +17,12 @@
 namespace legopt {
 namespace {
 
-constexpr double kClearance_m = 1e-3;    // of the benchmark's foot targets
-constexpr double kFlatArea_m2 = 8e-4;    // smaller patches are points
-constexpr double kPointRadius_m = 5e-3;  // of the patch of a point
-constexpr double kPlaneBand_m = 1e-3;    // corners this far above a facet's plane belong to it
-constexpr double kFootBand = 0.06;       // of the robot's height
-constexpr double kWideFootBand = 0.15;   // the same, if only one end is within the first
-constexpr std::size_t kMostPoints = 8;   // of a patch
+constexpr double kClearance_m = 1e-3;   // of the benchmark's foot targets
+constexpr double kFlatArea_m2 = 8e-4;   // smaller patches are points
+constexpr double kPlaneBand_m = 1e-3;   // corners this far above a facet's plane belong to it
+constexpr double kFootBand = 0.06;      // of the robot's height
+constexpr double kWideFootBand = 0.15;  // the same, if only one end is within the first
+constexpr std::size_t kMostPoints = 8;  // of a patch
 constexpr double kAligned_rad = std::numbers::pi / 180.0;
 constexpr double kMicrometre = 1e-6, kPerMetre = 1e6;
 
@@ -220,14 +221,117 @@ std::vector<Eigen::Vector2d> Simplified(std::vector<Eigen::Vector2d> polygon) {
 /// Rounds to micrometres; never -0.
 double Rounded(double value) { return std::round(value * kPerMetre) / kPerMetre + 0.0; }
 
-/// Octagon around the lowest point.
-std::vector<Eigen::Vector2d> PatchOfPoint(const Eigen::Vector2d& centre) {
-  std::vector<Eigen::Vector2d> patch;
-  for (int i = 0; i < 8; ++i) {
-    const double angle = i * std::numbers::pi / 4.0;
-    patch.push_back(centre + kPointRadius_m * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+/// A ball.
+struct Ball {
+  Eigen::Vector3d centre;
+  double radius_m = 0.0;
+};
+
+/// Returns the ball that fits the points best: least squares of |p - c|^2 - r^2. Nothing for fewer than four points,
+/// and for points in a plane.
+std::optional<Ball> FittedBall(const std::vector<Eigen::Vector3d>& points) {
+  constexpr std::size_t kLeastPoints = 4;
+  if (points.size() < kLeastPoints) return {};
+  Eigen::MatrixXd rows(points.size(), 4);
+  Eigen::VectorXd right(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const Eigen::Vector3d p = points[i] - points.front();
+    rows.row(row) << 2.0 * p.transpose(), 1.0;
+    right[row] = p.squaredNorm();
   }
-  return patch;
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver(rows);
+  if (solver.rank() < rows.cols()) return {};
+  const Eigen::Vector4d solution = solver.solve(right);
+  const double square = solution[3] + solution.head<3>().squaredNorm();
+  if (!(square > 0.0)) return {};
+  return Ball{.centre = solution.head<3>() + points.front(), .radius_m = std::sqrt(square)};
+}
+
+/// Returns the ball of a rounded end: fitted to the points near the lowest one, if they lie on a ball within 1 mm; else
+/// the lowest point itself. `up`: unit.
+Ball LowestBall(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& up) {
+  constexpr double kLargest_m = 0.1, kDeviation_m = 1e-3;
+  constexpr std::array kBands_m = {0.02, 0.01, 0.005};  // heights above the lowest point
+  const auto height = [&](const Eigen::Vector3d& p) { return up.dot(p); };
+  const Eigen::Vector3d lowest = *std::ranges::min_element(points, {}, height);
+  for (const double band_m : kBands_m) {
+    std::vector<Eigen::Vector3d> near;
+    for (const Eigen::Vector3d& p : points) {
+      if (height(p) < height(lowest) + band_m) near.push_back(p);
+    }
+    const std::optional<Ball> ball = FittedBall(near);
+    if (!ball || ball->radius_m > kLargest_m) continue;
+    const auto fits = [&](const Eigen::Vector3d& p) {
+      return std::abs((p - ball->centre).norm() - ball->radius_m) <= kDeviation_m;
+    };
+    if (std::ranges::all_of(near, fits)) return *ball;
+  }
+  return {.centre = lowest};
+}
+
+/// Adds the balls at the ends of a link's shapes, moved by `pose`.
+void AddBalls(const Link& link, const Eigen::Isometry3d& pose, std::vector<Ball>* balls) {
+  for (const ShapeSpec& shape : link.collision) {
+    const double half_m = shape.kind == ShapeSpec::Kind::kCapsule ? 0.5 * shape.size.z() : 0.0;
+    if (shape.kind != ShapeSpec::Kind::kSphere && shape.kind != ShapeSpec::Kind::kCapsule) continue;
+    for (const double end : {-half_m, half_m}) {
+      balls->push_back({.centre = pose * (shape.pose * Eigen::Vector3d(0, 0, end)), .radius_m = shape.size.x()});
+    }
+  }
+}
+
+/// Returns the ball with the lowest point; nothing without balls.
+std::optional<Ball> LowestOf(const std::vector<Ball>& balls, const Eigen::Vector3d& up) {
+  if (balls.empty()) return {};
+  return *std::ranges::min_element(balls, {}, [&](const Ball& ball) { return up.dot(ball.centre) - ball.radius_m; });
+}
+
+/// Returns true if the lowest point of the facet belongs to a ball, whose tessellation has facets.
+bool HasBall(const std::vector<Ball>& balls, const Facet& facet, const Eigen::Vector3d& up) {
+  const std::optional<Ball> ball = LowestOf(balls, up);
+  if (!ball) return false;
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& corner : facet.corners) lowest = std::min(lowest, up.dot(corner));
+  return up.dot(ball->centre) - ball->radius_m <= lowest + kPlaneBand_m;
+}
+
+void DescribePatch(const Facet& facet, const Eigen::Vector3d& forward, FoundSole* sole) {
+  sole->area_m2 = facet.area_m2;
+  Eigen::Matrix3d axes = AxesOf(facet.normal, forward);
+  sole->tilt_rad = std::acos(std::clamp(axes(2, 2), -1.0, 1.0));
+  if (Eigen::AngleAxisd(axes).angle() < kAligned_rad) axes.setIdentity();
+
+  // Height of the lowest corner, so that no part of the sole is below the plane.
+  double plane = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& corner : facet.corners) plane = std::min(plane, axes.col(2).dot(corner));
+  const std::vector<Eigen::Vector2d> patch = Simplified(Flattened(facet.corners, axes));
+  sole->height_m = -plane;
+  Eigen::AlignedBox2d box;
+  for (const Eigen::Vector2d& corner : patch) box.extend(corner);
+  Eigen::Vector2d origin = Eigen::Vector2d::Zero();
+  if (box.exteriorDistance(origin) > 0.5 * box.sizes().maxCoeff()) origin = box.center();
+  const Eigen::Vector3d in_axes(Rounded(origin.x()), Rounded(origin.y()), -Rounded(kClearance_m - plane));
+  ContactDescription& contact = sole->contact;
+  contact.position = axes.isIdentity(0.0) ? in_axes : Eigen::Vector3d(axes * in_axes);
+  if (!axes.isIdentity(0.0)) contact.rpy_rad = RollPitchYaw(axes);
+  contact.points.emplace();
+  for (const Eigen::Vector2d& corner : patch) {
+    contact.points->emplace_back(Rounded(corner.x() - in_axes.x()), Rounded(corner.y() - in_axes.y()),
+                                 Rounded(plane - in_axes.z()));
+  }
+}
+
+void DescribePoint(const std::vector<Eigen::Vector3d>& points, const std::vector<Ball>& balls,
+                   const Eigen::Vector3d& up, FoundSole* sole) {
+  Ball ball = LowestBall(points, up);
+  const std::optional<Ball> shape = LowestOf(balls, up);
+  const auto lowest = [&](const Ball& b) { return up.dot(b.centre) - b.radius_m; };
+  if (shape && lowest(*shape) <= lowest(ball) + kPlaneBand_m) ball = *shape;
+  sole->contact.kind = ContactKind::kPoint;
+  sole->contact.position = ball.centre.unaryExpr(&Rounded);
+  sole->contact.radius_m = Rounded(ball.radius_m);
+  sole->height_m = -lowest(ball);
 }
 
 }  // namespace
@@ -238,45 +342,23 @@ FoundSole MeasureSole(const RobotModel& robot, int link) {
   kinematics.UpdatePoses(robot.NeutralConfiguration());
   const Eigen::Isometry3d X_LW = kinematics.link_pose(link).inverse(Eigen::Isometry);
   std::vector<Eigen::Vector3d> points;
+  std::vector<Ball> balls;
   for (int other = 0; other < std::ssize(robot.links()); ++other) {
     if (bodies.of(other) != bodies.of(link)) continue;
     const Link& part = robot.links()[static_cast<std::size_t>(other)];
-    for (const Eigen::Vector3d& p : PointsOf(part, robot.read_guard())) {
-      points.push_back(X_LW * kinematics.link_pose(other) * p);
-    }
+    const Eigen::Isometry3d pose = X_LW * kinematics.link_pose(other);
+    AddBalls(part, pose, &balls);
+    for (const Eigen::Vector3d& p : PointsOf(part, robot.read_guard())) points.push_back(pose * p);
   }
   FoundSole sole;
   sole.contact.name = sole.contact.link = robot.links()[static_cast<std::size_t>(link)].name;
   if (points.empty()) return sole;
   const Eigen::Vector3d up = X_LW.linear().col(2), forward = X_LW.linear().col(0);
-  Facet facet = LowestFacet(points, up);
-  const bool flat = facet.area_m2 >= kFlatArea_m2;
-  if (!flat) {
-    const auto lowest = std::ranges::min_element(points, {}, [&](const Eigen::Vector3d& p) { return up.dot(p); });
-    facet = {-up, up.dot(*lowest), {*lowest}, 0.0};
-  }
-  sole.area_m2 = facet.area_m2;
-  Eigen::Matrix3d axes = AxesOf(facet.normal, forward);
-  sole.tilt_rad = std::acos(std::clamp(axes(2, 2), -1.0, 1.0));
-  if (Eigen::AngleAxisd(axes).angle() < kAligned_rad) axes.setIdentity();
-
-  // Height of the lowest corner, so that no part of the sole is below the plane.
-  double plane = std::numeric_limits<double>::infinity();
-  for (const Eigen::Vector3d& corner : facet.corners) plane = std::min(plane, axes.col(2).dot(corner));
-  std::vector<Eigen::Vector2d> patch = Flattened(facet.corners, axes);
-  patch = flat ? Simplified(std::move(patch)) : PatchOfPoint(patch.front());
-  sole.height_m = -plane;
-  Eigen::AlignedBox2d box;
-  for (const Eigen::Vector2d& corner : patch) box.extend(corner);
-  Eigen::Vector2d origin = Eigen::Vector2d::Zero();
-  if (box.exteriorDistance(origin) > 0.5 * box.sizes().maxCoeff()) origin = box.center();
-  const Eigen::Vector3d in_axes(Rounded(origin.x()), Rounded(origin.y()), -Rounded(kClearance_m - plane));
-  sole.contact.position = axes.isIdentity(0.0) ? in_axes : Eigen::Vector3d(axes * in_axes);
-  if (!axes.isIdentity(0.0)) sole.contact.rpy_rad = RollPitchYaw(axes);
-  sole.contact.points.emplace();
-  for (const Eigen::Vector2d& corner : patch) {
-    sole.contact.points->emplace_back(Rounded(corner.x() - in_axes.x()), Rounded(corner.y() - in_axes.y()),
-                                      Rounded(plane - in_axes.z()));
+  const Facet facet = LowestFacet(points, up);
+  if (facet.area_m2 >= kFlatArea_m2 && !HasBall(balls, facet, up)) {
+    DescribePatch(facet, forward, &sole);
+  } else {
+    DescribePoint(points, balls, up, &sole);
   }
   return sole;
 }

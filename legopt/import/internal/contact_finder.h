@@ -34,8 +34,9 @@ struct FoundSole {
 /// patch's normal and x the robot's forward direction. Its origin is below the link's, or in the middle of the patch if
 /// the link's origin is beside it. The points are at most eight corners of the patch.
 ///
-/// A body without a facet of at least 8 cm^2, such as a ball, gets a patch of 5 mm radius at its lowest point. Loads
-/// meshes like FindFeet. `link` must have collision geometry, or be fixed to links that have.
+/// A body that ends in a ball, or has no facet of at least 8 cm^2, gets a point contact: at the ball, if one of its
+/// spheres or capsules is lowest or a ball fits its lowest vertices within 1 mm; else at its lowest point. Loads meshes
+/// like FindFeet. `link` must have collision geometry, or be fixed to links that have.
 FoundSole MeasureSole(const RobotModel& robot, int link);
 
 }  // namespace legopt

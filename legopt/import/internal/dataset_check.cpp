@@ -214,12 +214,14 @@ DatasetDiagnostic Hovering(Group group, size_t all, const Dataset& dataset) {
   return finding;
 }
 
-/// Returns the share of 45 points of the contact patch that lie on the surface, with the foot lowered onto the ground.
+/// Returns the share of 45 points of the contact patch that lie on the surface, with the foot lowered onto the ground;
+/// of a point contact 1.
 double SupportedShare(const Contact& contact, const ContactTarget& target, const Ground& ground,
                       const Terrain& terrain) {
   constexpr int kAlong = 9, kAcross = 5;
   constexpr double kTolerance_m = 3e-3;
   constexpr double kInset_m = 2e-3;  // a contact patch may end at the edge of its slab
+  if (contact.kind == ContactKind::kPoint) return 1.0;
   const Eigen::Matrix3d rotation = target.rotation.normalized().toRotationMatrix();
   const auto at = [](double low, double high, int k, int n) {
     return low + kInset_m + (high - low - 2.0 * kInset_m) * k / (n - 1);
@@ -340,6 +342,7 @@ std::vector<DatasetDiagnostic> CheckFootCollisions(const Dataset& dataset, std::
   Group colliding;
   double deepest = 0.0;
   for (const UsedContact& used : contacts) {
+    if (dataset.contact(used.target.contact).kind == ContactKind::kPoint) continue;  // its link may turn
     const int link = dataset.contact(used.target.contact).link_index;
     Eigen::VectorXd x = dataset.self_collision_reference();
     kinematics.UpdatePoses(x);

@@ -25,7 +25,7 @@ void CheckContacts(const CheckedWaypoint& waypoint, CheckRecorder& recorder) {
   for (const ContactTarget& target : waypoint.stance.contacts) {
     const Contact& contact = waypoint.dataset.contact(target.contact);
     const ContactPoseError error =
-        ComputeContactPoseError(contact.LinkTarget(target), waypoint.kinematics.link_pose(contact.link_index));
+        ComputeContactPoseError(contact, target, waypoint.kinematics.link_pose(contact.link_index));
     recorder.Measure(Verdict::kFootPose, Rule::kLiteral, error.violation, Exceeds(error.violation, kPoseTolerance),
                      [&] {
                        return CheckFinding{target.contact, PoseErrorText(target.contact, error, kPoseTolerance)};
@@ -100,11 +100,12 @@ void CheckTouch(const CheckedWaypoint& waypoint, CheckRecorder& recorder) {
   bool judged = true;
   for (const ContactTarget& target : waypoint.stance.contacts) {
     const Contact& contact = waypoint.dataset.contact(target.contact);
-    const ContactTouch touch = waypoint.touch.Measure(contact, waypoint.kinematics.link_pose(contact.link_index));
+    const ContactTouch touch =
+        waypoint.touch.Measure(contact, NormalOf(target), waypoint.kinematics.link_pose(contact.link_index));
     judged = judged && contact.declares_points;
     recorder.Measure(Verdict::kTouch, Rule::kSolid, touch.gap_m,
-                     contact.declares_points && Exceeds(touch.gap_m, kTouchTolerance_m), [&] {
-                       return CheckFinding{contact.name, TouchText(contact.name, touch.gap_m)};
+                     contact.declares_points && Exceeds(touch.gap_m, TouchTolerance_m(contact.kind)), [&] {
+                       return CheckFinding{contact.name, TouchText(contact.name, contact.kind, touch.gap_m)};
                      });
     if (!DescriptionOf(contact.kind).supports) continue;
     places_W.insert(places_W.end(), touch.places_W.begin(), touch.places_W.end());

@@ -23,12 +23,23 @@ ContactPoseError ComputeContactPoseError(const Eigen::Isometry3d& target, const 
   return result;
 }
 
+ContactPoseError ComputeContactPoseError(const Contact& contact, const ContactTarget& target,
+                                         const Eigen::Isometry3d& X_WL) {
+  if (contact.kind != ContactKind::kPoint) return ComputeContactPoseError(contact.LinkTarget(target), X_WL);
+  Eigen::Isometry3d goal = Eigen::Isometry3d::Identity(), actual = Eigen::Isometry3d::Identity();
+  goal.linear() = actual.linear() = target.rotation.normalized().toRotationMatrix();
+  goal.translation() = contact.OriginTarget(target);
+  actual.translation() = X_WL * contact.X_LC.translation();
+  return ComputeContactPoseError(goal, actual);
+}
+
 std::vector<ContactPlacement> ActualPlacements(const Dataset& dataset, const Stance& stance,
                                                const Kinematics& kinematics) {
   std::vector<ContactPlacement> placements;
   for (const ContactTarget& target : stance.contacts) {
     const Contact& contact = dataset.contact(target.contact);
-    placements.push_back({.contact = &contact, .X_WL = kinematics.link_pose(contact.link_index)});
+    placements.push_back(
+        {.contact = &contact, .X_WL = kinematics.link_pose(contact.link_index), .normal_W = NormalOf(target)});
   }
   return placements;
 }
@@ -62,11 +73,15 @@ std::string PoseErrorText(const std::string& link, const ContactPoseError& error
          " (quaternion component, tolerance " + NumberText(tolerance) + ", half the angle in rad)";
 }
 
-std::string TouchText(const std::string& contact, double gap_m) {
+std::string TouchText(const std::string& contact, ContactKind kind, double gap_m) {
   constexpr double kPercent = 100.0;
+  const std::string gap = gap_m < kFarGap_m ? LengthText(gap_m) : "more than " + LengthText(kFarGap_m);
+  const std::string tolerance = LengthText(TouchTolerance_m(kind));
+  if (kind == ContactKind::kPoint) {
+    return contact + " does not touch the scene: its gap must be at most " + tolerance + ", and is " + gap;
+  }
   return contact + " does not touch the scene: " + NumberText(kPercent * kTouchShare) +
-         " % of its patch must be within " + LengthText(kTouchTolerance_m) + " of a surface, and are within " +
-         (gap_m < kFarGap_m ? LengthText(gap_m) : "more than " + LengthText(kFarGap_m));
+         " % of its patch must be within " + tolerance + " of a surface, and are within " + gap;
 }
 
 std::string ComErrorText(double distance_m, double tolerance_m) {

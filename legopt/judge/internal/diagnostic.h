@@ -24,6 +24,11 @@ inline bool Exceeds(double value, double tolerance) { return !(value <= toleranc
 /// Poses in the world.
 ContactPoseError ComputeContactPoseError(const Eigen::Isometry3d& target, const Eigen::Isometry3d& actual);
 
+/// Computes the pose error of a contact whose link is at X_WL. A point contact has only the translation of its frame's
+/// origin, in the axes of the target. Poses in the world.
+ContactPoseError ComputeContactPoseError(const Contact& contact, const ContactTarget& target,
+                                         const Eigen::Isometry3d& X_WL);
+
 /// Returns the contacts of a stance where the robot has them. They reference contacts of the dataset. Throws InputError
 /// for a contact that the dataset does not have.
 std::vector<ContactPlacement> ActualPlacements(const Dataset& dataset, const Stance& stance,
@@ -42,7 +47,7 @@ std::string LengthText(double value_m);
 /// Describes a foot pose error: foot, component, magnitude and tolerance (quaternion component, m).
 std::string PoseErrorText(const std::string& link, const ContactPoseError& error, double tolerance);
 /// Describes the gap below a contact (touch.h).
-std::string TouchText(const std::string& contact, double gap_m);
+std::string TouchText(const std::string& contact, ContactKind kind, double gap_m);
 /// Describes the distance of the centre of mass from the support polygon.
 std::string ComErrorText(double distance_m, double tolerance_m);
 

@@ -269,8 +269,7 @@ void PathExaminer::ExamineSample(const Segment& segment, double s, const Kinemat
   const std::vector<ContactPlacement> placements = ActualPlacements(*dataset_, segment.planted, kinematics);
   for (std::size_t i = 0; i < placements.size(); ++i) {
     const ContactTarget& target = segment.planted.contacts[i];
-    const ContactPoseError error =
-        ComputeContactPoseError(placements[i].contact->LinkTarget(target), placements[i].X_WL);
+    const ContactPoseError error = ComputeContactPoseError(*placements[i].contact, target, placements[i].X_WL);
     include(Verdict::kFootPose, error.violation, target.contact);
     if (!Exceeds(error.violation, kPlantedTolerance)) continue;
     Fail(segment, s, Verdict::kFootPose, "planted " + PoseErrorText(target.contact, error, kPlantedTolerance),

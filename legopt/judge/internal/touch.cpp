@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "legopt/robot/kinematics.h"
 #include "legopt/types/check.h"
@@ -9,11 +10,13 @@
 namespace legopt {
 namespace {
 
-constexpr std::size_t kGrid = 16;       // places per row of a patch's bounding rectangle
-constexpr double kOverlap_m = 5e-3;     // a surface this far above the link's underside is below the link
-constexpr double kCornerBand_m = 5e-3;  // corners of the surface are those this far above its lowest point
-constexpr double kInset_m = 1e-6;       // corners are moved inwards, so that rounding does not put them outside
-constexpr int kHalvings = 7;            // of the distance between two places, to find the edge of what touches
+constexpr std::size_t kGrid = 16;        // places per row of a patch's bounding rectangle
+constexpr double kOverlap_m = 5e-3;      // a surface this far above the link's underside is below the link
+constexpr double kCornerBand_m = 5e-3;   // corners of the surface are those this far above its lowest point
+constexpr double kInset_m = 1e-6;        // corners are moved inwards, so that rounding does not put them outside
+constexpr double kLeastRadius_m = 5e-3;  // of the disc below a point contact
+constexpr int kDiscCorners = 16;         // corners of this disc
+constexpr int kHalvings = 7;             // of the distance between two places, to find the edge of what touches
 
 bool Contains(const std::vector<HalfPlane>& edges, const Eigen::Vector2d& p) {
   return std::ranges::all_of(edges, [&](const HalfPlane& edge) { return edge.Distance(p) <= 0.0; });
@@ -21,20 +24,20 @@ bool Contains(const std::vector<HalfPlane>& edges, const Eigen::Vector2d& p) {
 
 }  // namespace
 
-TouchProbe::Underside TouchProbe::MakeUnderside(const Contact& contact) const {
+/// `X_CL`: the contact's link in the frame of the patch.
+TouchProbe::Underside TouchProbe::MakeUnderside(const Contact& contact, const Eigen::Isometry3d& X_CL,
+                                                const std::vector<Eigen::Vector2d>& patch) const {
   const RobotModel& robot = dataset_.robot();
   Kinematics kinematics(robot);
   kinematics.UpdatePoses(robot.NeutralConfiguration());
-  const Eigen::Isometry3d X_CW = (kinematics.link_pose(contact.link_index) * contact.X_LC).inverse(Eigen::Isometry);
+  const Eigen::Isometry3d X_CW = X_CL * kinematics.link_pose(contact.link_index).inverse(Eigen::Isometry);
+  Eigen::AlignedBox2d rectangle;
+  for (const Eigen::Vector2d& corner : patch) rectangle.extend(corner);
   Underside underside;
   for (int link = 0; link < std::ssize(robot.links()); ++link) {
     if (link != contact.link_index && robot.MovingJointsBetween(link, contact.link_index) > 0) continue;
-    collision_.AddLinkTriangles(link, X_CW * kinematics.link_pose(link), &underside.triangles);
+    collision_.AddLinkTriangles(link, X_CW * kinematics.link_pose(link), rectangle, &underside.triangles);
   }
-  const Eigen::Isometry3d X_CL = contact.X_LC.inverse(Eigen::Isometry);
-  std::vector<Eigen::Vector2d> points;
-  for (const Eigen::Vector3d& point : contact.points_L) points.emplace_back((X_CL * point).head<2>());
-  const std::vector<Eigen::Vector2d> patch = ConvexHull2d(std::move(points));
   AddGrid(patch, &underside);
   AddCorners(patch, &underside);
   for (const auto* places : {&underside.grid, &underside.corners}) {
@@ -96,7 +99,10 @@ void TouchProbe::AddCorners(const std::vector<Eigen::Vector2d>& patch, Underside
 const TouchProbe::Underside& TouchProbe::UndersideOf(const Contact& contact) {
   const auto known = undersides_.find(contact.name);
   if (known != undersides_.end()) return known->second;
-  return undersides_.emplace(contact.name, MakeUnderside(contact)).first->second;
+  const Eigen::Isometry3d X_CL = contact.X_LC.inverse(Eigen::Isometry);
+  std::vector<Eigen::Vector2d> points;
+  for (const Eigen::Vector3d& point : contact.points_L) points.emplace_back((X_CL * point).head<2>());
+  return undersides_.emplace(contact.name, MakeUnderside(contact, X_CL, ConvexHull2d(std::move(points)))).first->second;
 }
 
 double TouchProbe::GapAt(const Place& place) const {
@@ -120,16 +126,59 @@ TouchProbe::Place TouchProbe::Boundary(const Underside& underside, const Place& 
   return inside;
 }
 
-ContactTouch TouchProbe::Measure(const Contact& contact, const Eigen::Isometry3d& X_WL) {
-  const Underside& underside = UndersideOf(contact);
-  ContactTouch touch{.gap_m = kFarGap_m, .places_W = {}};
-  if (underside.box.isEmpty() || underside.grid.empty() || !X_WL.matrix().allFinite()) return touch;
-  const Eigen::Isometry3d X_WC = X_WL * contact.X_LC;
+void TouchProbe::CollectScene(const Underside& underside, const Eigen::Isometry3d& X_WC) {
   Eigen::AlignedBox3d box = underside.box;
   box.min().z() -= kFarGap_m;
   box.max().z() += kOverlap_m;
   scene_.Clear();
   collision_.AddSceneTriangles(X_WC, box, &scene_);
+}
+
+ContactTouch TouchProbe::Measure(const Contact& contact, const Eigen::Vector3d& normal_W,
+                                 const Eigen::Isometry3d& X_WL) {
+  if (!X_WL.matrix().allFinite()) return {.gap_m = kFarGap_m, .places_W = {}};
+  return contact.kind == ContactKind::kPoint ? MeasurePoint(contact, normal_W, X_WL) : MeasurePatch(contact, X_WL);
+}
+
+ContactTouch TouchProbe::MeasurePoint(const Contact& contact, const Eigen::Vector3d& normal_W,
+                                      const Eigen::Isometry3d& X_WL) {
+  Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
+  X_WC.linear() = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), normal_W).toRotationMatrix();
+  X_WC.translation() = X_WL * contact.X_LC.translation() - contact.radius_m * normal_W;
+  const double radius_m = std::max(contact.radius_m, kLeastRadius_m);
+  std::vector<Eigen::Vector2d> disc;
+  for (int corner = 0; corner < kDiscCorners; ++corner) {
+    const double angle = 2.0 * std::numbers::pi * corner / kDiscCorners;
+    disc.emplace_back(radius_m * std::cos(angle), radius_m * std::sin(angle));
+  }
+  const Underside underside = MakeUnderside(contact, X_WC.inverse(Eigen::Isometry) * X_WL, disc);
+  ContactTouch touch{.gap_m = kFarGap_m, .places_W = {}};
+  if (underside.box.isEmpty()) return touch;
+  CollectScene(underside, X_WC);
+  std::vector<Eigen::Vector2d> touching;
+  for (const auto* places : {&underside.grid, &underside.corners}) {
+    for (const Place& place : *places) {
+      const double gap_m = GapAt(place);
+      touch.gap_m = std::min(touch.gap_m, gap_m);
+      if (gap_m <= kPointTouchTolerance_m) touching.push_back(place.position);
+    }
+  }
+  if (touching.empty()) return touch;
+  // The ball's lowest point, unless the link touches only beside it: then the nearest place that touches.
+  Eigen::Vector2d support = Eigen::Vector2d::Zero();
+  if (SignedDistanceToPolygon(ConvexHull2d(touching), support) > 0.0) {
+    support = *std::ranges::min_element(touching, {}, [](const Eigen::Vector2d& p) { return p.squaredNorm(); });
+  }
+  touch.places_W.emplace_back((X_WC * Eigen::Vector3d(support.x(), support.y(), 0.0)).head<2>());
+  return touch;
+}
+
+ContactTouch TouchProbe::MeasurePatch(const Contact& contact, const Eigen::Isometry3d& X_WL) {
+  const Underside& underside = UndersideOf(contact);
+  ContactTouch touch{.gap_m = kFarGap_m, .places_W = {}};
+  if (underside.box.isEmpty() || underside.grid.empty()) return touch;
+  const Eigen::Isometry3d X_WC = X_WL * contact.X_LC;
+  CollectScene(underside, X_WC);
 
   const auto add = [&](const Place& place) {
     touch.places_W.emplace_back(

@@ -14,7 +14,8 @@ namespace legopt {
 
 /// Where a contact touches the scene.
 struct ContactTouch {
-  /// Gap between link and scene, m, >= 0, that kTouchShare of the patch do not exceed; at most kFarGap_m.
+  /// Gap between link and scene, m, >= 0, at most kFarGap_m: of a sole, the one that kTouchShare of the patch do not
+  /// exceed; of a point, the smallest one of its surroundings.
   double gap_m = 0.0;
   /// Horizontal positions of places that touch, m; their hull is the contact's part of the support polygon.
   std::vector<Eigen::Vector2d> places_W;
@@ -31,14 +32,18 @@ inline constexpr double kFarGap_m = 0.25;
 /// touches if its gap is at most kTouchTolerance_m. The frame of the *actual* link pose is used, and nothing else of
 /// the contact's description, so a wrong description does not pass.
 ///
+/// The patch of a point contact is a disc with the radius of its ball, at least 5 mm, around the lowest point along the
+/// normal of its target. It touches if a place or a vertex of the link in it has a gap of at most
+/// kPointTouchTolerance_m.
+///
 /// Contains workspaces: not thread-safe. Source: docs/explanation/judge.md#touching.
 class TouchProbe {
  public:
   /// Both arguments must outlive this object.
   TouchProbe(const Dataset& dataset, const ExactCollision& collision) : dataset_(dataset), collision_(collision) {}
 
-  /// Measures one contact. `X_WL`: pose of its link in the world.
-  ContactTouch Measure(const Contact& contact, const Eigen::Isometry3d& X_WL);
+  /// Measures one contact. `normal_W`: normal of its target, for a point; `X_WL`: pose of its link in the world.
+  ContactTouch Measure(const Contact& contact, const Eigen::Vector3d& normal_W, const Eigen::Isometry3d& X_WL);
 
  private:
   /// A place of the patch, in the contact frame.
@@ -56,8 +61,12 @@ class TouchProbe {
     Eigen::AlignedBox3d box;             ///< of all places with a surface
   };
 
+  ContactTouch MeasurePatch(const Contact& contact, const Eigen::Isometry3d& X_WL);
+  ContactTouch MeasurePoint(const Contact& contact, const Eigen::Vector3d& normal_W, const Eigen::Isometry3d& X_WL);
+  void CollectScene(const Underside& underside, const Eigen::Isometry3d& X_WC);
   const Underside& UndersideOf(const Contact& contact);
-  Underside MakeUnderside(const Contact& contact) const;
+  Underside MakeUnderside(const Contact& contact, const Eigen::Isometry3d& X_CL,
+                          const std::vector<Eigen::Vector2d>& patch) const;
   static void AddGrid(const std::vector<Eigen::Vector2d>& patch, Underside* underside);
   static void AddCorners(const std::vector<Eigen::Vector2d>& patch, Underside* underside);
   double GapAt(const Place& place) const;

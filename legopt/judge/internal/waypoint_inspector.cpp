@@ -53,8 +53,7 @@ void WaypointInspector::ListFeet(const Stance& stance, WaypointDiagnostics* find
   const std::vector<ContactPlacement> placements = ActualPlacements(*dataset_, stance, kinematics_);
   for (std::size_t i = 0; i < placements.size(); ++i) {
     const ContactTarget& target = stance.contacts[i];
-    const ContactPoseError error =
-        ComputeContactPoseError(placements[i].contact->LinkTarget(target), placements[i].X_WL);
+    const ContactPoseError error = ComputeContactPoseError(*placements[i].contact, target, placements[i].X_WL);
     findings->feet.push_back({.link = target.contact,
                               .violation = error.violation,
                               .component = error.component,

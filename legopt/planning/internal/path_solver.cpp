@@ -157,8 +157,9 @@ double PathSolver::Drift(const Eigen::VectorXd& points) {
   double largest = 0.0;
   ForEachMiddle(points, [&](std::size_t way) {
     for (const ContactTarget& target : planted_[way].contacts) {
-      const Eigen::Isometry3d& pose = kinematics_.link_pose(dataset_->contact(target.contact).link_index);
-      largest = std::max(largest, ComputeContactPoseError(dataset_->LinkTarget(target), pose).violation);
+      const Contact& contact = dataset_->contact(target.contact);
+      const Eigen::Isometry3d& pose = kinematics_.link_pose(contact.link_index);
+      largest = std::max(largest, ComputeContactPoseError(contact, target, pose).violation);
     }
   });
   return largest;

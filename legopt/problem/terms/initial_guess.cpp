@@ -11,6 +11,41 @@
 #include "legopt/robot/configuration.h"
 
 namespace legopt {
+namespace {
+
+/// Horizontal pose of the base.
+struct BasePlace {
+  Eigen::Vector2d position;
+  double yaw_rad;
+};
+
+/// Returns the place at which the nominal positions of the contacts fit their targets best, in least squares: a point's
+/// target says nothing about the robot's heading. `fallback_yaw_rad`: used if all nominal positions coincide.
+BasePlace FittedPlace(const Dataset& dataset, const Stance& stance, double fallback_yaw_rad) {
+  const auto n = static_cast<double>(stance.contacts.size());
+  Eigen::Vector2d from = Eigen::Vector2d::Zero(), to = Eigen::Vector2d::Zero();
+  for (const ContactTarget& target : stance.contacts) {
+    from += dataset.contact(target.contact).nominal_position_B.head<2>() / n;
+    to += target.position.head<2>() / n;
+  }
+  double along = 0.0, across = 0.0;
+  for (const ContactTarget& target : stance.contacts) {
+    const Eigen::Vector2d a = dataset.contact(target.contact).nominal_position_B.head<2>() - from;
+    const Eigen::Vector2d b = target.position.head<2>() - to;
+    along += a.dot(b);
+    across += a.x() * b.y() - a.y() * b.x();
+  }
+  const double yaw = along == 0.0 && across == 0.0 ? fallback_yaw_rad : std::atan2(across, along);
+  return {.position = to - Eigen::Rotation2Dd(yaw) * from, .yaw_rad = yaw};
+}
+
+bool HasPoints(const Dataset& dataset, const Stance& stance) {
+  return std::ranges::any_of(stance.contacts, [&](const ContactTarget& target) {
+    return dataset.contact(target.contact).kind == ContactKind::kPoint;
+  });
+}
+
+}  // namespace
 
 Eigen::VectorXd InitialGuess(const Dataset& dataset, const Stance& stance, Initialization initialization) {
   if (stance.contacts.empty()) {
@@ -29,7 +64,12 @@ Eigen::VectorXd InitialGuess(const Dataset& dataset, const Stance& stance, Initi
     highest = std::max(highest, target.position.z());
   }
   centre /= static_cast<double>(stance.contacts.size());
-  const double yaw = std::atan2(heading.y(), heading.x());  // 0 if the contacts point in exactly opposite directions
+  double yaw = std::atan2(heading.y(), heading.x());  // 0 if the contacts point in exactly opposite directions
+  if (HasPoints(dataset, stance)) {
+    const BasePlace place = FittedPlace(dataset, stance, yaw);
+    centre = place.position;
+    yaw = place.yaw_rad;
+  }
   const double sole =
       initialization == Initialization::kGood ? highest + kGoodSoleHeight_m : lowest - kInCollisionSoleDepth_m;
 

@@ -37,8 +37,13 @@ void WaypointProgram::AddConstraints(const Dataset& dataset, const WaypointConst
     weights.spent = weights.kept;
   }
   for (const ContactTarget& target : stance.contacts) {
-    terms_.push_back(std::make_unique<ContactPoseTerm>(waypoint, state, dataset.contact(target.contact).link_index,
-                                                       dataset.LinkTarget(target), target.contact, weights));
+    const Contact& contact = dataset.contact(target.contact);
+    if (contact.kind == ContactKind::kPoint) {
+      terms_.push_back(std::make_unique<ContactPointTerm>(waypoint, state, contact, target));
+    } else {
+      terms_.push_back(std::make_unique<ContactPoseTerm>(waypoint, state, contact.link_index,
+                                                         contact.LinkTarget(target), target.contact, weights));
+    }
   }
   if (demand.balanced) {
     terms_.push_back(std::make_unique<ComTerm>(waypoint, state, Edges(TargetSupportPolygon(dataset, stance))));

@@ -264,7 +264,9 @@ ReachProver::ReachProver(const Dataset& dataset) : dataset_(&dataset) {
 std::vector<ReachProver::Standing> ReachProver::StanceLegs(const Stance& stance) const {
   std::vector<Standing> standing;
   for (const ContactTarget& target : stance.contacts) {
-    const LegReach& leg = legs_.at(dataset_->contact(target.contact).link);
+    const Contact& contact = dataset_->contact(target.contact);
+    if (contact.kind != ContactKind::kSole) continue;  // the link may turn: its pose is not known
+    const LegReach& leg = legs_.at(contact.link);
     if (leg.bounded()) standing.push_back({&leg, dataset_->LinkTarget(target)});
   }
   return standing;

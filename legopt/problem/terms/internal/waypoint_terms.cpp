@@ -85,6 +85,36 @@ void ContactPoseTerm::ComputeModel(LinearModel& model) {
   }
 }
 
+ContactPointTerm::ContactPointTerm(int waypoint, WaypointState& state, const Contact& contact,
+                                   const ContactTarget& target)
+    : Term({"foot " + target.contact, TermKind::kEquality, waypoint, 1}),
+      state_(&state),
+      contact_(&contact),
+      target_W_(contact.OriginTarget(target)),
+      axes_(target.rotation.normalized().toRotationMatrix().transpose()) {
+  jacobian_.setZero(3, state.kinematics().model().tangent_size());
+}
+
+Eigen::Vector3d ContactPointTerm::Origin() const {
+  return state_->kinematics().link_pose(contact_->link_index) * contact_->X_LC.translation();
+}
+
+void ContactPointTerm::ComputeResiduals(std::vector<double>& residuals) {
+  const Eigen::Vector3d error = axes_ * (Origin() - target_W_);
+  residuals.insert(residuals.end(), error.begin(), error.end());
+}
+
+void ContactPointTerm::ComputeModel(LinearModel& model) {
+  const Eigen::Vector3d origin = Origin(), error = axes_ * (origin - target_W_);
+  state_->kinematics().PointJacobian(contact_->link_index, origin, jacobian_);
+  const int size = static_cast<int>(jacobian_.cols());
+  model.Reset(3, size, 1);
+  for (int i = 0; i < 3; ++i) {
+    model.value(i) = error[i];
+    Eigen::Map<Eigen::RowVectorXd>(model.row(0, i), size).noalias() = axes_.row(i) * jacobian_;
+  }
+}
+
 ComTerm::ComTerm(int waypoint, WaypointState& state, std::vector<HalfPlane> edges)
     : Term({"centre of mass", TermKind::kInequality, waypoint, 1}), state_(&state), edges_(std::move(edges)) {
   jacobian_.setZero(3, state.kinematics().model().tangent_size());

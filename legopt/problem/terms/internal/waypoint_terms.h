@@ -126,6 +126,27 @@ class ContactPoseTerm : public Term {
   Eigen::MatrixXd point_jacobian_, angular_jacobian_;
 };
 
+/// Equality: the origin of a point contact's frame at its target, in the axes of the target, m: the three numbers that
+/// the judge checks. The link may turn about it.
+class ContactPointTerm : public Term {
+ public:
+  /// `target` must be that of `contact`, which must outlive the term. Its margin is never relaxed, because the judge's
+  /// 1 mm for the gap (kPointTouchTolerance_m) leaves none.
+  ContactPointTerm(int waypoint, WaypointState& state, const Contact& contact, const ContactTarget& target);
+  void ComputeResiduals(std::vector<double>& residuals) override;
+  void ComputeModel(LinearModel& model) override;
+
+ private:
+  /// Returns the position of the contact frame's origin in the world.
+  Eigen::Vector3d Origin() const;
+
+  WaypointState* state_;
+  const Contact* contact_;
+  Eigen::Vector3d target_W_;
+  Eigen::Matrix3d axes_;  ///< rows: axes of the target in the world
+  Eigen::MatrixXd jacobian_;
+};
+
 /// Inequality: the centre of mass inside the support polygon, one row a.c + b <= 0 per edge, m.
 class ComTerm : public Term {
  public:
