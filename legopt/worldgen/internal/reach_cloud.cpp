@@ -24,10 +24,8 @@ ReachSample PlaceOf(const Contact& contact, const Isometry3d& X_BL) {
     const Vector3d forward = X_BC.linear().col(0);
     return {X_BC.translation(), std::atan2(forward.y(), forward.x())};
   }
-  // A point contact may turn: its point stays above the surface by the same height.
-  const Vector3d& point_L = contact.points_L.front();
-  const double above_m = (contact.X_LC.inverse() * point_L).z();
-  return {X_BL * point_L - above_m * Vector3d::UnitZ(), 0.0};
+  // A point contact may turn: the centre of its ball stays above the surface by the same height.
+  return {X_BC.translation() - (contact.radius_m + kPointClearance_m) * Vector3d::UnitZ(), 0.0};
 }
 
 /// Returns the degrees of freedom on the chain from the base to a link.

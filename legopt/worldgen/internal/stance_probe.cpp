@@ -23,19 +23,10 @@ void Check(bool good, const char* field, double value, const std::string& messag
   if (!good) throw InputError({"", field, FormatFixed(value, 6), message, fix});
 }
 
-constexpr double kBallClearance_m = 1e-3;  // height of the ball of a point contact above the surface
-
-/// Returns the radius of the ball of a point contact: the sphere of its link whose surface or centre is at the point.
-double BallRadius_m(const Contact& contact, const Link& link) {
-  constexpr double kNear_m = 5e-3;
-  constexpr double kSmall_m = 5e-3;
-  const Vector3d& point = contact.points_L.front();
-  for (const ShapeSpec& shape : link.collision) {
-    if (shape.kind != ShapeSpec::Kind::kSphere) continue;
-    const double distance_m = (shape.pose.translation() - point).norm();
-    if (distance_m < kNear_m || std::abs(distance_m - shape.size.x()) < kNear_m) return shape.size.x();
-  }
-  return kSmall_m;
+/// Returns the radius of the ball with which a point contact is tested, m.
+double BallRadius_m(const Contact& contact) {
+  constexpr double kLeast_m = 5e-3;
+  return std::max(kLeast_m, contact.radius_m);
 }
 
 const Link& LinkOf(const Dataset& dataset, const Contact& contact) {
@@ -52,7 +43,7 @@ RobotModel MakeParts(const Dataset& dataset, const ProbeOptions& options) {
     if (foot.kind == ContactKind::kPoint) {
       link.collision.assign(1, {});
       link.collision[0].kind = ShapeSpec::Kind::kSphere;
-      link.collision[0].size.x() = BallRadius_m(foot, LinkOf(dataset, foot));
+      link.collision[0].size.x() = BallRadius_m(foot);
     }
     links.push_back(std::move(link));
   }
@@ -275,12 +266,13 @@ bool StanceProbe::Supported(int foot, const ContactTarget& foothold) const {
 bool StanceProbe::Holds(int foot, const ContactTarget& foothold) {
   const Vector3d normal = foothold.rotation * Vector3d::UnitZ();
   if (normal.z() < std::cos(model_->options.slope_rad)) return false;
-  const double clearance = model_->options.clearance_m;
-  if (model_->dataset->contacts()[static_cast<size_t>(foot)].kind == ContactKind::kPoint) {
-    const double radius_m = model_->parts.links()[static_cast<size_t>(1 + foot)].collision[0].size.x();
-    const Eigen::Translation3d centre(foothold.position + (radius_m + kBallClearance_m) * normal);
-    return PartDistance(1 + foot, Isometry3d(centre), clearance) >= clearance;
+  const Contact& contact = model_->dataset->contacts()[static_cast<size_t>(foot)];
+  if (contact.kind == ContactKind::kPoint) {
+    constexpr double kSlack_m = 5e-5;
+    const Eigen::Translation3d centre(foothold.position + (BallRadius_m(contact) + kPointClearance_m) * normal);
+    return PartDistance(1 + foot, Isometry3d(centre), kPointClearance_m) >= kPointClearance_m - kSlack_m;
   }
+  const double clearance = model_->options.clearance_m;
   return Supported(foot, foothold) &&
          PartDistance(1 + foot, model_->dataset->LinkTarget(foothold), clearance) >= clearance;
 }

@@ -68,7 +68,7 @@ class StanceProbe {
   /// normal, x axis in the vertical plane of the heading.
   ContactTarget Place(int foot, const Eigen::Vector3d& point, const Eigen::Vector3d& normal, double yaw_rad) const;
   /// Returns true if a contact is valid: slope, support of the whole contact patch, and a collision-free foot. A point
-  /// contact needs no patch; its foot is the ball of the link at the point, or else one of 5 mm.
+  /// contact needs no patch; only its ball is tested, with a radius of at least 5 mm.
   bool Holds(int foot, const ContactTarget& foothold);
   /// Finds all valid contacts above (x, y), highest first.
   void Footholds(int foot, double x, double y, double yaw_rad, std::vector<ContactTarget>& footholds);
