@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <set>
 #include <utility>
 
+#include "legopt/planning/certify/internal/stance_certifier.h"
 #include "legopt/worldgen/internal/anytime_search.h"
 
 namespace legopt::worldgen {
@@ -77,19 +79,21 @@ class GridOfFootholds {
 
 struct LeggedPlanner::Impl {
   Impl(std::shared_ptr<const ProbeModel> probe_model, std::shared_ptr<const GuideMap> guide_map,
-       const PlannerOptions& planner_limits, LeggedActions action_set)
+       const PlannerOptions& planner_costs, LeggedActions action_set)
       : model(std::move(probe_model)),
         guide(std::move(guide_map)),
-        limits(planner_limits),
+        costs(planner_costs),
         actions(std::move(action_set)),
         gaits(GaitsOf(*model->reach)),
+        certifier(model->dataset),
         grid(model, std::max(actions.least_grid_m, actions.grid * model->reach->stride_m()), actions.headings) {}
 
   std::shared_ptr<const ProbeModel> model;
   std::shared_ptr<const GuideMap> guide;
-  PlannerOptions limits;
+  PlannerOptions costs;
   LeggedActions actions;
   std::vector<Gait> gaits;
+  certify::StanceCertifier certifier;
   GridOfFootholds grid;
 };
 
@@ -103,8 +107,18 @@ struct Movement {
 
 class LeggedSearch : public AnytimeSearch {
  public:
-  LeggedSearch(LeggedPlanner::Impl& planner, const Stance& start, const Stance& goal);
-  std::optional<FootstepPlan> Search();
+  /// Key of a state: footholds, gait and phase.
+  using Key = std::vector<int>;
+
+  /// `start` and `goal`: numbers of footholds; `excluded`: states that must not be used. They must outlive the search.
+  LeggedSearch(LeggedPlanner::Impl& planner, const std::vector<int>& start, const std::vector<int>& goal,
+               const std::set<Key>& excluded);
+  /// Searches. Returns false if no plan was found.
+  bool Search();
+  /// Returns the plan of a successful search.
+  FootstepPlan Extract() const;
+  /// Returns the keys of the plan's states without a posture on all contacts, or on those that stand during the phase.
+  std::vector<Key> Infeasible() const;
 
  private:
   struct Node {
@@ -114,7 +128,6 @@ class LeggedSearch : public AnytimeSearch {
     TrunkPose trunk;
   };
 
-  std::vector<int> Adopt(const Stance& stance);
   Placements PlacementsAt(const std::vector<int>& footholds, const std::vector<int>* lifted = nullptr) const;
   double Estimate(const TrunkPose& trunk, const Placements& placements) const;
   int StateOf(std::vector<int> footholds, int gait, int phase, const TrunkPose& trunk);
@@ -126,29 +139,30 @@ class LeggedSearch : public AnytimeSearch {
   bool Allowed(const std::vector<int>& footholds, const std::vector<int>& lifted, const TrunkPose& before,
                const TrunkPose& after);
   bool TrunkIsFree(const std::vector<int>& footholds, const TrunkPose& trunk);
+  Stance StanceOf(const std::vector<int>& footholds, const std::vector<int>* lifted) const;
   void Expand(int id) override;
-  FootstepPlan Extract(const Stance& start) const;
+  static Key KeyOf(const std::vector<int>& footholds, int gait, int phase);
   const std::vector<int>& Moving(int gait, int phase) const {
     return planner_.gaits[static_cast<size_t>(gait)].phases[static_cast<size_t>(phase)];
   }
 
   LeggedPlanner::Impl& planner_;
   const ReachCloud& reach_;
-  const Stance& start_;
-  std::vector<int> goal_;
+  const std::vector<int>& goal_;
+  const std::set<Key>& excluded_;
   TrunkPose goal_trunk_;
   std::vector<float> cautious_;
   std::vector<float> shortest_;
   double progress_m_ = 1.0;    ///< estimated progress of a phase
   double progress_rad_ = 1.0;  ///< estimated rotation of a phase
   std::vector<Node> nodes_;
-  std::map<std::vector<int>, int> state_of_;     ///< by footholds, gait and phase
+  std::map<Key, int> state_of_;
   std::map<std::vector<int>, bool> trunk_free_;  ///< by footholds
 };
 
-LeggedSearch::LeggedSearch(LeggedPlanner::Impl& planner, const Stance& start, const Stance& goal)
-    : planner_(planner), reach_(*planner.model->reach), start_(start), nodes_(1) {
-  goal_ = Adopt(goal);
+LeggedSearch::LeggedSearch(LeggedPlanner::Impl& planner, const std::vector<int>& start, const std::vector<int>& goal,
+                           const std::set<Key>& excluded)
+    : planner_(planner), reach_(*planner.model->reach), goal_(goal), excluded_(excluded), nodes_(1) {
   const Placements places = PlacementsAt(goal_);
   goal_trunk_ = reach_.Fit(places, 0.0);
   std::vector<Vector3d> points = {{goal_trunk_.position.x(), goal_trunk_.position.y(), goal_trunk_.ground_m}};
@@ -159,14 +173,14 @@ LeggedSearch::LeggedSearch(LeggedPlanner::Impl& planner, const Stance& start, co
   const double share = moving / reach_.num_contacts();
   progress_m_ = std::max(1e-3, 2.0 * reach_.stride_m() * share / (1.0 - share));
   progress_rad_ = 2.0 * planner.actions.turn_rad.front() * share;
-  const std::vector<int> first = Adopt(start);
-  StateOf(first, -1, 0, reach_.Fit(PlacementsAt(first), 0.0));
+  StateOf(start, -1, 0, reach_.Fit(PlacementsAt(start), 0.0));
 }
 
-std::vector<int> LeggedSearch::Adopt(const Stance& stance) {
-  std::vector<int> footholds;
-  for (const ContactTarget& target : stance.contacts) footholds.push_back(planner_.grid.Add(target));
-  return footholds;
+LeggedSearch::Key LeggedSearch::KeyOf(const std::vector<int>& footholds, int gait, int phase) {
+  Key key = footholds;
+  key.push_back(gait);
+  key.push_back(phase);
+  return key;
 }
 
 Placements LeggedSearch::PlacementsAt(const std::vector<int>& footholds, const std::vector<int>* lifted) const {
@@ -191,10 +205,7 @@ double LeggedSearch::Estimate(const TrunkPose& trunk, const Placements& placemen
 }
 
 int LeggedSearch::StateOf(std::vector<int> footholds, int gait, int phase, const TrunkPose& trunk) {
-  std::vector<int> key = footholds;
-  key.push_back(gait);
-  key.push_back(phase);
-  const auto [found, fresh] = state_of_.try_emplace(std::move(key), static_cast<int>(nodes_.size()));
+  const auto [found, fresh] = state_of_.try_emplace(KeyOf(footholds, gait, phase), static_cast<int>(nodes_.size()));
   if (fresh) {
     const Placements placements = PlacementsAt(footholds);
     double least_m = 0.0;
@@ -270,13 +281,14 @@ void LeggedSearch::ExpandToGoal(int id, int gait, int phase) {
 
 /// Adds a successor if the action is allowed. Returns true if it is nearer to the goal.
 bool LeggedSearch::Try(int id, std::vector<int> footholds, int gait, int phase) {
+  if (excluded_.contains(KeyOf(footholds, gait, phase))) return false;
   const TrunkPose before = nodes_[static_cast<size_t>(id)].trunk;
   const TrunkPose after = reach_.Fit(PlacementsAt(footholds), before.yaw_rad);
   if (!Allowed(footholds, Moving(gait, phase), before, after)) return false;
   constexpr double kFullTurn = M_PI / 6.0;
   const double height = std::abs(after.ground_m - before.ground_m) / planner_.model->options.step_m;
   const double turn = std::abs(WrappedAngle(after.yaw_rad - before.yaw_rad)) / kFullTurn;
-  const double cost = 1.0 + planner_.limits.height_cost * height + planner_.limits.turn_cost * turn;
+  const double cost = 1.0 + planner_.costs.height_cost * height + planner_.costs.turn_cost * turn;
   const int to = StateOf(std::move(footholds), gait, phase, after);
   Relax(id, to, cost);
   return estimate(to) < estimate(id);
@@ -314,6 +326,31 @@ bool LeggedSearch::TrunkIsFree(const std::vector<int>& footholds, const TrunkPos
   return found->second;
 }
 
+/// Returns the stance on all contacts, or on those that are not lifted.
+Stance LeggedSearch::StanceOf(const std::vector<int>& footholds, const std::vector<int>* lifted) const {
+  Stance stance;
+  for (int c = 0; c < reach_.num_contacts(); ++c) {
+    if (lifted != nullptr && std::binary_search(lifted->begin(), lifted->end(), c)) continue;
+    stance.contacts.push_back(planner_.grid.foothold(footholds[static_cast<size_t>(c)]));
+  }
+  return stance;
+}
+
+std::vector<LeggedSearch::Key> LeggedSearch::Infeasible() const {
+  const auto has_posture = [&](const std::vector<int>& footholds, const std::vector<int>* lifted) {
+    return planner_.certifier.Search(StanceOf(footholds, lifted), 0, planner_.actions.starts, {}).has_value();
+  };
+  std::vector<Key> keys;
+  for (const int id : Path()) {
+    const Node& node = nodes_[static_cast<size_t>(id)];
+    if (id == kStart) continue;
+    const bool feasible =
+        has_posture(node.footholds, &Moving(node.gait, node.phase)) && has_posture(node.footholds, nullptr);
+    if (!feasible) keys.push_back(KeyOf(node.footholds, node.gait, node.phase));
+  }
+  return keys;
+}
+
 void LeggedSearch::Expand(int id) {
   if (nodes_[static_cast<size_t>(id)].footholds == goal_) {
     constexpr double kNothing = 1e-9;  // costs are positive
@@ -325,51 +362,56 @@ void LeggedSearch::Expand(int id) {
   }
 }
 
-FootstepPlan LeggedSearch::Extract(const Stance& start) const {
+FootstepPlan LeggedSearch::Extract() const {
   FootstepPlan plan;
   plan.cost = cost();
   plan.bound = Bound();
   plan.expansions = expansions();
-  plan.stances = {start};
   for (const int id : Path()) {
-    if (id == kStart) continue;
     const Node& node = nodes_[static_cast<size_t>(id)];
-    const std::vector<int>& moving = Moving(node.gait, node.phase);
-    Stance standing, all;
-    for (int c = 0; c < reach_.num_contacts(); ++c) {
-      const bool moves = std::binary_search(moving.begin(), moving.end(), c);
-      if (!moves) standing.contacts.push_back(plan.stances.back().contacts[static_cast<size_t>(c)]);
-      all.contacts.push_back(moves ? planner_.grid.foothold(node.footholds[static_cast<size_t>(c)])
-                                   : standing.contacts.back());
+    if (id == kStart) {
+      plan.stances.push_back(StanceOf(node.footholds, nullptr));
+      continue;
     }
+    const std::vector<int>& moving = Moving(node.gait, node.phase);
     plan.steps += static_cast<int>(moving.size());
-    plan.stances.push_back(std::move(standing));
-    plan.stances.push_back(std::move(all));
+    plan.stances.push_back(StanceOf(node.footholds, &moving));
+    plan.stances.push_back(StanceOf(node.footholds, nullptr));
   }
   return plan;
 }
 
-std::optional<FootstepPlan> LeggedSearch::Search() {
-  const PlannerOptions& limits = planner_.limits;
-  if (!Run({.first_epsilon = limits.first_epsilon,
-            .epsilon_step = limits.epsilon_step,
-            .max_expansions = limits.max_expansions,
-            .extra_expansions = limits.extra_expansions})) {
-    return {};
-  }
-  return Extract(start_);
+bool LeggedSearch::Search() {
+  return Run({.first_epsilon = planner_.costs.first_epsilon,
+              .epsilon_step = planner_.costs.epsilon_step,
+              .max_expansions = planner_.actions.max_expansions,
+              .extra_expansions = planner_.actions.extra_expansions});
 }
 
 }  // namespace
 
 LeggedPlanner::LeggedPlanner(std::shared_ptr<const ProbeModel> model, std::shared_ptr<const GuideMap> guide,
-                             const PlannerOptions& limits, LeggedActions actions)
-    : impl_(std::make_unique<Impl>(std::move(model), std::move(guide), limits, std::move(actions))) {}
+                             const PlannerOptions& costs, LeggedActions actions)
+    : impl_(std::make_unique<Impl>(std::move(model), std::move(guide), costs, std::move(actions))) {}
 LeggedPlanner::~LeggedPlanner() = default;
 LeggedPlanner::LeggedPlanner(LeggedPlanner&&) noexcept = default;
 
 std::optional<FootstepPlan> LeggedPlanner::Plan(const Stance& start, const Stance& goal) {
-  return LeggedSearch(*impl_, start, goal).Search();
+  const auto adopt = [&](const Stance& stance) {
+    std::vector<int> footholds;
+    for (const ContactTarget& target : stance.contacts) footholds.push_back(impl_->grid.Add(target));
+    return footholds;
+  };
+  const std::vector<int> from = adopt(start), to = adopt(goal);
+  std::set<LeggedSearch::Key> excluded;
+  for (int k = 0; k < impl_->actions.searches; ++k) {
+    LeggedSearch search(*impl_, from, to, excluded);
+    if (!search.Search()) return {};
+    const std::vector<LeggedSearch::Key> infeasible = search.Infeasible();
+    if (infeasible.empty()) return search.Extract();
+    excluded.insert(infeasible.begin(), infeasible.end());
+  }
+  return {};
 }
 
 }  // namespace legopt::worldgen

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 
@@ -8,8 +9,8 @@
 
 namespace legopt::worldgen {
 
-/// Action set of the planner for more than two feet. Lengths are shares of the stride, ReachCloud::stride_m; all
-/// combinations with at most one of sideways and turn are actions.
+/// Action set and effort limits of the planner for more than two feet. Lengths are shares of the stride,
+/// ReachCloud::stride_m; all combinations with at most one of sideways and turn are actions.
 struct LeggedActions {
   std::vector<double> forward = {1.0, 0.5, 0.0, -0.5};  ///< movement of the feet's nominal places along the heading
   std::vector<double> sideways = {0.7, -0.7};           ///< movement to the left
@@ -17,6 +18,10 @@ struct LeggedActions {
   double grid = 0.25;                                   ///< spacing of the grid of contacts
   double least_grid_m = 0.02;                           ///< minimum spacing
   int headings = 36;                                    ///< number of headings of soles on the grid
+  int starts = 5;                                       ///< initial guesses for a posture of each state of a plan
+  int searches = 12;                                    ///< searches until all states of a plan have a posture
+  std::int64_t max_expansions = 3000;                   ///< limit until the first solution
+  std::int64_t extra_expansions = 300;                  ///< additional limit after the first solution
 };
 
 /// Plans contacts of robots with more than two feet by ARA* (AnytimeSearch).
@@ -28,8 +33,11 @@ struct LeggedActions {
 ///
 /// An action is allowed if all contacts are in reach of the trunk over them (ReachCloud), those that stand also during
 /// the phase, if the centre of mass is then at most a stride outside of their support polygon, if the feet are no
-/// farther apart than the reach and a step's height, and if the trunk box is free. Cost: 1 per phase plus terms for
-/// height and rotation.
+/// farther apart than the reach and a step's height, and if the trunk box is free.  Cost: 1
+/// per phase plus terms for height and rotation.
+///
+/// All states of a plan must have a posture, and so must the contacts that stand during each phase: states for which
+/// the certifier finds none are excluded, and the search is repeated.
 ///
 /// Heuristic: the weighted distance of GuideMap from the middle of the feet, divided by the progress of a phase, plus
 /// the missing rotation. Bound: see FootstepPlanner; no action moves the middle of the feet by more than
@@ -40,9 +48,10 @@ class LeggedPlanner {
  public:
   static constexpr double kMostProgress = 2.5;  ///< maximum progress of a phase, in strides
 
-  /// Model and map are shared by all planners. `limits`: effort limits and costs; its action set is not used.
+  /// Model and map are shared by all planners. `costs`: costs and inflation of the
+  /// heuristic; its action set and effort limits are not used.
   LeggedPlanner(std::shared_ptr<const ProbeModel> model, std::shared_ptr<const GuideMap> guide,
-                const PlannerOptions& limits, LeggedActions actions = {});
+                const PlannerOptions& costs, LeggedActions actions = {});
   ~LeggedPlanner();
   /// A moved-from planner may only be destroyed.
   LeggedPlanner(LeggedPlanner&&) noexcept;
