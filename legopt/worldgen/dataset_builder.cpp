@@ -150,7 +150,7 @@ void Builder::PrepareModel() {
   dataset_ = Dataset::Load(folder_, options_.read_guard);
   RequireClosedMeshes(*dataset_);
   RequireLeftFootFirst(*dataset_);
-  model_ = ProbeModel::Build(dataset_, options_.ProbeFor(*dataset_));
+  model_ = ProbeModel::Build(dataset_, options_.ProbeFor(*dataset_), options_.seed);
   WriteTextFile(folder_ / kGenerationFile, DescribeGeneration(options_, model_->options, PlannerOptions{}));
 }
 
@@ -247,13 +247,14 @@ void Builder::DescribePlans(const std::vector<std::pair<FloorChange, PlannedPair
   WriteTextFile(folder_ / "plans.csv", text);
 }
 
-/// Returns the different two-foot stances of all plans, in order of first use.
+/// Returns the different stances on all feet of all plans, in order of first use.
 std::vector<Stance> Builder::UniqueStances() const {
   std::vector<Stance> stances;
   std::map<std::string, int> seen;
   for (const ProblemDefinition& motion : motions_) {
     for (const Stance& stance : motion.stances) {
-      if (stance.contacts.size() < 2 || !seen.emplace(FormatStance(stance), 0).second) continue;
+      if (stance.contacts.size() < dataset_->contacts().size() || !seen.emplace(FormatStance(stance), 0).second)
+        continue;
       stances.push_back(stance);
     }
   }
@@ -324,12 +325,13 @@ void Builder::Describe() {
     lengths.push_back(static_cast<double>(motion.stances.size()));
     const std::vector<StanceFeatures> features = Features(motion.stances);
     for (size_t s = 0; s < features.size(); ++s) {
-      if (motion.stances[s].contacts.size() < 2) continue;
+      if (motion.stances[s].contacts.size() < dataset_->contacts().size()) continue;
       list(Task::kMotion, motion.id, static_cast<int>(s), features[s]);
       motion_features.push_back(features[s]);
     }
   }
-  HistogramRow motions = row("Motion problems, stances on two feet", motion_features);
+  HistogramRow motions = row(
+      model_->reach ? "Motion problems, stances on all feet" : "Motion problems, stances on two feet", motion_features);
   motions.histograms.insert(motions.histograms.begin(), MakeHistogram("stances per problem", "", lengths));
   report_.histograms.push_back(std::move(motions));
   std::string text;

@@ -4,10 +4,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <queue>
 #include <set>
 #include <unordered_map>
 #include <utility>
+
+#include "legopt/worldgen/internal/anytime_search.h"
 
 namespace legopt::worldgen {
 namespace {
@@ -103,53 +104,30 @@ namespace {
 
 /// A single search. States are numbered in the order in which this search reaches them, so that ties do not depend on
 /// earlier content of the table.
-class Search {
+class FootstepSearch : public AnytimeSearch {
  public:
-  Search(FootstepPlanner::Impl& planner, const Stance& start, const Stance& goal);
-  std::optional<FootstepPlan> Run();
+  FootstepSearch(FootstepPlanner::Impl& planner, const Stance& start, const Stance& goal);
+  std::optional<FootstepPlan> Search();
 
  private:
-  struct State {
-    int foothold = -1;  ///< index in the table; -1: both feet at the goal
-    double g = kInfinity;
-    double h = 0.0;      ///< estimated number of remaining steps
-    double least = 0.0;  ///< lower bound of the number of remaining steps
-    int parent = -1;
-    int round = -1;  ///< round of the last expansion
-  };
-  using Entry = std::pair<double, int>;
-
-  static constexpr int kDone = 0;
-  static constexpr int kStart = 1;
-
-  State& At(int id) { return states_[static_cast<size_t>(id)]; }
+  int FootholdOf(int state) const { return footholds_[static_cast<size_t>(state)]; }
   int StateOf(int foothold);
   double StepCost(int from, int to);
-  void Expand(int id);
+  void Expand(int id) override;
   void ExpandToGoal(int id, const FootholdTable::Entry& entry);
-  void Relax(int from, int to, double cost);
-  bool Improve(std::int64_t limit);
-  double LeastPossible();
   FootstepPlan Extract();
-  void Reopen();
 
   FootstepPlanner::Impl& planner_;
   const Stance& start_;
   std::array<int, 2> goal_{};  ///< indices in the table
   std::vector<float> cautious_;
   std::vector<float> shortest_;
-  std::vector<State> states_;
+  std::vector<int> footholds_;             ///< per state: index in the table; -1: both feet at the goal
   std::unordered_map<int, int> state_of_;  ///< keyed by index in the table; never iterated
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open_;
-  std::set<int> members_;  ///< states in open_, which may also contain outdated entries
-  std::set<int> inconsistent_;
-  double epsilon_ = 1.0;
-  int round_ = 0;
-  std::int64_t expansions_ = 0;
 };
 
-Search::Search(FootstepPlanner::Impl& planner, const Stance& start, const Stance& goal)
-    : planner_(planner), start_(start), states_(1) {
+FootstepSearch::FootstepSearch(FootstepPlanner::Impl& planner, const Stance& start, const Stance& goal)
+    : planner_(planner), start_(start), footholds_(1, -1) {
   std::array<Eigen::Vector3d, 2> places;
   for (const int foot : {kLeft, kRight}) {
     const ContactTarget& foothold = goal.contacts[static_cast<size_t>(foot)];
@@ -161,20 +139,19 @@ Search::Search(FootstepPlanner::Impl& planner, const Stance& start, const Stance
   StateOf(planner.table.AddLoose(kLeft, start.contacts[kLeft]));
 }
 
-int Search::StateOf(int foothold) {
-  const auto [found, fresh] = state_of_.try_emplace(foothold, static_cast<int>(states_.size()));
+int FootstepSearch::StateOf(int foothold) {
+  const auto [found, fresh] = state_of_.try_emplace(foothold, static_cast<int>(footholds_.size()));
   if (fresh) {
     const Eigen::Vector3d& place = planner_.table.entry(foothold).foothold.position;
     const double reach = planner_.model->options.reach_m;
-    states_.push_back({.foothold = foothold,
-                       .h = planner_.guide->Distance(cautious_, place) / reach,
-                       .least = planner_.guide->LowerBound(shortest_, place) / reach});
+    footholds_.push_back(foothold);
+    AddState(planner_.guide->Distance(cautious_, place) / reach, planner_.guide->LowerBound(shortest_, place) / reach);
   }
   return found->second;
 }
 
 /// Returns the cost of a step between two contacts of the table; infinity if the step is not allowed.
-double Search::StepCost(int from, int to) {
+double FootstepSearch::StepCost(int from, int to) {
   const FootholdTable::Entry& a = planner_.table.entry(from);
   const FootholdTable::Entry& b = planner_.table.entry(to);
   const ProbeOptions& probe = planner_.model->options;
@@ -194,22 +171,8 @@ double Search::StepCost(int from, int to) {
   return found->second;
 }
 
-void Search::Relax(int from, int to, double cost) {
-  const double g = At(from).g + cost;
-  State& state = At(to);
-  if (g >= state.g || !std::isfinite(state.h)) return;
-  state.g = g;
-  state.parent = from;
-  if (state.round == round_) {
-    inconsistent_.insert(to);
-    return;
-  }
-  open_.emplace(g + epsilon_ * state.h, to);
-  members_.insert(to);
-}
-
-void Search::Expand(int id) {
-  const FootholdTable::Entry entry = planner_.table.entry(At(id).foothold);  // a copy, since the table may grow
+void FootstepSearch::Expand(int id) {
+  const FootholdTable::Entry entry = planner_.table.entry(FootholdOf(id));  // a copy, since the table may grow
   const int next = 1 - entry.foot;
   const double outwards = next == kLeft ? 1.0 : -1.0;
   const double c = std::cos(entry.yaw);
@@ -224,7 +187,7 @@ void Search::Expand(int id) {
       for (const double turn : options.turn_rad) {
         for (const int to : planner_.table.At(next, x, y, entry.yaw + outwards * turn)) {
           if (!tried.insert(to).second) continue;
-          const double cost = StepCost(At(id).foothold, to);
+          const double cost = StepCost(FootholdOf(id), to);
           if (std::isfinite(cost)) Relax(id, StateOf(to), cost);
         }
       }
@@ -235,7 +198,7 @@ void Search::Expand(int id) {
 
 /// Adds the step to the goal's contact if it lies within the range of the action set, or if the other foot is already
 /// at its goal.
-void Search::ExpandToGoal(int id, const FootholdTable::Entry& entry) {
+void FootstepSearch::ExpandToGoal(int id, const FootholdTable::Entry& entry) {
   const int next = 1 - entry.foot;
   const double outwards = next == kLeft ? 1.0 : -1.0;
   const int to = goal_[static_cast<size_t>(next)];
@@ -245,77 +208,38 @@ void Search::ExpandToGoal(int id, const FootholdTable::Entry& entry) {
   const double turn = outwards * Wrapped(goal.yaw - entry.yaw);
   const PlannerOptions& options = planner_.options;
   const double half_heading = M_PI / options.headings;
-  const bool standing = At(id).foothold == goal_[static_cast<size_t>(entry.foot)];
+  const bool standing = FootholdOf(id) == goal_[static_cast<size_t>(entry.foot)];
   const bool in_range = sideways > planner_.scale * options.sideways_m.front() - planner_.table.grid_m() &&
                         turn > -half_heading && turn < options.turn_rad.back() + half_heading;
   if (!in_range && !standing) return;
-  const double cost = StepCost(At(id).foothold, to);
+  const double cost = StepCost(FootholdOf(id), to);
   if (std::isfinite(cost)) Relax(id, standing ? kDone : StateOf(to), cost);
 }
 
-/// Expands states until no open state can improve the goal. Returns false if the effort limit is reached before.
-bool Search::Improve(std::int64_t limit) {
-  while (!open_.empty()) {
-    const auto [f, id] = open_.top();
-    if (At(kDone).g <= f) return true;
-    if (At(id).round != round_ && id != kDone && expansions_ >= limit) return false;
-    open_.pop();
-    if (At(id).round == round_ || id == kDone) continue;
-    members_.erase(id);
-    At(id).round = round_;
-    ++expansions_;
-    Expand(id);
-  }
-  return std::isfinite(At(kDone).g);
-}
-
-double Search::LeastPossible() {
-  double least = At(kDone).g;
-  for (const std::set<int>* set : {&members_, &inconsistent_}) {
-    for (const int id : *set) least = std::min(least, At(id).g + At(id).least);
-  }
-  return least;
-}
-
-/// Opens all states that may still be improved, with the current epsilon.
-void Search::Reopen() {
-  members_.insert(inconsistent_.begin(), inconsistent_.end());
-  inconsistent_.clear();
-  open_ = {};
-  for (const int id : members_) open_.emplace(At(id).g + epsilon_ * At(id).h, id);
-  ++round_;
-}
-
-FootstepPlan Search::Extract() {
+FootstepPlan FootstepSearch::Extract() {
   FootstepPlan plan;
-  plan.cost = At(kDone).g;
-  plan.bound = std::max(1.0, plan.cost / LeastPossible());
+  plan.cost = cost();
+  plan.bound = Bound();
+  const std::vector<int> path = Path();
   std::vector<ContactTarget> steps;
-  const int last = At(kDone).parent;
-  const int other = 1 - planner_.table.entry(At(last).foothold).foot;
-  steps.push_back(planner_.table.entry(goal_[static_cast<size_t>(other)]).foothold);
-  for (int id = last; id != kStart; id = At(id).parent) {
-    steps.push_back(planner_.table.entry(At(id).foothold).foothold);
+  for (const int id : path) {
+    if (id != kStart) steps.push_back(planner_.table.entry(FootholdOf(id)).foothold);
   }
-  std::reverse(steps.begin(), steps.end());
+  const int other = 1 - planner_.table.entry(FootholdOf(path.back())).foot;
+  steps.push_back(planner_.table.entry(goal_[static_cast<size_t>(other)]).foothold);
   plan.steps = static_cast<int>(steps.size());
   plan.stances = ExpandSteps(start_, steps);
-  plan.expansions = expansions_;
+  plan.expansions = expansions();
   return plan;
 }
 
-std::optional<FootstepPlan> Search::Run() {
-  epsilon_ = planner_.options.first_epsilon;
-  if (!std::isfinite(At(kStart).h)) return {};
-  At(kStart).g = 0.0;
-  open_.emplace(epsilon_ * At(kStart).h, kStart);
-  members_.insert(kStart);
-  if (!Improve(planner_.options.max_expansions)) return {};
-  const std::int64_t limit = expansions_ + planner_.options.extra_expansions;
-  while (epsilon_ > 1.0) {
-    epsilon_ = std::max(1.0, epsilon_ - planner_.options.epsilon_step);
-    Reopen();
-    if (!Improve(limit)) break;
+std::optional<FootstepPlan> FootstepSearch::Search() {
+  const PlannerOptions& options = planner_.options;
+  if (!Run({.first_epsilon = options.first_epsilon,
+            .epsilon_step = options.epsilon_step,
+            .max_expansions = options.max_expansions,
+            .extra_expansions = options.extra_expansions})) {
+    return {};
   }
   return Extract();
 }
@@ -329,7 +253,7 @@ FootstepPlanner::~FootstepPlanner() = default;
 FootstepPlanner::FootstepPlanner(FootstepPlanner&&) noexcept = default;
 
 std::optional<FootstepPlan> FootstepPlanner::Plan(const Stance& start, const Stance& goal) {
-  return Search(*impl_, start, goal).Run();
+  return FootstepSearch(*impl_, start, goal).Search();
 }
 
 std::vector<Stance> ExpandSteps(const Stance& start, const std::vector<ContactTarget>& steps) {

@@ -40,9 +40,9 @@ struct FootstepPlan {
   std::int64_t expansions = 0;  ///< number of expanded states
 };
 
-/// Plans footsteps between stances by ARA* (Likhachev et al. 2003): A* with the heuristic inflated by epsilon. After a
-/// solution epsilon decreases and the search continues with its previous results, until epsilon is 1 or the effort
-/// limit is reached.
+/// Plans footsteps of robots with two feet by ARA* (Likhachev et al. 2003): A* with the heuristic inflated by epsilon.
+/// After a solution epsilon decreases and the search continues with its previous results, until epsilon is 1 or the
+/// effort limit is reached.
 ///
 /// State: the last placed foot. Action: place the other foot at one of the relative positions of the action set,
 /// rounded to the grid, on any surface within the step height. An action is allowed if the contact is valid

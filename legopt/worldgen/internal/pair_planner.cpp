@@ -15,6 +15,7 @@
 #include "legopt/math/parallel.h"
 #include "legopt/math/random_numbers.h"
 #include "legopt/types/input_error.h"
+#include "legopt/worldgen/internal/legged_planner.h"
 #include "legopt/worldgen/internal/seeds.h"
 
 namespace legopt::worldgen {
@@ -100,6 +101,19 @@ void RemoveSurplusPairs(int wanted, std::vector<PlannedPair>* pairs) {
                     "ask for fewer plans, for more stances, or use another seed or scene"});
 }
 
+/// Plans between two stances; a workspace of one thread.
+using Planner = std::function<std::optional<FootstepPlan>(const Stance& start, const Stance& goal)>;
+
+Planner MakePlanner(const std::shared_ptr<const ProbeModel>& model, const std::shared_ptr<const GuideMap>& guide,
+                    const PlannerOptions& options) {
+  if (model->reach) {
+    const auto planner = std::make_shared<LeggedPlanner>(model, guide, options);
+    return [planner](const Stance& start, const Stance& goal) { return planner->Plan(start, goal); };
+  }
+  const auto planner = std::make_shared<FootstepPlanner>(model, guide, options);
+  return [planner](const Stance& start, const Stance& goal) { return planner->Plan(start, goal); };
+}
+
 }  // namespace
 
 std::string_view ToString(FloorChange change) { return change == FloorChange::kSame ? "same" : "different"; }
@@ -111,8 +125,8 @@ std::vector<PlannedPair> PlanPairs(const std::shared_ptr<const ProbeModel>& mode
                                    const std::function<void(int, int)>& progress) {
   std::vector<PlannedPair> pairs = ReadState(state_file);
   RemoveSurplusPairs(options.wanted, &pairs);
-  std::vector<FootstepPlanner> planners;
-  for (int k = 0; k < options.threads; ++k) planners.emplace_back(model, guide, planner_options);
+  std::vector<Planner> planners;
+  for (int k = 0; k < options.threads; ++k) planners.push_back(MakePlanner(model, guide, planner_options));
   while (CountAccepted(pairs) < options.wanted) {
     const int first = static_cast<int>(pairs.size());
     if (first >= options.max_pairs) {
@@ -127,7 +141,7 @@ std::vector<PlannedPair> PlanPairs(const std::shared_ptr<const ProbeModel>& mode
       batch[static_cast<size_t>(k)] = *pair;
     }
     ForEachIndex(options.threads, batch.size(), [&](int worker, size_t i) {
-      std::optional<FootstepPlan> plan = planners[static_cast<size_t>(worker)].Plan(
+      std::optional<FootstepPlan> plan = planners[static_cast<size_t>(worker)](
           stances[static_cast<size_t>(batch[i].start)], stances[static_cast<size_t>(batch[i].goal)]);
       if (!plan) return;
       batch[i].plan = std::move(*plan);

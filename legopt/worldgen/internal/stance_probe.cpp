@@ -23,13 +23,28 @@ void Check(bool good, const char* field, double value, const std::string& messag
   if (!good) throw InputError({"", field, FormatFixed(value, 6), message, fix});
 }
 
+/// Returns the radius of the ball with which a point contact is tested, m.
+double BallRadius_m(const Contact& contact) {
+  constexpr double kLeast_m = 5e-3;
+  return std::max(kLeast_m, contact.radius_m);
+}
+
+const Link& LinkOf(const Dataset& dataset, const Contact& contact) {
+  return dataset.robot().links()[static_cast<size_t>(contact.link_index)];
+}
+
 RobotModel MakeParts(const Dataset& dataset, const ProbeOptions& options) {
   std::vector<Link> links(1);
   links[0].name = "probe";
   for (const Contact& foot : dataset.contacts()) {
     Link link;
     link.name = foot.link;
-    link.collision = dataset.robot().links()[static_cast<size_t>(foot.link_index)].collision;
+    link.collision = LinkOf(dataset, foot).collision;
+    if (foot.kind == ContactKind::kPoint) {
+      link.collision.assign(1, {});
+      link.collision[0].kind = ShapeSpec::Kind::kSphere;
+      link.collision[0].size.x() = BallRadius_m(foot);
+    }
     links.push_back(std::move(link));
   }
   Link trunk;
@@ -50,29 +65,54 @@ RobotModel MakeParts(const Dataset& dataset, const ProbeOptions& options) {
   return {"probe", std::move(links), std::move(joints)};
 }
 
-}  // namespace
-
-ProbeOptions ProbeOptions::For(const Dataset& dataset) {
-  constexpr double kAtlasHeight_m = 0.873903;
-  ProbeOptions options;
-  const double scale = -dataset.nominal_sole_height_m() / kAtlasHeight_m;
-  options.reach_m *= scale;
-  options.step_m *= scale;
-  options.trunk_m *= scale;
-  options.trunk_low_m *= scale;
-  return options;
+/// Returns the configuration of the nominal posture with the base at the origin.
+Eigen::VectorXd NominalConfiguration(const Dataset& dataset) {
+  Eigen::VectorXd posture = dataset.self_collision_reference();  // its base is at the origin
+  posture.head(dataset.nominal_joints().size()) = dataset.nominal_joints();
+  return posture;
 }
 
-void ProbeOptions::Validate(const Dataset& dataset) const {
-  if (dataset.contacts().size() != 2) {
-    throw InputError(
-        {(dataset.folder() / kDatasetFileName).string(), "feet", std::to_string(dataset.contacts().size()) + " feet",
-         "stances are sampled for robots with two feet", "name the left and the right foot, in this order"});
+/// Returns the largest horizontal distance of two contacts in the nominal posture, m.
+double NominalSpan_m(const Dataset& dataset) {
+  Kinematics kinematics(dataset.robot());
+  kinematics.Update(NominalConfiguration(dataset));
+  double span_m = 0.0;
+  const auto place = [&](const Contact& contact) {
+    return (kinematics.link_pose(contact.link_index) * contact.X_LC).translation().head<2>().eval();
+  };
+  for (const Contact& a : dataset.contacts()) {
+    for (const Contact& b : dataset.contacts()) span_m = std::max(span_m, (place(a) - place(b)).norm());
   }
-  Check(slope_rad > 0.0 && slope_rad <= 1.0, "--slope", slope_rad, "must lie in (0, 1] rad", "the default is 0.45");
-  Check(support_m > 0.0, "support", support_m, "must be positive", "the default is 0.003 m");
-  Check(trunk_m.minCoeff() > 0.0, "trunk", trunk_m.minCoeff(), "must have positive sides", "leave it out");
-  Check(step_m > 0.0, "step", step_m, "must be positive", "leave it out");
+  return span_m;
+}
+
+/// Returns the box of the geometry that is fixed to the base, in the base frame; empty if there is none.
+Eigen::AlignedBox3d BaseBox(const Dataset& dataset) {
+  const RobotModel& robot = dataset.robot();
+  Eigen::AlignedBox3d box;
+  for (size_t k = 0; k < robot.links().size(); ++k) {
+    const int link = static_cast<int>(k);
+    if (robot.link_body(link) != 0 || robot.links()[k].collision.empty()) continue;
+    box.extend(LinkBox(robot.links()[k], robot.read_guard()).transformed(robot.link_in_body(link)));
+  }
+  return box;
+}
+
+/// Sets trunk box and reach of a robot with another number of feet than two.
+void FitToLegs(const Dataset& dataset, ProbeOptions& options) {
+  constexpr double kReach = 1.6;
+  constexpr double kLowered = 0.1;
+  constexpr double kLeastClearance = 0.05;
+  const double height_m = -dataset.nominal_sole_height_m();
+  options.reach_m = kReach * NominalSpan_m(dataset);
+  const Eigen::AlignedBox3d box = BaseBox(dataset);
+  if (box.isEmpty()) return;
+  options.trunk_m = box.sizes();
+  options.trunk_centre_m = box.center().head<2>();
+  options.trunk_low_m = std::max(kLeastClearance * height_m, (1.0 - kLowered) * height_m + box.min().z());
+}
+
+void CheckReachOfTwo(const Dataset& dataset, double reach_m) {
   const double width =
       std::min(dataset.contacts()[0].Patch().sizes().minCoeff(), dataset.contacts()[1].Patch().sizes().minCoeff());
   Check(std::isfinite(reach_m), "--radius", reach_m, "must be a finite length", "leave it out");
@@ -85,8 +125,71 @@ void ProbeOptions::Validate(const Dataset& dataset) const {
         "leave it out, or use a smaller one");
 }
 
-std::shared_ptr<const ProbeModel> ProbeModel::Build(std::shared_ptr<const Dataset> dataset,
-                                                    const ProbeOptions& options) {
+void CheckReachOfMany(const Dataset& dataset, double reach_m) {
+  constexpr double kLeast = 0.5;
+  constexpr double kMost = 3.0;
+  const double span_m = NominalSpan_m(dataset);
+  Check(span_m > 0.0, "nominal_posture", span_m, "puts all feet at one place",
+        "give each foot a place of its own: edit nominal_posture or contacts, then run 'legopt dataset hash'");
+  Check(std::isfinite(reach_m), "--radius", reach_m, "must be a finite length", "leave it out");
+  Check(reach_m > kLeast * span_m && reach_m < kMost * span_m, "--radius", reach_m,
+        "does not fit the robot, whose feet are up to " + FormatFixed(span_m, 3) + " m apart in its nominal posture",
+        "leave it out, or use a value near that distance");
+  const double height_m = -dataset.nominal_sole_height_m();
+  Check(height_m > 0.0, "nominal_posture", height_m, "has the feet above the base",
+        "bend the legs downwards: edit nominal_posture, then run 'legopt dataset hash'");
+}
+
+}  // namespace
+
+ProbeOptions ProbeOptions::For(const Dataset& dataset) {
+  constexpr double kAtlasHeight_m = 0.873903;
+  ProbeOptions options;
+  const double scale = -dataset.nominal_sole_height_m() / kAtlasHeight_m;
+  options.reach_m *= scale;
+  options.step_m *= scale;
+  options.trunk_m *= scale;
+  options.trunk_low_m *= scale;
+  if (dataset.contacts().size() != 2) FitToLegs(dataset, options);
+  return options;
+}
+
+void ProbeOptions::Validate(const Dataset& dataset) const {
+  if (dataset.contacts().size() < 2) {
+    throw InputError(
+        {(dataset.folder() / kDatasetFileName).string(), "feet", std::to_string(dataset.contacts().size()) + " feet",
+         "problems are generated for robots with at least two feet", "name all feet; of two, the left one first"});
+  }
+  Check(slope_rad > 0.0 && slope_rad <= 1.0, "--slope", slope_rad, "must lie in (0, 1] rad", "the default is 0.45");
+  Check(support_m > 0.0, "support", support_m, "must be positive", "the default is 0.003 m");
+  Check(trunk_m.minCoeff() > 0.0, "trunk", trunk_m.minCoeff(), "must have positive sides", "leave it out");
+  Check(step_m > 0.0, "step", step_m, "must be positive", "leave it out");
+  if (dataset.contacts().size() == 2) {
+    CheckReachOfTwo(dataset, reach_m);
+  } else {
+    CheckReachOfMany(dataset, reach_m);
+  }
+}
+
+namespace {
+
+/// Throws InputError for a contact without reach.
+std::shared_ptr<const ReachCloud> SampleReach(const Dataset& dataset, std::uint64_t seed) {
+  auto reach = std::make_shared<const ReachCloud>(dataset, seed);
+  for (int c = 0; c < reach->num_contacts(); ++c) {
+    if (!reach->samples(c).empty()) continue;
+    throw InputError({(dataset.folder() / kDatasetFileName).string(),
+                      "contacts." + dataset.contacts()[static_cast<size_t>(c)].name, "",
+                      "its sole cannot be level in any posture of the leg, with a level base",
+                      "check its frame (z points out of the surface, into the robot) and the limits of its joints"});
+  }
+  return reach;
+}
+
+}  // namespace
+
+std::shared_ptr<const ProbeModel> ProbeModel::Build(std::shared_ptr<const Dataset> dataset, const ProbeOptions& options,
+                                                    std::uint64_t seed) {
   options.Validate(*dataset);
   RobotModel parts = MakeParts(*dataset, options);
   Eigen::VectorXd reference = ConfigurationAt(0, Isometry3d::Identity());
@@ -104,8 +207,10 @@ std::shared_ptr<const ProbeModel> ProbeModel::Build(std::shared_ptr<const Datase
                           std::to_string(options.slope_rad) + " rad of the vertical",
                       "check that z is up and that the triangles are wound outwards"});
   }
-  return std::make_shared<const ProbeModel>(
-      ProbeModel{std::move(dataset), options, std::move(terrain), std::move(parts), std::move(collision)});
+  std::shared_ptr<const ReachCloud> reach;
+  if (dataset->contacts().size() != 2) reach = SampleReach(*dataset, seed);
+  return std::make_shared<const ProbeModel>(ProbeModel{std::move(dataset), options, std::move(terrain),
+                                                       std::move(parts), std::move(collision), std::move(reach)});
 }
 
 StanceProbe::StanceProbe(std::shared_ptr<const ProbeModel> model)
@@ -160,9 +265,16 @@ bool StanceProbe::Supported(int foot, const ContactTarget& foothold) const {
 
 bool StanceProbe::Holds(int foot, const ContactTarget& foothold) {
   const Vector3d normal = foothold.rotation * Vector3d::UnitZ();
-  if (normal.z() < std::cos(model_->options.slope_rad) || !Supported(foot, foothold)) return false;
+  if (normal.z() < std::cos(model_->options.slope_rad)) return false;
+  const Contact& contact = model_->dataset->contacts()[static_cast<size_t>(foot)];
+  if (contact.kind == ContactKind::kPoint) {
+    constexpr double kSlack_m = 5e-5;
+    const Eigen::Translation3d centre(foothold.position + (BallRadius_m(contact) + kPointClearance_m) * normal);
+    return PartDistance(1 + foot, Isometry3d(centre), kPointClearance_m) >= kPointClearance_m - kSlack_m;
+  }
   const double clearance = model_->options.clearance_m;
-  return PartDistance(1 + foot, model_->dataset->LinkTarget(foothold), clearance) >= clearance;
+  return Supported(foot, foothold) &&
+         PartDistance(1 + foot, model_->dataset->LinkTarget(foothold), clearance) >= clearance;
 }
 
 void StanceProbe::Footholds(int foot, double x, double y, double yaw_rad, std::vector<ContactTarget>& footholds) {
@@ -175,7 +287,18 @@ void StanceProbe::Footholds(int foot, double x, double y, double yaw_rad, std::v
   }
 }
 
-double StanceProbe::TrunkDistance(const Stance& stance, double margin_m) {
+std::vector<ReachCloud::Placement> PlacementsOf(const Dataset& dataset, const Stance& stance) {
+  std::vector<ReachCloud::Placement> placements;
+  for (const ContactTarget& target : stance.contacts) {
+    const auto& contacts = dataset.contacts();
+    const auto found = std::find_if(contacts.begin(), contacts.end(),
+                                    [&](const Contact& contact) { return contact.name == target.contact; });
+    placements.push_back({static_cast<int>(found - contacts.begin()), target.position});
+  }
+  return placements;
+}
+
+TrunkPose StanceProbe::TrunkOver(const Stance& stance) const {
   Vector3d centre = Vector3d::Zero();
   Eigen::Vector2d heading = Eigen::Vector2d::Zero();
   for (const ContactTarget& foothold : stance.contacts) {
@@ -183,11 +306,21 @@ double StanceProbe::TrunkDistance(const Stance& stance, double margin_m) {
     const double yaw = Yaw(foothold);
     heading += Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
   }
+  const double yaw_rad = std::atan2(heading.y(), heading.x());
+  if (model_->reach) return model_->reach->Fit(PlacementsOf(*model_->dataset, stance), yaw_rad);
+  return {.position = centre.head<2>(), .yaw_rad = yaw_rad, .ground_m = centre.z()};
+}
+
+double StanceProbe::TrunkDistance(const TrunkPose& pose, double margin_m) {
   const ProbeOptions& options = model_->options;
-  centre.z() += options.trunk_low_m + 0.5 * options.trunk_m.z();
-  const Isometry3d pose =
-      Eigen::Translation3d(centre) * Eigen::AngleAxisd(std::atan2(heading.y(), heading.x()), Vector3d::UnitZ());
-  return PartDistance(model_->trunk_link(), pose, margin_m);
+  const Eigen::Vector2d at = model_->reach ? pose.At(options.trunk_centre_m) : pose.position;
+  const Vector3d centre(at.x(), at.y(), pose.ground_m + (options.trunk_low_m + 0.5 * options.trunk_m.z()));
+  return PartDistance(model_->trunk_link(),
+                      Eigen::Translation3d(centre) * Eigen::AngleAxisd(pose.yaw_rad, Vector3d::UnitZ()), margin_m);
+}
+
+double StanceProbe::TrunkDistance(const Stance& stance, double margin_m) {
+  return TrunkDistance(TrunkOver(stance), margin_m);
 }
 
 void RequireClosedMeshes(const Dataset& dataset) {
@@ -220,10 +353,8 @@ void RequireLeftFootFirst(const Dataset& dataset) {
   constexpr double kSide_m = 1e-3;  // feet placed one behind the other have no lateral order
   const Contact& first = dataset.contacts().at(0);
   const Contact& second = dataset.contacts().at(1);
-  Eigen::VectorXd posture = dataset.self_collision_reference();  // its base is at the origin
-  posture.head(dataset.nominal_joints().size()) = dataset.nominal_joints();
   Kinematics kinematics(dataset.robot());
-  kinematics.Update(posture);
+  kinematics.Update(NominalConfiguration(dataset));
   const double to_the_left_m = kinematics.link_pose(first.link_index).translation().y() -
                                kinematics.link_pose(second.link_index).translation().y();
   if (to_the_left_m > -kSide_m) return;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <random>
 #include <set>
@@ -15,69 +16,25 @@
 #include "legopt/planning/problem_solver.h"
 #include "legopt/types/input_error.h"
 #include "legopt/worldgen/internal/seeds.h"
+#include "legopt/worldgen/internal/stance_candidates.h"
+#include "legopt/worldgen/internal/stance_refusal.h"
+#include "legopt/worldgen/internal/walkable_area.h"
 
 namespace legopt::worldgen {
 namespace {
 
 using Eigen::Vector3d;
 
-/// Triangles flat enough to stand on, with cumulative areas.
-class AreaTable {
+/// Candidates for robots with two feet.
+class PairCandidates : public StanceCandidates {
  public:
-  AreaTable(const ProbeModel& model, const Eigen::AlignedBox2d& region) : terrain_(model.terrain) {
-    const double least_nz = std::cos(model.options.slope_rad);
-    double sum = 0.0;
-    for (size_t t = 0; t < terrain_.mesh().triangles.size(); ++t) {
-      const int triangle = static_cast<int>(t);
-      if (terrain_.normal(triangle).z() < least_nz) continue;
-      Eigen::AlignedBox2d box;
-      for (const int corner : terrain_.mesh().triangles[t]) {
-        box.extend(Eigen::Vector2d(terrain_.mesh().vertices[static_cast<size_t>(corner)].head<2>()));
-      }
-      if (!region.isEmpty() && !region.intersects(box)) continue;
-      sum += terrain_.area_m2(triangle);
-      triangles_.push_back(triangle);
-      sums_.push_back(sum);
-    }
-  }
-
-  bool empty() const { return triangles_.empty(); }
-
-  /// Returns a random point, uniform by area, and its triangle.
-  std::pair<Vector3d, int> Draw(std::mt19937_64& generator) const {
-    const double target = UniformRandom(generator) * sums_.back();
-    const auto found = std::min<std::ptrdiff_t>(std::upper_bound(sums_.begin(), sums_.end(), target) - sums_.begin(),
-                                                std::ssize(sums_) - 1);
-    const int triangle = triangles_[static_cast<size_t>(found)];
-    const double root = std::sqrt(UniformRandom(generator));
-    const double share = UniformRandom(generator);
-    const auto& corners = terrain_.mesh().triangles[static_cast<size_t>(triangle)];
-    const auto at = [&](size_t k) { return terrain_.mesh().vertices[static_cast<size_t>(corners[k])]; };
-    return {(1.0 - root) * at(0) + root * (1.0 - share) * at(1) + root * share * at(2), triangle};
-  }
-
- private:
-  const Terrain& terrain_;
-  std::vector<int> triangles_;
-  std::vector<double> sums_;
-};
-
-enum class Fate { kFirstFoot, kSecondFoot, kTrunk, kInfeasible, kStance };
-
-struct Candidate {
-  Fate fate = Fate::kFirstFoot;
-  Stance stance;
-};
-
-/// Generates and tests candidates; one per thread.
-class Sampler {
- public:
-  Sampler(const std::shared_ptr<const ProbeModel>& model, const AreaTable& areas, const StanceSamplerOptions& options)
-      : probe_(model), areas_(areas), options_(options) {
+  PairCandidates(const std::shared_ptr<const ProbeModel>& model, const WalkableArea& area,
+                 const StanceSamplerOptions& options)
+      : probe_(model), area_(area), options_(options) {
     if (options.prove) prover_.emplace(model->dataset);
   }
 
-  Candidate Try(std::int64_t number) {
+  Candidate Try(std::int64_t number) override {
     std::mt19937_64 generator(DeriveSeed(options_.seed, "stance/" + std::to_string(number)));
     Candidate candidate;
     const std::optional<ContactTarget> first = FirstFoot(generator);
@@ -91,8 +48,12 @@ class Sampler {
         candidate.fate = Fate::kTrunk;
         continue;
       }
-      const bool proven = !prover_ || prover_->Prove(candidate.stance, 0).accepted;
-      candidate.fate = proven ? Fate::kStance : Fate::kInfeasible;
+      candidate.fate = Fate::kStance;
+      if (!prover_) return candidate;
+      PostureProof proof = prover_->Prove(candidate.stance, 0);
+      if (proof.accepted) return candidate;
+      candidate.fate = Fate::kInfeasible;
+      candidate.obstacle = std::move(proof.failure);
       return candidate;
     }
     return candidate;
@@ -102,7 +63,7 @@ class Sampler {
   static constexpr double kTrunkMargin = 1e-3;  // m
 
   std::optional<ContactTarget> FirstFoot(std::mt19937_64& generator) {
-    const auto [point, triangle] = areas_.Draw(generator);
+    const auto [point, triangle] = area_.Sample(generator);
     const double yaw = M_PI * (2.0 * UniformRandom(generator) - 1.0);
     if (!options_.region.isEmpty() && !options_.region.contains(Eigen::Vector2d(point.head<2>()))) return {};
     ContactTarget foothold = probe_.Place(0, point, probe_.model().terrain.normal(triangle), yaw);
@@ -126,30 +87,73 @@ class Sampler {
 
   StanceProbe probe_;
   std::optional<PostureProver> prover_;
-  const AreaTable& areas_;
+  const WalkableArea& area_;
   const StanceSamplerOptions& options_;
   std::vector<ContactTarget> footholds_;
 };
 
-void Count(const Candidate& candidate, SamplingStatistics& tally) {
-  ++tally.candidates;
-  tally.first_foot += candidate.fate == Fate::kFirstFoot ? 1 : 0;
-  tally.second_foot += candidate.fate == Fate::kSecondFoot ? 1 : 0;
-  tally.trunk += candidate.fate == Fate::kTrunk ? 1 : 0;
-  tally.infeasible += candidate.fate == Fate::kInfeasible ? 1 : 0;
-}
+/// Sampling in progress.
+class Sampling {
+ public:
+  Sampling(const ProbeModel& model, const StanceSamplerOptions& options) : model_(model), options_(options) {
+    result_.tally.two_feet = !model.reach;
+  }
 
-[[noreturn]] void RefuseScene(const ProbeModel& model, const std::string& found, const std::string& why) {
-  throw InputError({model.dataset->folder().string(), "stances", found, why,
-                    "check the scene's walkable ground, the radius and the slope"});
+  bool done() const { return std::ssize(result_.stances) == options_.count; }
+  int found() const { return static_cast<int>(result_.stances.size()); }
+  SampledStances TakeResult() { return std::move(result_); }
+
+  void Add(Candidate candidate) {
+    constexpr std::ptrdiff_t kKept = 8;
+    SamplingStatistics& tally = result_.tally;
+    ++tally.candidates;
+    tally.first_foot += candidate.fate == Fate::kFirstFoot ? 1 : 0;
+    tally.second_foot += candidate.fate == Fate::kSecondFoot ? 1 : 0;
+    tally.trunk += candidate.fate == Fate::kTrunk ? 1 : 0;
+    tally.infeasible += candidate.fate == Fate::kInfeasible ? 1 : 0;
+    if (candidate.fate == Fate::kStance) result_.stances.push_back(std::move(candidate.stance));
+    if (candidate.fate != Fate::kInfeasible) return;
+    ++obstacles_[candidate.obstacle];
+    if (std::ssize(infeasible_) < kKept) infeasible_.push_back(std::move(candidate.stance));
+  }
+
+  /// Throws if no stance is found and one cause has rejected many candidates.
+  void RefuseIfHopeless() const {
+    const SamplingStatistics& tally = result_.tally;
+    if (!result_.stances.empty()) return;
+    const std::int64_t rejected = std::max({tally.first_foot, tally.second_foot, tally.trunk});
+    if (tally.infeasible >= options_.max_infeasible || rejected >= options_.max_rejected) Refuse();
+  }
+  [[noreturn]] void Refuse() const {
+    RefuseStances(model_, {.found = found(),
+                           .wanted = options_.count,
+                           .tally = result_.tally,
+                           .obstacles = obstacles_,
+                           .infeasible = infeasible_});
+  }
+
+ private:
+  const ProbeModel& model_;
+  const StanceSamplerOptions& options_;
+  SampledStances result_;
+  std::map<std::string, int> obstacles_;
+  std::vector<Stance> infeasible_;  ///< the first ones
+};
+
+std::unique_ptr<StanceCandidates> MakeCandidates(const std::shared_ptr<const ProbeModel>& model,
+                                                 const WalkableArea& area, const StanceSamplerOptions& options) {
+  if (model->reach) return MakeLeggedCandidates(model, area, options);
+  return std::make_unique<PairCandidates>(model, area, options);
 }
 
 }  // namespace
 
 std::string SamplingStatistics::Describe() const {
-  return std::to_string(candidates) + " candidates: first foot cannot stand " + std::to_string(first_foot) +
-         ", no second foot " + std::to_string(second_foot) + ", trunk in collision " + std::to_string(trunk) +
-         ", no posture " + std::to_string(infeasible);
+  return std::to_string(candidates) +
+         (two_feet ? " candidates: first foot cannot stand " : " candidates: a foot cannot stand ") +
+         std::to_string(first_foot) + (two_feet ? ", no second foot " : ", feet not within reach ") +
+         std::to_string(second_foot) + ", trunk in collision " + std::to_string(trunk) + ", no posture " +
+         std::to_string(infeasible);
 }
 
 struct PostureProver::Impl {
@@ -168,14 +172,30 @@ PostureProver::PostureProver(PostureProver&&) noexcept = default;
 
 const char* PostureProver::method_name() { return "SQP(Multistart10)"; }
 
+namespace {
+
+/// Returns the first check that fails by the literal and strict rules, with its subject.
+std::string FailureOf(const Evaluation& evaluation) {
+  const Verdict check = evaluation.literal != Verdict::kSuccess ? evaluation.literal : evaluation.strict;
+  std::string text(DescriptionOf(check).name);
+  const auto found = std::find_if(evaluation.violations.begin(), evaluation.violations.end(),
+                                  [&](const Violation& violation) { return violation.check == check; });
+  if (found != evaluation.violations.end() && !found->subject.empty()) text += " of " + found->subject;
+  return text;
+}
+
+}  // namespace
+
 PostureProof PostureProver::Prove(const Stance& stance, int id) {
   const ProblemDefinition problem{.id = id, .stances = {stance}};
   const SolveOutcome outcome =
       impl_->solver.Solve(kStanceTask, problem, Initialization::kGood, impl_->method, SolveSettings{});
   PostureProof proof;
+  proof.failure = "the solver: no point";
   if (outcome.waypoints.size() != 1) return proof;
   const Evaluation evaluation = impl_->judge.Evaluate(kStanceTask, problem, outcome.waypoints);
   proof.accepted = evaluation.literal == Verdict::kSuccess && evaluation.strict == Verdict::kSuccess;
+  proof.failure = proof.accepted ? "" : FailureOf(evaluation);
   proof.x = outcome.waypoints.front();
   proof.cost = evaluation.cost;
   constexpr double kMicros = 1e-6;
@@ -185,28 +205,28 @@ PostureProof PostureProver::Prove(const Stance& stance, int id) {
 
 SampledStances SampleStances(const std::shared_ptr<const ProbeModel>& model, const StanceSamplerOptions& options,
                              const std::function<void(int, int)>& progress) {
-  const AreaTable areas(*model, options.region);
-  if (areas.empty()) RefuseScene(*model, "0", "there is no walkable ground in the region");
-  std::vector<std::unique_ptr<Sampler>> samplers;
-  for (int k = 0; k < options.threads; ++k) samplers.push_back(std::make_unique<Sampler>(model, areas, options));
-  SampledStances result;
+  const WalkableArea area(*model, options.region);
+  if (area.empty()) {
+    throw InputError({model->dataset->folder().string(), "stances", "0", "there is no walkable ground in the region",
+                      "check the scene's walkable ground, the radius and the slope"});
+  }
+  std::vector<std::unique_ptr<StanceCandidates>> candidates;
+  for (int k = 0; k < options.threads; ++k) candidates.push_back(MakeCandidates(model, area, options));
+  Sampling sampling(*model, options);
   constexpr size_t kBatch = 64;
   for (std::int64_t first = 0; first < options.max_candidates; first += kBatch) {
     std::vector<Candidate> batch(kBatch);
     ForEachIndex(options.threads, kBatch, [&](int worker, size_t i) {
-      batch[i] = samplers[static_cast<size_t>(worker)]->Try(first + static_cast<std::int64_t>(i));
+      batch[i] = candidates[static_cast<size_t>(worker)]->Try(first + static_cast<std::int64_t>(i));
     });
     for (Candidate& candidate : batch) {
-      Count(candidate, result.tally);
-      if (candidate.fate != Fate::kStance) continue;
-      result.stances.push_back(std::move(candidate.stance));
-      if (std::ssize(result.stances) == options.count) break;
+      if (!sampling.done()) sampling.Add(std::move(candidate));
     }
-    if (progress) progress(static_cast<int>(result.stances.size()), options.count);
-    if (std::ssize(result.stances) == options.count) return result;
+    if (progress) progress(sampling.found(), options.count);
+    if (sampling.done()) return sampling.TakeResult();
+    sampling.RefuseIfHopeless();
   }
-  RefuseScene(*model, std::to_string(result.stances.size()) + " of " + std::to_string(options.count),
-              "not enough stances found; " + result.tally.Describe());
+  sampling.Refuse();
 }
 
 std::vector<Stance> ReadFeasibleStances(const std::shared_ptr<const Dataset>& dataset,

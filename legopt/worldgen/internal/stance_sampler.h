@@ -18,6 +18,8 @@ struct StanceSamplerOptions {
   int count = 100;              ///< number of stances, >= 1
   std::uint64_t seed = 1;       ///< seed of all random numbers
   int max_candidates = 200000;  ///< limit of candidates
+  int max_infeasible = 1000;    ///< limit of candidates without a posture while no stance is found
+  int max_rejected = 20000;     ///< limit of candidates with another common cause while no stance is found
   int second_foot_tries = 12;   ///< tries per first foot
   Eigen::AlignedBox2d region;   ///< region for first feet; empty: everywhere
   int threads = 1;              ///< does not affect the result
@@ -26,11 +28,12 @@ struct StanceSamplerOptions {
 
 /// Numbers of candidates by outcome.
 struct SamplingStatistics {
-  std::int64_t candidates = 0;   ///< first feet drawn, up to and including that of the last accepted stance
-  std::int64_t first_foot = 0;   ///< rejected: slope, support or collision of the first foot
-  std::int64_t second_foot = 0;  ///< no second foot found
+  std::int64_t candidates = 0;   ///< candidates up to and including the last accepted stance
+  std::int64_t first_foot = 0;   ///< rejected: slope, support or collision of the first foot, or of any of many feet
+  std::int64_t second_foot = 0;  ///< no second foot found; with more than two feet, no feet within reach of one trunk
   std::int64_t trunk = 0;        ///< trunk box in collision
   std::int64_t infeasible = 0;   ///< no posture found by SQP, or not accepted by the judge
+  bool two_feet = true;          ///< the robot has two feet, which names the causes
 
   /// Summary of all numbers in one sentence.
   std::string Describe() const;
@@ -48,9 +51,12 @@ struct SampledStances {
 /// supported, trunks in collision, and, with `prove`, stances for which SQP with restarts finds no posture that the
 /// judge accepts by its literal and strict rules (the original evaluator's rule, and every listed pair).
 ///
+/// Robots with more than two feet: see MakeLeggedCandidates (stance_candidates.h); the checks are the same.
+///
 /// Candidate k depends on (seed, k) only, and stances are kept in the order of k, so that the result does not depend on
 /// the number of threads. `progress` (stances, wanted) is called from one thread at a time; may be empty. Throws
-/// InputError with the tally if max_candidates do not give enough stances.
+/// InputError with the constraint responsible (stance_refusal.h) if max_candidates do not give enough stances, or if
+/// there is no stance after max_infeasible or max_rejected candidates with the same cause.
 SampledStances SampleStances(const std::shared_ptr<const ProbeModel>& model, const StanceSamplerOptions& options,
                              const std::function<void(int, int)>& progress);
 
@@ -63,6 +69,7 @@ struct PostureProof {
   Eigen::VectorXd x;      ///< posture found, accepted or not; size n + 7
   double cost = 0.0;      ///< the judge's cost; NaN if there is none
   double time_s = 0.0;    ///< wall time of the solver
+  std::string failure;    ///< not accepted: first failed check and its subject, "foot_pose of l_foot"
 };
 
 /// A solver and a judge for one thread.
