@@ -102,7 +102,8 @@ const Eigen::AlignedBox3d& Near(const Eigen::AlignedBox3d& box, const std::strin
                     .field = user,
                     .value = FormatFixed(furthest_m, 6) + " m from the origin",
                     .message = "single precision cannot resolve 1 mm beyond 8192 m",
-                    .fix = "is it in millimetres? Scale it to metres (scale: 0.001), or move it to the origin"});
+                    .fix = "is it in millimetres? Scale it to metres (scale: 0.001, or import with --scale 0.001), or "
+                           "move it to the origin"});
 }
 
 bool IsHash(const std::string& text) {

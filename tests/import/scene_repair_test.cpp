@@ -105,8 +105,8 @@ TEST(SceneRepair, AGoodSceneIsCopiedByteByByte) {
 TEST(SceneRepair, ScaleAndUpChangeTheWholeScene) {
   // In millimetres with y up.
   SceneImport import("slab.obj",
-                     "v -9000 -1000 -9000\nv 9000 -1000 -9000\nv 9000 -1000 9000\nv -9000 -1000 9000\nv -9000 0 -9000\n"
-                     "v 9000 0 -9000\nv 9000 0 9000\nv -9000 0 9000\n"
+                     "v -4000 -1000 -4000\nv 4000 -1000 -4000\nv 4000 -1000 4000\nv -4000 -1000 4000\nv -4000 0 -4000\n"
+                     "v 4000 0 -4000\nv 4000 0 4000\nv -4000 0 4000\n"
                      "f 5 8 7 6\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\nf 1 2 3 4\n");
   const ImportReport large = import.Run();
   ASSERT_NE(Find(large, "units"), nullptr);
@@ -119,7 +119,7 @@ TEST(SceneRepair, ScaleAndUpChangeTheWholeScene) {
   EXPECT_NE(Find(report, "up axis"), nullptr);
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& vertex : import.Triangles().vertices) box.extend(vertex);
-  EXPECT_TRUE(box.min().isApprox(Eigen::Vector3d(-9, -9, -1)));
+  EXPECT_TRUE(box.min().isApprox(Eigen::Vector3d(-4, -4, -1)));
   EXPECT_NEAR(box.max().z(), 0.0, 1e-12);
 }
 
