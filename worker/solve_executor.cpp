@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "app/isolated_call.h"
+#include "app/folder_cache.h"
 #include "legopt/input/json.h"
 #include "legopt/planning/internal/trace.h"
 #include "legopt/types/input_error.h"
@@ -102,7 +102,7 @@ std::vector<Capability> SolveExecutor::Load() {
   registry_ = external_->registry();
   std::vector<Capability> loaded;
   for (const std::filesystem::path& folder : inputs_.datasets) {
-    const std::shared_ptr<const Dataset> dataset = Dataset::Load(folder, CallIsolated);
+    const std::shared_ptr<const Dataset> dataset = Dataset::Load(folder, GuardedReader());
     if (!runners_.try_emplace(dataset->content_hash(), dataset, registry_).second) continue;  // same content as another
     loaded.push_back({dataset->name(), dataset->content_hash()});
   }

@@ -18,6 +18,7 @@
 #include "app/command_line.h"
 #include "app/data_folder.h"
 #include "app/exit_codes.h"
+#include "app/folder_cache.h"
 #include "app/host_resources.h"
 #include "app/isolated_call.h"
 #include "app/log_format.h"
@@ -250,7 +251,7 @@ ExitCode RunPools(WorkerInputs inputs, SupervisorOptions options, const DatasetC
 ExitCode SupervisorMain(CommandLine line, const app::BuildFacts& build, spdlog::logger& logger) {
   app::StopSignals stop(line.owner);
   ResolveSlotCount(line, logger);
-  const DatasetCache cache(app::DatasetCacheFolder(), CallIsolated);
+  const DatasetCache cache(app::DatasetCacheFolder(), GuardedReader());
   try {
     bridge::ServerUplink uplink =
         bridge::PrepareUplink(line.network.Resolve(), line.access, bridge::BusLocation::kOwnNamespace);

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "app/command_line.h"
-#include "app/isolated_call.h"
+#include "app/folder_cache.h"
 #include "app/printable.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
@@ -42,7 +42,7 @@ struct DatasetOptions {
 
 ExitCode CheckHashes(const std::filesystem::path& folder, const DatasetOptions& options) {
   const DatasetDescription description = ReadDatasetFile(folder);
-  const auto manifest = ComputeManifest(folder, CallIsolated);
+  const auto manifest = ComputeManifest(folder, GuardedReader());
   Listing listing;
   listing.columns = {"file", "state", "hash"};
   std::size_t faults = 0;
@@ -75,9 +75,9 @@ ExitCode Hash(const DatasetOptions& options) {
   if (options.check) return CheckHashes(folder, options);
   Listing listing;
   listing.columns = {"file", "hash"};
-  for (const auto& file : WriteManifestHashes(folder, CallIsolated)) listing.rows.push_back({file.path, file.hash});
+  for (const auto& file : WriteManifestHashes(folder, GuardedReader())) listing.rows.push_back({file.path, file.hash});
   PrintPlain(listing, options.format);
-  std::cerr << "dataset " << Dataset::Load(folder, CallIsolated)->content_hash() << "\n";
+  std::cerr << "dataset " << Dataset::Load(folder, GuardedReader())->content_hash() << "\n";
   return ExitCode::kOk;
 }
 
@@ -129,7 +129,7 @@ void AddPairCounts(const Dataset& dataset, const Add& add) {
 }
 
 ExitCode Info(const DatasetOptions& options) {
-  const auto dataset = Dataset::Load(ChooseDatasetFolder(options.folder, nullptr), CallIsolated);
+  const auto dataset = Dataset::Load(ChooseDatasetFolder(options.folder, nullptr), GuardedReader());
   Listing listing;
   auto& row = listing.rows.emplace_back();
   const auto add = [&](const std::string& column, nlohmann::json cell) {
@@ -167,7 +167,7 @@ struct CheckOptions {
 };
 
 ExitCode Check(const CheckOptions& options) {
-  const auto dataset = Dataset::Load(ChooseDatasetFolder(options.folder, nullptr), CallIsolated);
+  const auto dataset = Dataset::Load(ChooseDatasetFolder(options.folder, nullptr), GuardedReader());
   const std::vector<DatasetDiagnostic> findings = CheckDataset(*dataset);
   if (options.json) {
     std::cout << JsonText(DatasetFindingsToJson(findings)) << "\n";
@@ -272,13 +272,13 @@ std::vector<std::unique_ptr<RereadableFile>> MakeProblemsRereadable(ImportOption
 
 ExitCode Import(const Flags& flags) {
   ImportOptions options = flags.options;
-  options.read_guard = CallIsolated;
   options.scene = flags.scene.Options();
   options.scene.repair = flags.repair;
   if (!flags.repair && (flags.scene.weld_m || flags.scene.thickness_m)) {
     throw InputError(
         {"", flags.scene.weld_m ? "--weld" : "--thickness", "", "is an option of a repair", "give --repair as well"});
   }
+  options.read_guard = GuardedReader();
   for (const std::string& word : flags.nominal) AddNominal(word, &options);
   const std::filesystem::path out = std::filesystem::path(flags.out).lexically_normal();
   if (options.name.empty()) options.name = (out.has_filename() ? out : out.parent_path()).filename().string();

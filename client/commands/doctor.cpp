@@ -11,7 +11,7 @@
 
 #include "app/command_line.h"
 #include "app/data_folder.h"
-#include "app/isolated_call.h"
+#include "app/folder_cache.h"
 #include "app/printable.h"
 #include "bus/bus_error.h"
 #include "bus/messages.h"
@@ -195,7 +195,7 @@ std::string CountProblems(const Dataset& dataset) {
 
 DoctorDiagnostic CheckDataset(const DiagnosisOptions& options) {
   try {
-    const auto dataset = Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), CallIsolated);
+    const auto dataset = Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), GuardedReader());
     return {"dataset",
             State::kOk,
             dataset->name() + " in " + dataset->folder().string() + ", " + CountProblems(*dataset) +

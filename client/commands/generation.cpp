@@ -11,7 +11,7 @@
 
 #include "app/command_line.h"
 #include "app/data_folder.h"
-#include "app/isolated_call.h"
+#include "app/folder_cache.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
@@ -102,7 +102,7 @@ ExitCode GenerateScenario(const ScenarioFlags& flags) {
   MakeFolder(flags.out, identity, [&](const std::filesystem::path& folder, const worldgen::BuildProgress& progress) {
     scenario =
         worldgen::MakeScenario(options, [&](double done, double total) { progress("collapse", done, total, "s"); });
-    worldgen::WriteScenario(scenario, folder, !flags.no_pictures, CallIsolated);
+    worldgen::WriteScenario(scenario, folder, !flags.no_pictures, GuardedReader());
   });
   std::cout << JsonText(worldgen::DescribeScenario(scenario)) << "\n";
   return ExitCode::kOk;
@@ -155,7 +155,7 @@ using Build = worldgen::DatasetReport (*)(const worldgen::DatasetOptions&, const
 /// Creates the folder with `build`; its identity describes the requested contents.
 worldgen::DatasetReport BuildFolder(const DatasetFlags& flags, const std::string& what, Build build) {
   worldgen::DatasetOptions options = flags.options;
-  options.read_guard = CallIsolated;
+  options.read_guard = GuardedReader();
   const std::filesystem::path out = std::filesystem::path(flags.scenario.out).lexically_normal();
   options.name = !flags.name.empty() ? flags.name : (out.has_filename() ? out : out.parent_path()).filename().string();
   options.seed = flags.scenario.seed;
@@ -167,7 +167,7 @@ worldgen::DatasetReport BuildFolder(const DatasetFlags& flags, const std::string
     options.scenario = OptionsOf(flags.scenario);
   }
   options.Validate();
-  const auto source = Dataset::Load(options.robot_folder, CallIsolated);
+  const auto source = Dataset::Load(options.robot_folder, GuardedReader());
   worldgen::CheckSource(source, options.ProbeFor(*source), !options.scenario);
   const std::string identity = what + options.StanceOptionsText() + ", from " + source->content_hash() + "\n";
   worldgen::DatasetReport report;
@@ -266,7 +266,7 @@ class CertificateWriter {
 };
 
 ExitCode Certify(const CertifyFlags& flags) {
-  const auto dataset = Dataset::Load(ChooseDatasetFolder(flags.dataset, nullptr), CallIsolated);
+  const auto dataset = Dataset::Load(ChooseDatasetFolder(flags.dataset, nullptr), GuardedReader());
   const std::filesystem::path out =
       flags.out.empty() ? dataset->folder() / certify::kCertificateFileName : std::filesystem::path(flags.out);
   const files::NameLock lock(out);

@@ -16,7 +16,7 @@
 #include <thread>
 
 #include "app/command_line.h"
-#include "app/isolated_call.h"
+#include "app/folder_cache.h"
 #include "app/printable.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
@@ -52,7 +52,7 @@ std::vector<std::shared_ptr<const Dataset>> LoadPageDatasets(const std::vector<P
                                                              const std::vector<std::string>& folders) {
   std::vector<std::shared_ptr<const Dataset>> datasets;
   for (const std::string& folder : folders) {
-    datasets.push_back(Dataset::Load(ChooseDatasetFolder(folder, nullptr), CallIsolated));
+    datasets.push_back(Dataset::Load(ChooseDatasetFolder(folder, nullptr), GuardedReader()));
   }
   for (const PageSource& source : sources) {
     const auto found = DatasetOf(source);
@@ -61,7 +61,7 @@ std::vector<std::shared_ptr<const Dataset>> LoadPageDatasets(const std::vector<P
     });
     if (!known) datasets.push_back(found);
   }
-  if (datasets.empty()) datasets.push_back(Dataset::Load(ChooseDatasetFolder({}, nullptr), CallIsolated));
+  if (datasets.empty()) datasets.push_back(Dataset::Load(ChooseDatasetFolder({}, nullptr), GuardedReader()));
   return datasets;
 }
 
@@ -203,7 +203,7 @@ std::shared_ptr<const Dataset> DatasetToShow(const ViewOptions& options) {
       if (auto dataset = FindResultDataset(*source, found.Text(0, "hash"))) return dataset;
     }
   }
-  return Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), CallIsolated);
+  return Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), GuardedReader());
 }
 
 // Returns whether options choose a job of an experiment. --problem and --tasks alone choose a problem of the dataset.

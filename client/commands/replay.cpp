@@ -6,8 +6,8 @@
 
 #include "app/build_identity.h"
 #include "app/command_line.h"
+#include "app/folder_cache.h"
 #include "app/host_resources.h"
-#include "app/isolated_call.h"
 #include "app/printable.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
@@ -77,7 +77,7 @@ std::shared_ptr<const Dataset> LoadStoredDataset(ResultSource& source, const Sto
     if (auto found = FindResultDataset(source, job.dataset_hash)) return found;
   }
   const auto folder = ChooseDatasetFolder(options.dataset, nullptr);
-  auto dataset = Dataset::Load(folder, CallIsolated);
+  auto dataset = Dataset::Load(folder, GuardedReader());
   if (dataset->content_hash() == job.dataset_hash) return dataset;
   throw ClientError(ExitCode::kDatasetMismatch, "job " + std::to_string(job.job_id) + " was solved on the dataset '" +
                                                     job.dataset_name + "' of hash " + job.dataset_hash + ", but " +

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "app/command_line.h"
-#include "app/isolated_call.h"
+#include "app/folder_cache.h"
 #include "app/printable.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
@@ -34,7 +34,7 @@ std::shared_ptr<const Dataset> LoadDatasetOf(ResultSource& source, const Experim
     if (auto found = FindResultDataset(source, experiment.dataset_hash)) return found;
   }
   const auto folder = ChooseDatasetFolder(options.dataset, nullptr);
-  auto dataset = Dataset::Load(folder, CallIsolated);
+  auto dataset = Dataset::Load(folder, GuardedReader());
   if (dataset->content_hash() != experiment.dataset_hash) {
     throw ClientError(ExitCode::kDatasetMismatch, "experiment " + std::to_string(experiment.id) +
                                                       " was made with the dataset '" + experiment.dataset_name +
@@ -161,7 +161,7 @@ void KeepSolutions(const ResultFilter& filter, const std::string& name, Solution
 ExitCode Evaluate(const EvaluateOptions& options) {
   SolutionFile file = ReadSolutions(InputFile(options.file));
   KeepSolutions(options.filter, options.file, &file);
-  Judge judge(Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), CallIsolated),
+  Judge judge(Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), GuardedReader()),
               options.exhaustive ? Culling::kOff : Culling::kOn);
   const auto report = EvaluateSolutions(file, judge, options.rule.value_or(Rule::kLiteral), options.definitions);
   if (report.rows.empty()) {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "app/command_line.h"
-#include "app/isolated_call.h"
+#include "app/folder_cache.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
@@ -29,7 +29,7 @@ struct SolverFlags {
 ExitCode CheckDeclared(const SolverFlags& flags) {
   const std::array<std::filesystem::path, 1> files = {InputFile(flags.declaration)};
   external::ExternalSolvers solvers(files);  // before this process grows, because it forks
-  const auto dataset = Dataset::Load(ChooseDatasetFolder(flags.dataset, nullptr), CallIsolated);
+  const auto dataset = Dataset::Load(ChooseDatasetFolder(flags.dataset, nullptr), GuardedReader());
   Listing listing;
   listing.columns = {"result", "check", "detail"};
   bool passed = true;

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "app/command_line.h"
-#include "app/isolated_call.h"
+#include "app/folder_cache.h"
 #include "app/printable.h"
 #include "bus/bus_error.h"
 #include "bus/field_check.h"
@@ -91,7 +91,7 @@ Submission PrepareSubmission(const SuiteOptions& options) {
   Submission submission;
   submission.dataset_folder =
       std::filesystem::absolute(ChooseDatasetFolder(options.dataset, &suite)).lexically_normal();
-  const auto dataset = Dataset::Load(submission.dataset_folder, CallIsolated);
+  const auto dataset = Dataset::Load(submission.dataset_folder, GuardedReader());
   WarnAbout(*dataset);
   const DatasetFacts facts = FactsOf(*dataset);
   CheckName(suite.name, suite.file, "give the suite another 'name'");
@@ -178,7 +178,7 @@ void SendDataset(ServerConnection& server, const Submission& submission) {
   std::string why;
   try {
     why = server.StoreDataset(submission.spec.at("dataset").at("hash").get<std::string>(),
-                              [&] { return PackDataset(submission.dataset_folder, CallIsolated); });
+                              [&] { return PackDataset(submission.dataset_folder, GuardedReader()); });
   } catch (const ClientError& error) {
     if (error.code() == ExitCode::kInterrupted) throw;
     why = error.what();

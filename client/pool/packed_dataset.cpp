@@ -5,7 +5,7 @@
 #include <system_error>
 
 #include "app/data_folder.h"
-#include "app/isolated_call.h"
+#include "app/folder_cache.h"
 #include "client/client_error.h"
 #include "legopt/dataset/internal/dataset_content.h"
 #include "legopt/files/written_file.h"
@@ -15,8 +15,8 @@ namespace legopt::client {
 namespace fs = std::filesystem;
 
 PackedDataset PackInto(const fs::path& folder, const fs::path& out) {
-  const std::string bytes = PackDataset(folder, CallIsolated);
-  PackedDataset packed{HashOfDataset(folder, CallIsolated), {}};
+  const std::string bytes = PackDataset(folder, GuardedReader());
+  PackedDataset packed{HashOfDataset(folder, GuardedReader()), {}};
   packed.archive = out / app::ArchiveName(packed.hash);
   std::error_code error;
   fs::create_directories(out, error);

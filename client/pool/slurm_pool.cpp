@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "app/data_folder.h"
-#include "app/isolated_call.h"
+#include "app/folder_cache.h"
 #include "app/printable.h"
 #include "bus/bridge/bridge.h"
 #include "bus/bridge/uplink.h"
@@ -234,7 +234,7 @@ fs::path PoolFolder(const fs::path& database) { return database.string() + ".poo
 
 std::string PreviewScript(const SlurmPoolOptions& options) {
   PoolAccess access = AccessOf(options, fs::absolute(PoolFolder(options.database)));
-  if (access.datasets.empty()) access.datasets = {HashOfDataset(options.dataset, CallIsolated)};
+  if (access.datasets.empty()) access.datasets = {HashOfDataset(options.dataset, GuardedReader())};
   access.access = "(the server's addresses)";
   if (access.key_file.empty()) access.key = "(the key)";
   access.job_name = "legopt-(deployment)";

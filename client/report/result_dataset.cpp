@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "app/data_folder.h"
-#include "app/isolated_call.h"
+#include "app/folder_cache.h"
 #include "app/printable.h"
 #include "client/client_error.h"
 #include "db/named_queries.h"
@@ -68,8 +68,8 @@ class UnpackedDataset {
     }
     folder_ = name;
     try {
-      UnpackDataset(archive, folder_, CallIsolated);
-      dataset_ = Dataset::Load(folder_, CallIsolated);
+      UnpackDataset(archive, folder_, GuardedReader());
+      dataset_ = Dataset::Load(folder_, GuardedReader());
     } catch (...) {
       Remove();
       throw;
@@ -91,7 +91,7 @@ class UnpackedDataset {
 
 std::shared_ptr<const Dataset> FindEmbedded(const std::string& hash) {
   for (const fs::path& folder : app::EmbeddedDatasetFolders()) {
-    if (HashOfDataset(folder, CallIsolated) == hash) return Dataset::Load(folder, CallIsolated);
+    if (HashOfDataset(folder, GuardedReader()) == hash) return Dataset::Load(folder, GuardedReader());
   }
   return nullptr;
 }
@@ -99,7 +99,7 @@ std::shared_ptr<const Dataset> FindEmbedded(const std::string& hash) {
 // Returns nullptr if the folder does not contain a dataset, or one with other content.
 std::shared_ptr<const Dataset> LoadIfContent(const fs::path& folder, const std::string& hash) {
   try {
-    auto dataset = Dataset::Load(folder, CallIsolated);
+    auto dataset = Dataset::Load(folder, GuardedReader());
     return dataset->content_hash() == hash ? dataset : nullptr;
   } catch (const InputError&) {
     return nullptr;

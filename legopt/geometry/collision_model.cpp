@@ -13,6 +13,7 @@
 #include "legopt/geometry/internal/link_pieces.h"
 #include "legopt/geometry/internal/link_trimeshes.h"
 #include "legopt/geometry/internal/model_data.h"
+#include "legopt/geometry/internal/prepared_geometry.h"
 #include "legopt/geometry/internal/scene_solids.h"
 #include "legopt/geometry/internal/trimesh_world.h"
 #include "legopt/types/input_error.h"
@@ -122,8 +123,8 @@ void AddSceneShapes(const Link& link, int index, const ReadGuard& guard, const C
   }
 }
 
-void AddRobot(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> reference_x, const CollisionOptions& options,
-              Impl& impl) {
+void PrepareRobot(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> reference_x,
+                  const CollisionOptions& options, Impl& impl) {
   for (const Link& link : robot.links()) AddHulls(link, robot.read_guard(), impl);
   TrimeshWorld world;
   LinkTrimeshes meshes(robot, world);
@@ -138,6 +139,21 @@ void AddRobot(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> referen
     for (size_t i = 0; i < robot.links().size(); ++i) {
       AddSceneShapes(robot.links()[i], static_cast<int>(i), robot.read_guard(), options, impl);
     }
+  }
+}
+
+/// Adds the robot, from the cache of its read guard if it is there.
+void AddRobot(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> reference_x, const CollisionOptions& options,
+              Impl& impl) {
+  if (const ByteCache* cache = robot.read_guard().cache().get()) {
+    const std::string key = RobotModelKey(robot, reference_x, options);
+    const std::optional<std::string> stored = cache->Read(key);
+    if (!stored || !DecodeRobotPart(*stored, robot.links().size(), &impl)) {
+      PrepareRobot(robot, reference_x, options, impl);
+      cache->Write(key, EncodeRobotPart(impl));
+    }
+  } else {
+    PrepareRobot(robot, reference_x, options, impl);
   }
   for (const ConvexShape& shape : impl.shapes) impl.ranges.push_back(impl.link_points.Add(shape.points()));
 }
@@ -190,7 +206,7 @@ std::vector<ConvexShape> HullsOf(const Link& link, const ReadGuard& guard) {
   WithLinkInErrors(link, [&] {
     for (const ShapeSpec& spec : link.collision) {
       const bool mesh = spec.kind == ShapeSpec::Kind::kMesh;
-      shapes.push_back(mesh ? ConvexShape::FromHull(ComputeHull(Tessellate(spec, guard).vertices))
+      shapes.push_back(mesh ? ConvexShape::FromHull(PreparedHull(Tessellate(spec, guard).vertices, guard.cache().get()))
                             : ConvexShape::FromPrimitive(spec));
     }
   });

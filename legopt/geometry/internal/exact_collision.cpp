@@ -64,7 +64,7 @@ struct SceneMesh {
       if (culling == Culling::kOn && !body.bounds.intersects(geometry.bounds)) continue;
       for (const Eigen::Vector3d& vertex : bodies.vertices(body)) {
         if (culling == Culling::kOn && !geometry.bounds.contains(vertex)) continue;
-        deepest = std::max(deepest, geometry.bodies.Depth(X_GW * vertex));
+        deepest = std::max(deepest, geometry.bodies->Depth(X_GW * vertex));
       }
     }
     return deepest;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "legopt/geometry/internal/prepared_geometry.h"
 #include "legopt/geometry/internal/signed_distance.h"
 #include "legopt/types/input_error.h"
 
@@ -12,16 +13,17 @@ LinkTrimeshes::LinkTrimeshes(const RobotModel& robot, TrimeshWorld& world, Culli
   by_link_.resize(robot.links().size());
   for (size_t link = 0; link < robot.links().size(); ++link) {
     for (const ShapeSpec& spec : robot.links()[link].collision) {
-      TriangleMesh mesh = Tessellate(spec, robot.read_guard());
+      const int mesh = world_.Add(Tessellate(spec, robot.read_guard()));
+      const TriangleMesh& triangles = world_.triangles(mesh);
+      const ByteCache* cache = robot.read_guard().cache().get();
       Geometry geometry{.link = static_cast<int>(link),
-                        .mesh = 0,
-                        .hull = ConvexShape::FromHull(ComputeHull(mesh.vertices)),
-                        .bodies = ClosedBodies(mesh),
+                        .mesh = mesh,
+                        .hull = ConvexShape::FromHull(PreparedHull(triangles.vertices, cache)),
+                        .bodies = LazyBodies(triangles),
                         .pose = Eigen::Isometry3d::Identity(),
                         .range = {},
                         .placed = {},
                         .bounds = {}};
-      geometry.mesh = world_.Add(std::move(mesh));
       geometry.range = local_.Add(geometry.hull.points());
       by_link_[link].push_back(static_cast<int>(geometries_.size()));
       geometries_.push_back(std::move(geometry));
@@ -56,11 +58,11 @@ double LinkTrimeshes::ExactDepth(const Geometry& a, const Geometry& b) const {
 
 /// Returns the depth of the deepest vertex of a geometry inside the bodies of another one.
 double LinkTrimeshes::DeepestVertex(const Geometry& geometry, const Geometry& other) const {
-  if (other.bodies.bodies().empty()) return 0.0;
+  if (other.bodies->bodies().empty()) return 0.0;
   const Eigen::Isometry3d X_OG = other.pose.inverse(Eigen::Isometry) * geometry.pose;
   double deepest = 0.0;
   for (const Eigen::Vector3d& vertex : vertices(geometry)) {
-    deepest = std::max(deepest, other.bodies.Depth(X_OG * vertex));
+    deepest = std::max(deepest, other.bodies->Depth(X_OG * vertex));
   }
   return deepest;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "legopt/geometry/internal/convex_shape.h"
@@ -11,6 +12,21 @@
 
 namespace legopt {
 
+/// The closed bodies of a mesh, found when they are first needed: the bodies of most links never are. Not thread-safe.
+class LazyBodies {
+ public:
+  /// `mesh` must outlive this object.
+  explicit LazyBodies(const TriangleMesh& mesh) : mesh_(&mesh) {}
+  const ClosedBodies* operator->() const {
+    if (!bodies_) bodies_ = std::make_shared<const ClosedBodies>(*mesh_);
+    return bodies_.get();
+  }
+
+ private:
+  const TriangleMesh* mesh_;
+  mutable std::shared_ptr<const ClosedBodies> bodies_;
+};
+
 /// The exact triangle meshes of a robot's links in a TrimeshWorld, with their hulls for culling.
 class LinkTrimeshes {
  public:
@@ -19,7 +35,7 @@ class LinkTrimeshes {
     int link;
     int mesh;                    ///< index in the TrimeshWorld
     ConvexShape hull;            ///< hull of the mesh, link frame
-    ClosedBodies bodies;         ///< closed bodies of the mesh, link frame
+    LazyBodies bodies;           ///< closed bodies of the mesh, link frame
     Eigen::Isometry3d pose;      ///< link frame in the world
     PointArena::Range range;     ///< range of the hull's points
     SupportSet placed;           ///< hull in the world

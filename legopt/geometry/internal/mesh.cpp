@@ -1,6 +1,7 @@
 #include "legopt/geometry/internal/mesh.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -11,6 +12,8 @@
 #include "legopt/geometry/internal/height_map.h"
 #include "legopt/geometry/internal/mesh_file.h"
 #include "legopt/geometry/internal/mesh_reader.h"
+#include "legopt/input/text.h"
+#include "legopt/math/blake2b.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/number_text.h"
 
@@ -82,6 +85,23 @@ TriangleMesh ReadUnguarded(const std::string& path, const Eigen::Vector3d& scale
   return IsHeightMapFile(path) ? SolidBelow(ReadHeightGrid(path), scale) : ReadMesh(path, scale);
 }
 
+/// Returns the key of a mesh in a cache: the file's content and suffix, and the scale. Empty for glTF, whose files may
+/// refer to others.
+std::string KeyOf(const std::string& path, const Eigen::Vector3d& scale) {
+  constexpr std::size_t kMaxBytes = std::size_t{1} << 30;
+  constexpr const char* kVersion = "legopt-mesh/1";
+  std::error_code error;
+  const std::uintmax_t bytes = std::filesystem::file_size(path, error);
+  const std::string suffix = std::filesystem::path(path).extension().string();
+  if (error || bytes > kMaxBytes || suffix.size() < 2 || (suffix[1] | 0x20) == 'g') return "";
+  ResultWriter key(kMeshFollows);
+  key.Add(std::string(kVersion));
+  key.Add(suffix);
+  key.Add(std::array<double, 3>{scale.x(), scale.y(), scale.z()});
+  key.Add(Blake2bHex(ReadFileText(path, kMaxBytes)));
+  return Blake2bHex(key.Take());
+}
+
 }  // namespace
 
 TriangleMesh LoadMesh(const std::string& path, const Eigen::Vector3d& scale, const ReadGuard& guard) {
@@ -94,6 +114,14 @@ TriangleMesh LoadMesh(const std::string& path, const Eigen::Vector3d& scale, con
         FormatFixed(scale.x(), 6) + " " + FormatFixed(scale.y(), 6) + " " + FormatFixed(scale.z(), 6);
     throw InputError({path, "scale", factors, "mesh scale must be finite and not zero",
                       "give three factors such as 0.001 0.001 0.001"});
+  }
+  const ByteCache* cache = guard.cache().get();
+  const std::string key = cache == nullptr ? "" : KeyOf(path, scale);
+  if (!key.empty()) {
+    const std::optional<std::string> stored = cache->Read(key);
+    if (stored && stored->starts_with(kMeshFollows)) {
+      if (std::optional<TriangleMesh> mesh = DecodeMesh(std::string_view(*stored).substr(1))) return std::move(*mesh);
+    }
   }
   if (!IsHeightMapFile(path)) CheckMeshFile(path);
   if (!guard) return ReadUnguarded(path, scale);
@@ -114,7 +142,10 @@ TriangleMesh LoadMesh(const std::string& path, const Eigen::Vector3d& scale, con
   if (content.starts_with(kFaultFollows)) {
     if (std::optional<InputError::Fault> fault = DecodeFault(content.substr(1))) throw InputError(std::move(*fault));
   } else if (content.starts_with(kMeshFollows)) {
-    if (std::optional<TriangleMesh> mesh = DecodeMesh(content.substr(1))) return std::move(*mesh);
+    if (std::optional<TriangleMesh> mesh = DecodeMesh(content.substr(1))) {
+      if (!key.empty()) cache->Write(key, answer);
+      return std::move(*mesh);
+    }
   }
   RefuseUnread(path, "its reader gave no answer that makes sense");
 }

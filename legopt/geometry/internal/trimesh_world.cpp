@@ -189,10 +189,15 @@ namespace {
 
 /// A mesh with the coordinates and indices that ODE refers to.
 struct Mesh {
-  explicit Mesh(TriangleMesh mesh) : triangles(std::move(mesh)), bvh(triangles) {}
+  explicit Mesh(TriangleMesh mesh) : triangles(std::move(mesh)) {}
+
+  const TriangleBvh& bvh() const {
+    if (!tree) tree.emplace(triangles);
+    return *tree;
+  }
 
   TriangleMesh triangles;
-  TriangleBvh bvh;
+  mutable std::optional<TriangleBvh> tree;  ///< made when it is first needed, like `geom`
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   std::vector<dReal> coordinates;
   std::vector<dTriIndex> indices;
@@ -201,6 +206,31 @@ struct Mesh {
 };
 
 constexpr int kCoordinatesPerVertex = 3;
+
+void MoveGeom(const Mesh& mesh) {
+  const Eigen::Matrix3d& r = mesh.pose.linear();
+  const Eigen::Vector3d& p = mesh.pose.translation();
+  const dMatrix3 rotation = {r(0, 0), r(0, 1), r(0, 2), 0, r(1, 0), r(1, 1), r(1, 2), 0, r(2, 0), r(2, 1), r(2, 2), 0};
+  dGeomSetRotation(mesh.geom, rotation);
+  dGeomSetPosition(mesh.geom, p.x(), p.y(), p.z());
+}
+
+/// Gives a mesh to ODE, at its present pose.
+void MakeGeom(Mesh& entry) {
+  const TriangleMesh& mesh = entry.triangles;
+  entry.coordinates.reserve(kCoordinatesPerVertex * mesh.vertices.size());
+  for (const Eigen::Vector3d& v : mesh.vertices)
+    entry.coordinates.insert(entry.coordinates.end(), {v.x(), v.y(), v.z()});
+  for (const auto& t : mesh.triangles) {
+    for (int corner : t) entry.indices.push_back(static_cast<dTriIndex>(corner));
+  }
+  entry.data = dGeomTriMeshDataCreate();
+  dGeomTriMeshDataBuildDouble(entry.data, entry.coordinates.data(), kCoordinatesPerVertex * sizeof(dReal),
+                              static_cast<int>(mesh.vertices.size()), entry.indices.data(),
+                              static_cast<int>(entry.indices.size()), 3 * sizeof(dTriIndex));
+  entry.geom = dCreateTriMesh(nullptr, entry.data, nullptr, nullptr, nullptr);
+  MoveGeom(entry);
+}
 
 // Debian builds ODE without thread-local storage: all mesh colliders of the process share one cache, whatever
 // dAllocateODEDataForThread allocates. So worlds of several threads must take turns.
@@ -218,12 +248,17 @@ struct TrimeshWorld::Impl {
 
   ~Impl() {
     for (const auto& mesh : meshes) {
+      if (mesh->geom == nullptr) continue;
       dGeomDestroy(mesh->geom);
       dGeomTriMeshDataDestroy(mesh->data);
     }
   }
   const Mesh& at(int mesh) const { return *meshes[static_cast<size_t>(mesh)]; }
-  dGeomID geom(int mesh) const { return at(mesh).geom; }
+  dGeomID geom(int mesh) {
+    Mesh& entry = *meshes[static_cast<size_t>(mesh)];
+    if (entry.geom == nullptr) MakeGeom(entry);
+    return entry.geom;
+  }
 
   /// Returns false for a single triangle: ODE's tree for it is a null pointer that its collider dereferences.
   bool IsSupportedByOde(int mesh) const { return at(mesh).triangles.triangles.size() > 1; }
@@ -234,9 +269,10 @@ struct TrimeshWorld::Impl {
   std::optional<int> Collide(int mesh_a, int mesh_b) {
     if (!IsSupportedByOde(mesh_a) || !IsSupportedByOde(mesh_b)) return std::nullopt;
     UseOdeOnThisThread();
+    const dGeomID a = geom(mesh_a), b = geom(mesh_b);
     const std::scoped_lock lock(ColliderCache());
     try {
-      return dCollide(geom(mesh_a), geom(mesh_b), kOriginalContacts, contacts.data(), sizeof(dContactGeom));
+      return dCollide(a, b, kOriginalContacts, contacts.data(), sizeof(dContactGeom));
     } catch (const OdeFailure&) {
       ++ode_failures;
       return std::nullopt;
@@ -255,30 +291,14 @@ TrimeshWorld::TrimeshWorld() : impl_(std::make_unique<Impl>()) { UseOdeOnThisThr
 TrimeshWorld::~TrimeshWorld() = default;
 
 int TrimeshWorld::Add(TriangleMesh triangles) {
-  UseOdeOnThisThread();
-  auto entry = std::make_unique<Mesh>(std::move(triangles));
-  const TriangleMesh& mesh = entry->triangles;
-  entry->coordinates.reserve(kCoordinatesPerVertex * mesh.vertices.size());
-  for (const Eigen::Vector3d& v : mesh.vertices)
-    entry->coordinates.insert(entry->coordinates.end(), {v.x(), v.y(), v.z()});
-  for (const auto& t : mesh.triangles) {
-    for (int corner : t) entry->indices.push_back(static_cast<dTriIndex>(corner));
-  }
-  entry->data = dGeomTriMeshDataCreate();
-  dGeomTriMeshDataBuildDouble(entry->data, entry->coordinates.data(), kCoordinatesPerVertex * sizeof(dReal),
-                              static_cast<int>(mesh.vertices.size()), entry->indices.data(),
-                              static_cast<int>(entry->indices.size()), 3 * sizeof(dTriIndex));
-  entry->geom = dCreateTriMesh(nullptr, entry->data, nullptr, nullptr, nullptr);
-  impl_->meshes.push_back(std::move(entry));
+  impl_->meshes.push_back(std::make_unique<Mesh>(std::move(triangles)));
   return static_cast<int>(impl_->meshes.size()) - 1;
 }
 
 void TrimeshWorld::SetPose(int mesh, const Eigen::Isometry3d& pose) {
-  impl_->meshes[static_cast<size_t>(mesh)]->pose = pose;
-  const Eigen::Matrix3d& r = pose.linear();
-  const dMatrix3 rotation = {r(0, 0), r(0, 1), r(0, 2), 0, r(1, 0), r(1, 1), r(1, 2), 0, r(2, 0), r(2, 1), r(2, 2), 0};
-  dGeomSetRotation(impl_->geom(mesh), rotation);
-  dGeomSetPosition(impl_->geom(mesh), pose.translation().x(), pose.translation().y(), pose.translation().z());
+  Mesh& entry = *impl_->meshes[static_cast<size_t>(mesh)];
+  entry.pose = pose;
+  if (entry.geom != nullptr) MoveGeom(entry);
 }
 
 double TrimeshWorld::Depth(int mesh_a, int mesh_b) {
@@ -303,20 +323,20 @@ double TrimeshWorld::ExactDepth(int mesh_a, int mesh_b) const {
   const bool a_is_larger = impl_->at(mesh_a).triangles.triangles.size() >= impl_->at(mesh_b).triangles.triangles.size();
   const Mesh& large = impl_->at(a_is_larger ? mesh_a : mesh_b);
   const Mesh& small = impl_->at(a_is_larger ? mesh_b : mesh_a);
-  return MeshDepth(large.triangles, large.bvh, small.triangles, large.pose.inverse(Eigen::Isometry) * small.pose);
+  return MeshDepth(large.triangles, large.bvh(), small.triangles, large.pose.inverse(Eigen::Isometry) * small.pose);
 }
 
 std::int64_t TrimeshWorld::ode_failures() const { return impl_->ode_failures; }
 
 MeshCrossing TrimeshWorld::Crossing(int mesh_a, int mesh_b) const {
   const Mesh &a = impl_->at(mesh_a), &b = impl_->at(mesh_b);
-  MeshCrossing crossing = DeepestCrossing(a.triangles, a.bvh, b.triangles, a.pose.inverse(Eigen::Isometry) * b.pose);
+  MeshCrossing crossing = DeepestCrossing(a.triangles, a.bvh(), b.triangles, a.pose.inverse(Eigen::Isometry) * b.pose);
   crossing.point_a = a.pose * crossing.point_a;
   crossing.point_b = a.pose * crossing.point_b;
   return crossing;
 }
 
 const TriangleMesh& TrimeshWorld::triangles(int mesh) const { return impl_->at(mesh).triangles; }
-const TriangleBvh& TrimeshWorld::bvh(int mesh) const { return impl_->at(mesh).bvh; }
+const TriangleBvh& TrimeshWorld::bvh(int mesh) const { return impl_->at(mesh).bvh(); }
 
 }  // namespace legopt
