@@ -19,7 +19,7 @@
 namespace legopt {
 namespace {
 
-constexpr double kBend = 0.12;          // of a leg's length, by which it is shortened
+constexpr double kBend = 0.12;         // share of its length by which a leg is shortened
 constexpr double kHeightWeight = 3.0;  // residual of a base that is not lowered
 constexpr double kTiltWeight = 2.0;    // per rad
 constexpr double kPlaceWeight = 2.0;   // per leg length
@@ -67,7 +67,7 @@ class ReferenceCostTerm : public Term {
     const int n = size - 6;
     model.Reset(size, size, 1);
     const Eigen::Quaterniond q = BaseRotation();
-    Eigen::Matrix3d turn = q.w() * Eigen::Matrix3d::Identity();  // of the vector part, times 2: w I - [e]x
+    Eigen::Matrix3d turn = q.w() * Eigen::Matrix3d::Identity();  // twice the derivative of the vector part: w I - [e]x
     turn(0, 1) += q.z();
     turn(0, 2) -= q.y();
     turn(1, 0) -= q.z();
@@ -92,7 +92,7 @@ struct Leg {
   std::vector<int> bodies;
   Eigen::Vector3d hip_B = Eigen::Vector3d::Zero();  ///< origin of the first joint, in the base frame
   double length_m = 0.0;                            ///< along the joints' origins, from the first to the contact
-  double distance_m = 0.0;                          ///< from the first joint to the contact
+  double distance_m = 0.0;                          ///< distance of the first joint from the contact
 };
 
 Leg LegOf(const Dataset& stage, const Contact& contact, const Kinematics& kinematics) {
@@ -219,7 +219,7 @@ class NominalSearch {
   Judge judge_;
   std::unique_ptr<Solver> solver_;
   std::vector<Leg> legs_;  ///< per contact
-  double length_m_ = 0.0;  ///< of the longest leg
+  double length_m_ = 0.0;  ///< length of the longest leg
 };
 
 }  // namespace

@@ -12,7 +12,7 @@ namespace legopt {
 /// Named posture of a robot's SRDF (Semantic Robot Description Format).
 struct SrdfState {
   std::filesystem::path file;
-  std::string name;                      ///< of the state
+  std::string name;                      ///< name of the group state
   std::map<std::string, double> joints;  ///< joint -> rad or m; only joints that the robot has
 };
 

@@ -5,6 +5,7 @@
 #include "legopt/dataset/internal/dataset_content.h"
 #include "legopt/dataset/internal/dataset_writer.h"
 #include "legopt/dataset/internal/text_file.h"
+#include "legopt/files/written_file.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/types/number_text.h"
 
@@ -48,7 +49,7 @@ void LinkFiles(const fs::path& from, const fs::path& to) {
     }
     std::error_code error;
     fs::create_hard_link(entry->path(), to / name, error);
-    if (error) fs::copy_file(entry->path(), to / name);
+    if (error) CopyOutputFile(entry->path(), to / name);
   }
 }
 

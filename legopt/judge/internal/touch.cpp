@@ -14,7 +14,7 @@ constexpr std::size_t kGrid = 16;        // places per row of a patch's bounding
 constexpr double kOverlap_m = 5e-3;      // a surface this far above the link's underside is below the link
 constexpr double kCornerBand_m = 5e-3;   // corners of the surface are those this far above its lowest point
 constexpr double kInset_m = 1e-6;        // corners are moved inwards, so that rounding does not put them outside
-constexpr double kLeastRadius_m = 5e-3;  // of the disc below a point contact
+constexpr double kLeastRadius_m = 5e-3;  // least radius of the disc below a point contact
 constexpr int kDiscCorners = 16;         // corners of this disc
 constexpr int kHalvings = 7;             // of the distance between two places, to find the edge of what touches
 
