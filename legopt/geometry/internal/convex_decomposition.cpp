@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "legopt/geometry/internal/mesh_bodies.h"
+#include "legopt/geometry/internal/triangle_bvh.h"
 
 namespace legopt {
 namespace {
@@ -88,11 +89,52 @@ bool OnCut(const Piece& piece, const Eigen::Vector3d& point, const Eigen::Vector
   });
 }
 
-double GapBelow(const Piece& piece, const Eigen::Vector3d& point, const Eigen::Vector3d& normal) {
-  double gap = std::numeric_limits<double>::infinity();
-  for (const Triangle& t : piece.triangles) gap = std::min(gap, RayTriangle(point, -normal, t));
-  return std::isfinite(gap) ? gap : 0.0;  // the ray passed through a seam, which is not a gap
-}
+/// Search tree over the triangles of a piece.
+class PieceTriangles {
+ public:
+  explicit PieceTriangles(const std::vector<Triangle>& triangles) : triangles_(triangles), tree_(SoupOf(triangles)) {
+    for (const Triangle& t : triangles) {
+      for (const Eigen::Vector3d& corner : t) box_.extend(corner);
+    }
+  }
+
+  /// Returns the distance along the ray to the nearest triangle; 0 if there is none: the ray then passed through a
+  /// seam, which is not a gap. The segment in which triangles are searched is doubled until it has one.
+  double Gap(const Eigen::Vector3d& point, const Eigen::Vector3d& direction) const {
+    constexpr double kFirstShare = 1.0 / 64.0, kSlack = 1e-6;
+    const double longest = box_.diagonal().norm();
+    for (double length = kFirstShare * longest; longest > 0.0; length *= 2.0) {
+      const Eigen::Vector3d end = point + length * direction;
+      Eigen::AlignedBox3d box(point.cwiseMin(end), point.cwiseMax(end));
+      const Eigen::Vector3d slack = Eigen::Vector3d::Constant(kSlack * (1.0 + longest));
+      box.min() -= slack;
+      box.max() += slack;
+      double gap = std::numeric_limits<double>::infinity();
+      tree_.AnyOverlapping(box, [&](int t) {
+        gap = std::min(gap, RayTriangle(point, direction, triangles_[static_cast<size_t>(t)]));
+        return false;
+      });
+      if (gap <= length) return gap;
+      if (length > 2.0 * longest) break;
+    }
+    return 0.0;
+  }
+
+ private:
+  static TriangleMesh SoupOf(const std::vector<Triangle>& triangles) {
+    TriangleMesh mesh;
+    for (const Triangle& t : triangles) {
+      const int first = static_cast<int>(mesh.vertices.size());
+      mesh.vertices.insert(mesh.vertices.end(), t.begin(), t.end());
+      mesh.triangles.push_back({first, first + 1, first + 2});
+    }
+    return mesh;
+  }
+
+  const std::vector<Triangle>& triangles_;
+  TriangleBvh tree_;
+  Eigen::AlignedBox3d box_;
+};
 
 /// Returns the maximum gap between hull and mesh over samples spread evenly over the hull's own facets, not over cuts.
 double MeasureConcavity(const Piece& piece) {
@@ -102,6 +144,7 @@ double MeasureConcavity(const Piece& piece) {
   double area = 0.0;
   for (const auto& t : hull.triangles) area += (corner(t, 1) - corner(t, 0)).cross(corner(t, 2) - corner(t, 0)).norm();
   double largest = 0.0;
+  const PieceTriangles triangles(piece.triangles);
   for (const auto& t : hull.triangles) {
     const Eigen::Vector3d a = corner(t, 0);
     const Eigen::Vector3d cross = (corner(t, 1) - a).cross(corner(t, 2) - a);
@@ -115,7 +158,7 @@ double MeasureConcavity(const Piece& piece) {
         const double u = (i + 1.0 / 3.0) / n;
         const double v = (j + 1.0 / 3.0) / n;
         const Eigen::Vector3d point = a + u * (corner(t, 1) - a) + v * (corner(t, 2) - a);
-        largest = std::max(largest, GapBelow(piece, point, normal));
+        largest = std::max(largest, triangles.Gap(point, -normal));
       }
     }
   }
