@@ -14,6 +14,7 @@
 #include "legopt/geometry/internal/scene_solids.h"
 #include "legopt/import/importer.h"
 #include "tests/dataset/synthetic_dataset.h"
+#include "tests/dataset/test_data.h"
 
 namespace legopt {
 namespace {

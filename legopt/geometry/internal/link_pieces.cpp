@@ -11,27 +11,9 @@
 namespace legopt {
 namespace {
 
-double SignedVolume(const TriangleMesh& mesh) {
-  double six_volumes = 0.0;
-  const Eigen::Vector3d origin = mesh.vertices.front();
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const auto at = [&](int i) { return Eigen::Vector3d(mesh.vertices[static_cast<size_t>(i)] - origin); };
-    six_volumes += at(a).dot(at(b).cross(at(c)));
-  }
-  return six_volumes / 6.0;
-}
-
 constexpr size_t kFewBodies = 8;
 
 }  // namespace
-
-double EnclosedVolume(const TriangleMesh& mesh) {
-  double volume = 0.0;
-  for (const TriangleMesh& body : SplitIntoComponents(mesh)) {
-    if (IsClosed(body)) volume += std::abs(SignedVolume(body));
-  }
-  return volume;
-}
 
 std::vector<ConvexShape> PiecesOfLinkMesh(const TriangleMesh& mesh, const ConvexHull& hull,
                                           const CollisionOptions& options) {

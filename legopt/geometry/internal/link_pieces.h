@@ -8,10 +8,6 @@
 
 namespace legopt {
 
-/// Returns the volume that a mesh encloses, m^3: the sum over its closed bodies, each counted positive whatever its
-/// winding. 0 for a mesh without a closed body.
-double EnclosedVolume(const TriangleMesh& mesh);
-
 /// Returns the convex pieces of a link's mesh for a scene of solids, in the link's frame; `hull` is the mesh's hull.
 ///
 /// A convex mesh gives its hull. The bodies of a concave one are converted as for scenes (SolidsOfMesh), if there are

@@ -11,6 +11,7 @@
 #include "legopt/geometry/internal/convex_shape.h"
 #include "legopt/geometry/internal/mesh.h"
 #include "legopt/import/internal/copied_files.h"
+#include "legopt/import/internal/touching_patch.h"
 #include "legopt/robot/configuration.h"
 #include "legopt/robot/kinematics.h"
 
@@ -300,8 +301,9 @@ bool HasBall(const std::vector<Ball>& balls, const Facet& facet, const Eigen::Ve
   return up.dot(ball->centre) - ball->radius_m <= lowest + kPlaneBand_m;
 }
 
-void DescribePatch(const Facet& facet, const Eigen::Vector3d& forward, FoundSole* sole) {
-  sole->area_m2 = facet.area_m2;
+/// `underside`: returns the triangles of the foot in axes of the contact frame at the link's origin.
+template <class Underside>
+void DescribePatch(const Facet& facet, const Eigen::Vector3d& forward, const Underside& underside, FoundSole* sole) {
   Eigen::Matrix3d axes = AxesOf(facet.normal, forward);
   sole->tilt_rad = std::acos(std::clamp(axes(2, 2), -1.0, 1.0));
   if (Eigen::AngleAxisd(axes).angle() < kAligned_rad) axes.setIdentity();
@@ -309,7 +311,9 @@ void DescribePatch(const Facet& facet, const Eigen::Vector3d& forward, FoundSole
   // Height of the lowest corner, so that no part of the sole is below the plane.
   double plane = std::numeric_limits<double>::infinity();
   for (const Eigen::Vector3d& corner : facet.corners) plane = std::min(plane, axes.col(2).dot(corner));
-  const std::vector<Eigen::Vector2d> patch = Simplified(Flattened(facet.corners, axes));
+  const std::vector<Eigen::Vector2d> patch =
+      TouchingPatch(Simplified(Flattened(facet.corners, axes)), underside(axes), plane);
+  sole->area_m2 = Area(patch);
   sole->height_m = -plane;
   Eigen::AlignedBox2d box;
   for (const Eigen::Vector2d& corner : patch) box.extend(corner);
@@ -359,8 +363,23 @@ FoundSole MeasureSole(const RobotModel& robot, int link, const Eigen::VectorXd& 
   if (points.empty()) return sole;
   const Eigen::Vector3d up = X_LW.linear().col(2), forward = X_LW.linear().col(0);
   const Facet facet = LowestFacet(points, up);
+  const auto underside = [&](const Eigen::Matrix3d& axes) {
+    Eigen::Isometry3d X_CL = Eigen::Isometry3d::Identity();
+    X_CL.linear() = axes.transpose();
+    TriangleColumns columns;
+    for (int other = 0; other < std::ssize(robot.links()); ++other) {
+      if (bodies.of(other) != bodies.of(link)) continue;
+      for (const ShapeSpec& shape : robot.links()[static_cast<std::size_t>(other)].collision) {
+        const TriangleMesh mesh = Tessellate(shape, robot.read_guard());
+        for (int t = 0; t < std::ssize(mesh.triangles); ++t) {
+          columns.Add(mesh, t, X_CL * X_LW * kinematics.link_pose(other));
+        }
+      }
+    }
+    return columns;
+  };
   if (facet.area_m2 >= kFlatArea_m2 && !HasBall(balls, facet, up)) {
-    DescribePatch(facet, forward, &sole);
+    DescribePatch(facet, forward, underside, &sole);
   } else {
     DescribePoint(points, balls, up, &sole);
   }

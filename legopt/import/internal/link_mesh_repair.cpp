@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -77,6 +78,7 @@ struct Body {
   double six_volumes = 0.0;
   bool closed_enough = false;  ///< at most 1 % of its edges are used by an odd number of its triangles
   Eigen::AlignedBox3d box;
+  std::unique_ptr<ClosedBodies> solid;  ///< made when it is first needed
 };
 
 class Orienter {
@@ -113,7 +115,8 @@ class Orienter {
     for (size_t seed = 0; seed < seen.size(); ++seed) {
       if (seen[seed]) continue;
       seen[seed] = true;
-      Body body{.triangles = {static_cast<int>(seed)}, .box = {}};
+      Body body;
+      body.triangles.push_back(static_cast<int>(seed));
       for (size_t next = 0; next < body.triangles.size(); ++next) Spread(body.triangles[next], &seen, &body);
       Measure(&body);
       bodies_.push_back(std::move(body));
@@ -152,23 +155,28 @@ class Orienter {
   }
 
   /// Returns true if the body lies inside another one with positive volume.
-  bool IsCavity(const Body& body) const {
+  bool IsCavity(const Body& body) {
     const Vector3d point = At(body.triangles.front(), 0);
-    return std::ranges::any_of(bodies_, [&](const Body& other) {
+    return std::ranges::any_of(bodies_, [&](Body& other) {
       if (!other.closed_enough || other.six_volumes <= 0.0 || !other.box.contains(body.box)) return false;
-      TriangleMesh shell;
-      std::map<int, int> local;
-      for (const int t : other.triangles) {
-        std::array<int, 3> corners = mesh_.triangles[static_cast<size_t>(t)];
-        for (int& corner : corners) {
-          const auto [place, fresh] = local.try_emplace(corner, static_cast<int>(shell.vertices.size()));
-          if (fresh) shell.vertices.push_back(mesh_.vertices[static_cast<size_t>(corner)]);
-          corner = place->second;
-        }
-        shell.triangles.push_back(corners);
-      }
-      return ClosedBodies(shell).Depth(point) > 0.0;
+      if (other.solid == nullptr) other.solid = std::make_unique<ClosedBodies>(ShellOf(other));
+      return other.solid->Depth(point) > 0.0;
     });
+  }
+
+  TriangleMesh ShellOf(const Body& body) const {
+    TriangleMesh shell;
+    std::map<int, int> local;
+    for (const int t : body.triangles) {
+      std::array<int, 3> corners = mesh_.triangles[static_cast<size_t>(t)];
+      for (int& corner : corners) {
+        const auto [place, fresh] = local.try_emplace(corner, static_cast<int>(shell.vertices.size()));
+        if (fresh) shell.vertices.push_back(mesh_.vertices[static_cast<size_t>(corner)]);
+        corner = place->second;
+      }
+      shell.triangles.push_back(corners);
+    }
+    return shell;
   }
 
   void Turn(Body* body) {
