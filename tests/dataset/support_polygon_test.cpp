@@ -61,7 +61,7 @@ TEST(SupportPolygon, UsesTheLowerCornersAtTheFootPose) {
   // A foot tilted by 30 degrees about y: the sole is 0.1 below the frame, so its corners move by 0.1 sin(30) in x.
   const Contact sole =
       ResolveContact({}, 0, Eigen::AlignedBox3d(Eigen::Vector3d(-0.1, -0.05, -0.1), Eigen::Vector3d(0.2, 0.05, 5)));
-  ContactPlacement foot{.contact = &sole, .X_WL = Eigen::Isometry3d::Identity()};
+  ContactPlacement foot{.contact = &sole, .X_WL = Eigen::Isometry3d::Identity(), .normal_W = Eigen::Vector3d::UnitZ()};
   const double tilt = std::numbers::pi / 6;
   foot.X_WL = Eigen::Translation3d(1, 2, 3) * Eigen::AngleAxisd(tilt, Eigen::Vector3d::UnitY());
   const Points polygon = SupportPolygon({&foot, 1});

@@ -75,7 +75,8 @@ TEST_F(JudgeLegOptTest, SampleSolutionsCentreOfMass) {
   kinematics.Update(sample_);
   std::vector<ContactPlacement> feet;
   for (const Contact& foot : dataset_->contacts()) {
-    feet.push_back({.contact = &foot, .X_WL = kinematics.link_pose(foot.link_index)});
+    feet.push_back(
+        {.contact = &foot, .X_WL = kinematics.link_pose(foot.link_index), .normal_W = Eigen::Vector3d::UnitZ()});
   }
   EXPECT_NEAR(SignedDistanceToPolygon(SupportPolygon(feet), kinematics.com().head<2>()), -0.088, 1e-3);
 }
