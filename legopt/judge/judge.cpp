@@ -67,7 +67,8 @@ void AppendTouchFinding(Evaluation* evaluation) {
   for (const Violation& violation : evaluation->violations) {
     if (violation.check != Verdict::kTouch || !Exceeds(violation.value, kTouchTolerance_m)) continue;
     evaluation->detail += (evaluation->detail.empty() ? "" : "; ") + std::string("waypoint ") +
-                          std::to_string(violation.waypoint) + ": " + TouchText(violation.subject, ContactKind::kSole, violation.value) +
+                          std::to_string(violation.waypoint) + ": " +
+                          TouchText(violation.subject, ContactKind::kSole, violation.value) +
                           " (reported only: the contact declares no points)";
   }
 }

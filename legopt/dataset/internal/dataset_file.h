@@ -74,8 +74,8 @@ struct DatasetDescription {
   std::map<std::string, double> self_collision_reference;  ///< joint name -> rad
   std::optional<SelfCollision> self_collision;             ///< replaces self_collision_reference
   LinkRepresentation link_shapes = LinkRepresentation::kHulls;
-  std::map<std::string, std::string> files;                ///< path -> expected hash; empty for a bare folder
-  bool bare = false;                                       ///< true: a LegOpt-style folder without dataset.yaml
+  std::map<std::string, std::string> files;  ///< path -> expected hash; empty for a bare folder
+  bool bare = false;                         ///< true: a LegOpt-style folder without dataset.yaml
 
   /// Returns the key that declares a contact, for errors: "feet" in format 1.
   std::string PathOf(const ContactDescription& contact) const;

@@ -273,7 +273,8 @@ class TreeBuilder {
     faults_.Check();
   }
 
-  /// Adds the links depth-first, children in the order of the joints. A loop, because a chain may be deeper than the stack.
+  /// Adds the links depth-first, children in the order of the joints. A loop, because a chain may be deeper than the
+  /// stack.
   void AddLinks(std::size_t root) {
     std::vector<std::size_t> waiting_joints;
     std::vector<int> parent_index(urdf_.joints.size(), -1);
