@@ -11,6 +11,7 @@
 #include "app/printable.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
+#include "client/commands/options.h"
 #include "client/commands/scene_options.h"
 #include "client/report/escaped_text.h"
 #include "client/report/finding_report.h"
