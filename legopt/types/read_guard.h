@@ -40,12 +40,13 @@ class ReadGuard {
   using Function = std::function<std::string(const std::function<std::string()>& read, const ReadLimits& limits)>;
 
   ReadGuard() = default;
+  // NOLINTBEGIN(google-explicit-constructor, bugprone-forwarding-reference-overload)
   /// Converts any function of this type, but no guard. `cache` may be null.
   template <class Runner>
   requires std::is_constructible_v<Function, Runner> &&(!std::is_same_v<std::remove_cvref_t<Runner>, ReadGuard>)
-      // NOLINTNEXTLINE(google-explicit-constructor, bugprone-forwarding-reference-overload)
       ReadGuard(Runner&& run, std::shared_ptr<const ByteCache> cache = nullptr)
       : run_(std::forward<Runner>(run)), cache_(std::move(cache)) {}
+  // NOLINTEND(google-explicit-constructor, bugprone-forwarding-reference-overload)
 
   explicit operator bool() const { return static_cast<bool>(run_); }  ///< false for an empty guard
   /// Runs `read`. The guard must not be empty.

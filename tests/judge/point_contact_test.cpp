@@ -8,6 +8,7 @@
 #include "legopt/judge/internal/diagnostic.h"
 #include "legopt/judge/internal/touch.h"
 #include "legopt/judge/judge.h"
+#include "legopt/robot/kinematics.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
 
@@ -55,9 +56,18 @@ class PointContact : public testing::Test {
     return Judge(dataset).Evaluate(Task::kPosture, dataset->problem(Task::kPosture, 0), {&x, 1});
   }
 
-  /// Returns the upright posture with the balls' lowest points `gap_m` above the ground.
-  static Eigen::VectorXd Above(double gap_m) {
-    Eigen::VectorXd x = test::StandingUpright();
+  /// Returns a posture with the centre of mass above the line between the feet, and the balls' lowest points `gap_m`
+  /// above the ground.
+  Eigen::VectorXd Above(double gap_m) {
+    const auto dataset = Load();
+    Kinematics kinematics(dataset->robot());
+    double back_rad = -0.1, front_rad = 0.1;
+    while (front_rad - back_rad > 1e-12) {
+      const double middle_rad = 0.5 * (back_rad + front_rad);
+      kinematics.Update(test::Leaning(middle_rad));
+      (kinematics.com().x() > 0.0 ? front_rad : back_rad) = middle_rad;
+    }
+    Eigen::VectorXd x = test::Leaning(back_rad);
     x[test::kSyntheticDofs + 2] += kLowest_m + gap_m - test::kSyntheticSoleOffset_m;
     return x;
   }
@@ -74,8 +84,6 @@ TEST_F(PointContact, AtItsClearanceItStands) {
 }
 
 TEST_F(PointContact, TheLinkMayTurnAboutIt) {
-  Eigen::VectorXd x = Above(kPointClearance_m);
-  x[test::kLeftAnkle] = 0.4;  // turns the foot about the ankle: its ball moves
   const auto dataset = Load();
   const ContactTarget& target = dataset->problem(Task::kPosture, 0).stances[0].contacts[0];
   const Contact& contact = dataset->contact(target.contact);

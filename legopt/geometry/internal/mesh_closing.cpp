@@ -329,10 +329,10 @@ class PatchCloser {
   }
 
   std::vector<std::array<int, 3>> Triangulate(const Loop& outline, const std::vector<std::vector<int>>& holes) const {
-    const auto [x, y] = SpanOf(outline.normal);
+    const auto span = SpanOf(outline.normal);
     std::vector<Eigen::Vector2d> points;
     std::vector<int> vertex_of;
-    const auto flat = [&](const std::vector<int>& loop) {
+    const auto flat = [&, x = span.first, y = span.second](const std::vector<int>& loop) {
       std::vector<int> ring;
       for (const int v : loop) {
         ring.push_back(static_cast<int>(points.size()));

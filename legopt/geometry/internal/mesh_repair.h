@@ -93,6 +93,6 @@ int CountFlatBodies(const TriangleMesh& mesh);
 ///     inwards (a room) gets its thickness outwards.
 ///
 /// Deterministic. Throws InputError for options out of range. Thread-safe.
-RepairedMesh RepairMesh(const TriangleMesh& mesh, const MeshRepairOptions& options);
+RepairedMesh RepairMesh(const TriangleMesh& source, const MeshRepairOptions& options);
 
 }  // namespace legopt
