@@ -40,11 +40,11 @@ std::vector<fs::path> SrdfFiles(const fs::path& urdf) {
         found.push_back(entry.path());
       }
     }
-    std::ranges::sort(found);
+    std::sort(found.begin(), found.end());
     files.insert(files.end(), found.begin(), found.end());
   }
   // One that is named like the URDF comes first.
-  std::ranges::stable_partition(files, [&](const fs::path& file) { return file.stem() == urdf.stem(); });
+  std::stable_partition(files.begin(), files.end(), [&](const fs::path& file) { return file.stem() == urdf.stem(); });
   return files;
 }
 
