@@ -9,6 +9,7 @@
 #include "legopt/worldgen/internal/stance_sampler.h"
 #include "tests/dataset/test_data.h"
 #include "tests/folders.h"
+#include "tests/worldgen/plain_dataset.h"
 
 namespace legopt::worldgen {
 namespace {
@@ -100,16 +101,41 @@ TEST(LeggedPlans, AlternateBetweenAllFeetAndThoseThatStand) {
   EXPECT_EQ(planner.Plan(known.front(), known.back())->stances, plan->stances) << "the cache changes nothing";
 }
 
-TEST(LeggedStances, ARobotThatCannotStandIsRefusedWithItsFoot) {
+TEST(StanceRefusal, NamesTheFootThatCannotReachItsTarget) {
   const test::TemporaryFolder folder;
-  const auto copy = folder.path() / "stiff";
-  std::filesystem::copy(std::filesystem::path(SourceFolder()) / "data" / "quadruped-rubble", copy);
-  std::string text = test::ReadText(copy / kDatasetFileName);
-  text.replace(text.find("files:"), std::string::npos, "files: {}\n");
-  // The balls of this foot are declared far below it.
-  const auto at = text.find("frame: {position: [", text.find("  rf_foot:"));
-  ASSERT_NE(at, std::string::npos);
-  SUCCEED();
+  const auto path = folder.path() / "turned";
+  test::WritePlainDataset(path, test::kTwoLevels);
+  // The contact frame of the right foot points to the ground: the foot would have to stand upside down.
+  std::string text = test::ReadText(path / kDatasetFileName);
+  const auto from = text.find("feet: "), to = text.find("gravity_m_s2");
+  ASSERT_LT(from, to);
+  text.replace(
+      from, to - from,
+      "contacts:\n"
+      "  l_foot: {link: l_foot, kind: sole, frame: {position: [0, 0, -0.082351]}}\n"
+      "  r_foot: {link: r_foot, kind: sole, frame: {position: [0, 0, 0.3], rpy: [3.141592653589793, 0, 0]}}\n");
+  const std::string format = "legopt-dataset/1";
+  text.replace(text.find(format), format.size(), "legopt-dataset/2");
+  test::WriteText(path / kDatasetFileName, text);
+  const auto model = Model(Dataset::Load(path));
+  StanceSamplerOptions options;
+  options.max_infeasible = 100;
+  options.max_candidates = 20000;
+  const std::string message = test::MessageOf([&] { SampleStances(model, options, {}); });
+  EXPECT_NE(message.find("stances none has a posture: "), std::string::npos) << message;
+  EXPECT_NE(message.find("foot_pose of r_foot"), std::string::npos) << message;
+  EXPECT_NE(message.find("joint limits keep the feet of stance 1 off their common targets"), std::string::npos) << message;
+  EXPECT_NE(message.find("check the contact frames and joint limits"), std::string::npos) << message;
+}
+
+TEST(StanceRefusal, GroundWithoutRoomForAFootIsNamed) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "posts";
+  test::WritePlainDataset(path, "objects:\n  - {name: post, shape: box, size: [0.05, 0.05, 1], position: [0, 0, 0]}\n");
+  StanceSamplerOptions options;
+  options.max_rejected = 500;
+  const std::string message = test::MessageOf([&] { SampleStances(Model(Dataset::Load(path)), options, {}); });
+  EXPECT_NE(message.find("no foot can stand on the ground"), std::string::npos) << message;
 }
 
 }  // namespace
