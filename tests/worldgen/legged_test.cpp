@@ -124,7 +124,8 @@ TEST(StanceRefusal, NamesTheFootThatCannotReachItsTarget) {
   const std::string message = test::MessageOf([&] { SampleStances(model, options, {}); });
   EXPECT_NE(message.find("stances none has a posture: "), std::string::npos) << message;
   EXPECT_NE(message.find("foot_pose of r_foot"), std::string::npos) << message;
-  EXPECT_NE(message.find("joint limits keep the feet of stance 1 off their common targets"), std::string::npos) << message;
+  EXPECT_NE(message.find("joint limits keep the feet of stance 1 off their common targets"), std::string::npos)
+      << message;
   EXPECT_NE(message.find("check the contact frames and joint limits"), std::string::npos) << message;
 }
 
