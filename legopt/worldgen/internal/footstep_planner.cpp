@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <set>
 #include <unordered_map>
 #include <utility>
@@ -14,7 +13,6 @@ namespace legopt::worldgen {
 namespace {
 
 using Eigen::Vector2d;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kLeft = 0;
 constexpr int kRight = 1;
 

@@ -95,6 +95,7 @@ struct LeggedPlanner::Impl {
   std::vector<Gait> gaits;
   certify::StanceCertifier certifier;
   GridOfFootholds grid;
+  std::map<std::vector<int>, bool> postures;  ///< known results of LeggedSearch::HasPosture
 };
 
 namespace {
@@ -117,7 +118,8 @@ class LeggedSearch : public AnytimeSearch {
   bool Search();
   /// Returns the plan of a successful search.
   FootstepPlan Extract() const;
-  /// Returns the keys of the plan's states without a posture on all contacts, or on those that stand during the phase.
+  /// Returns the keys of the plan's first states without a posture on all contacts, or on those that stand during the
+  /// phase.
   std::vector<Key> Infeasible() const;
 
  private:
@@ -140,6 +142,7 @@ class LeggedSearch : public AnytimeSearch {
                const TrunkPose& after);
   bool TrunkIsFree(const std::vector<int>& footholds, const TrunkPose& trunk);
   Stance StanceOf(const std::vector<int>& footholds, const std::vector<int>* lifted) const;
+  bool HasPosture(const std::vector<int>& footholds, const std::vector<int>* lifted) const;
   void Expand(int id) override;
   static Key KeyOf(const std::vector<int>& footholds, int gait, int phase);
   const std::vector<int>& Moving(int gait, int phase) const {
@@ -336,17 +339,28 @@ Stance LeggedSearch::StanceOf(const std::vector<int>& footholds, const std::vect
   return stance;
 }
 
+bool LeggedSearch::HasPosture(const std::vector<int>& footholds, const std::vector<int>* lifted) const {
+  std::vector<int> key = footholds;
+  if (lifted != nullptr) {
+    for (const int c : *lifted) key[static_cast<size_t>(c)] = -1;
+  }
+  const auto [found, fresh] = planner_.postures.try_emplace(std::move(key), false);
+  if (fresh) {
+    const Stance stance = StanceOf(footholds, lifted);
+    found->second = planner_.certifier.Search(stance, 0, planner_.actions.starts, {}).has_value();
+  }
+  return found->second;
+}
+
 std::vector<LeggedSearch::Key> LeggedSearch::Infeasible() const {
-  const auto has_posture = [&](const std::vector<int>& footholds, const std::vector<int>* lifted) {
-    return planner_.certifier.Search(StanceOf(footholds, lifted), 0, planner_.actions.starts, {}).has_value();
-  };
+  constexpr std::size_t kEnough = 3;  // the next plan may differ from here on
   std::vector<Key> keys;
   for (const int id : Path()) {
     const Node& node = nodes_[static_cast<size_t>(id)];
     if (id == kStart) continue;
-    const bool feasible =
-        has_posture(node.footholds, &Moving(node.gait, node.phase)) && has_posture(node.footholds, nullptr);
-    if (!feasible) keys.push_back(KeyOf(node.footholds, node.gait, node.phase));
+    if (HasPosture(node.footholds, &Moving(node.gait, node.phase)) && HasPosture(node.footholds, nullptr)) continue;
+    keys.push_back(KeyOf(node.footholds, node.gait, node.phase));
+    if (keys.size() == kEnough) break;
   }
   return keys;
 }

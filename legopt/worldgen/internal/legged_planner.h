@@ -18,7 +18,7 @@ struct LeggedActions {
   double grid = 0.25;                                   ///< spacing of the grid of contacts
   double least_grid_m = 0.02;                           ///< minimum spacing
   int headings = 36;                                    ///< number of headings of soles on the grid
-  int starts = 5;                                       ///< initial guesses for a posture of each state of a plan
+  int starts = 3;                                       ///< initial guesses for a posture of each state of a plan
   int searches = 12;                                    ///< searches until all states of a plan have a posture
   std::int64_t max_expansions = 3000;                   ///< limit until the first solution
   std::int64_t extra_expansions = 300;                  ///< additional limit after the first solution
@@ -33,8 +33,8 @@ struct LeggedActions {
 ///
 /// An action is allowed if all contacts are in reach of the trunk over them (ReachCloud), those that stand also during
 /// the phase, if the centre of mass is then at most a stride outside of their support polygon, if the feet are no
-/// farther apart than the reach and a step's height, and if the trunk box is free.  Cost: 1
-/// per phase plus terms for height and rotation.
+/// farther apart than the reach and a step's height, and if the trunk box is free. Cost: 1 per
+/// phase plus terms for height and rotation.
 ///
 /// All states of a plan must have a posture, and so must the contacts that stand during each phase: states for which
 /// the certifier finds none are excluded, and the search is repeated.
@@ -43,13 +43,13 @@ struct LeggedActions {
 /// the missing rotation. Bound: see FootstepPlanner; no action moves the middle of the feet by more than
 /// kMostProgress strides.
 ///
-/// Not thread-safe. Contacts are cached for later plans; the cache does not affect results.
+/// Not thread-safe. Contacts and postures are cached for later plans; the cache does not affect results.
 class LeggedPlanner {
  public:
   static constexpr double kMostProgress = 2.5;  ///< maximum progress of a phase, in strides
 
-  /// Model and map are shared by all planners. `costs`: costs and inflation of the
-  /// heuristic; its action set and effort limits are not used.
+  /// Model and map are shared by all planners. `costs`: costs, and inflation of the heuristic; its
+  /// action set and effort limits are not used.
   LeggedPlanner(std::shared_ptr<const ProbeModel> model, std::shared_ptr<const GuideMap> guide,
                 const PlannerOptions& costs, LeggedActions actions = {});
   ~LeggedPlanner();

@@ -15,6 +15,7 @@
 #include "legopt/math/parallel.h"
 #include "legopt/math/random_numbers.h"
 #include "legopt/types/input_error.h"
+#include "legopt/types/number_text.h"
 #include "legopt/worldgen/internal/legged_planner.h"
 #include "legopt/worldgen/internal/seeds.h"
 
@@ -24,6 +25,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr int kBatch = 8;
+constexpr int kHopelessPairs = 16;  // limit of pairs without any plan, for more than two feet
 
 double MeanHeight(const Stance& stance) {
   double sum = 0.0;
@@ -101,6 +103,30 @@ void RemoveSurplusPairs(int wanted, std::vector<PlannedPair>* pairs) {
                     "ask for fewer plans, for more stances, or use another seed or scene"});
 }
 
+/// Throws InputError if the legs of a robot with many feet have no stride.
+void RequireStride(const ProbeModel& model) {
+  constexpr double kLeastShare = 0.04;
+  const ReachCloud& reach = *model.reach;
+  if (reach.stride_m() >= kLeastShare * reach.height_m()) return;
+  const std::string& foot = model.dataset->contacts()[static_cast<size_t>(reach.limiting_contact())].name;
+  throw InputError({(model.dataset->folder() / kDatasetFileName).string(), "nominal_posture",
+                    FormatFixed(reach.stride_m(), 3) + " m",
+                    "the feet cannot walk: " + foot +
+                        " cannot move to all sides of its nominal place on level ground, at any height of the base",
+                    "check the joint limits of this leg, and choose a nominal posture in the middle of its reach, then "
+                    "run 'legopt dataset hash'"});
+}
+
+/// Reports that a robot with many feet found no plan, and the foot with the shortest stride.
+[[noreturn]] void RefuseLegs(const ProbeModel& model, FloorChange change, int pairs) {
+  const ReachCloud& reach = *model.reach;
+  const std::string& foot = model.dataset->contacts()[static_cast<size_t>(reach.limiting_contact())].name;
+  throw InputError({"footstep plans", std::string(ToString(change)) + " floor", "0 plans",
+                    "no plan between " + std::to_string(pairs) + " pairs of stances; the shortest stride is that of " +
+                        foot + ": " + FormatFixed(reach.stride_m(), 3) + " m to all sides of its nominal place",
+                    "check the joint limits of this leg and the nominal posture; or use another seed or scene"});
+}
+
 /// Plans between two stances; a workspace of one thread.
 using Planner = std::function<std::optional<FootstepPlan>(const Stance& start, const Stance& goal)>;
 
@@ -125,10 +151,13 @@ std::vector<PlannedPair> PlanPairs(const std::shared_ptr<const ProbeModel>& mode
                                    const std::function<void(int, int)>& progress) {
   std::vector<PlannedPair> pairs = ReadState(state_file);
   RemoveSurplusPairs(options.wanted, &pairs);
+  if (model->reach) RequireStride(*model);
+  const int most_pairs = model->reach ? std::min(options.max_pairs, kHopelessPairs) : options.max_pairs;
   std::vector<Planner> planners;
   for (int k = 0; k < options.threads; ++k) planners.push_back(MakePlanner(model, guide, planner_options));
   while (CountAccepted(pairs) < options.wanted) {
     const int first = static_cast<int>(pairs.size());
+    if (first >= most_pairs && CountAccepted(pairs) == 0 && model->reach) RefuseLegs(*model, change, first);
     if (first >= options.max_pairs) {
       Refuse(change, std::to_string(CountAccepted(pairs)) + " of " + std::to_string(options.wanted),
              "not enough plans" + std::string(options.counts ? " that are wanted" : "") + " between " +

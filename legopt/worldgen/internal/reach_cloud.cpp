@@ -117,23 +117,35 @@ bool ReachCloud::Reaches(int contact, const Vector3d& point) const {
   return leg.reached[static_cast<std::size_t>((cell.z() * leg.cells.y() + cell.y()) * leg.cells.x() + cell.x())];
 }
 
-/// Returns the largest distance that all contacts can move in eight directions from their nominal places.
-double ReachCloud::StrideAt(double height_m) const {
+/// Returns the largest distance that a contact can move in eight directions from its nominal place.
+double ReachCloud::StrideOf(int contact, double height_m) const {
   constexpr int kDirections = 8;
   constexpr double kStep = 0.02;
-  const auto reaches_all = [&](double radius_m) {
-    for (int c = 0; c < num_contacts(); ++c) {
-      const Vector2d centre = nominal(c).position.head<2>();
-      for (int k = 0; k < kDirections; ++k) {
-        const Vector2d at = centre + Eigen::Rotation2Dd(2.0 * M_PI * k / kDirections) * Vector2d(radius_m, 0.0);
-        if (!Reaches(c, {at.x(), at.y(), -height_m})) return false;
-      }
+  const Vector2d centre = nominal(contact).position.head<2>();
+  const auto reaches = [&](double radius_m) {
+    for (int k = 0; k < kDirections; ++k) {
+      const Vector2d at = centre + Eigen::Rotation2Dd(2.0 * M_PI * k / kDirections) * Vector2d(radius_m, 0.0);
+      if (!Reaches(contact, {at.x(), at.y(), -height_m})) return false;
     }
     return true;
   };
   double radius_m = 0.0;
-  while (radius_m < height_m && reaches_all(radius_m + kStep * height_m)) radius_m += kStep * height_m;
+  while (radius_m < height_m && reaches(radius_m + kStep * height_m)) radius_m += kStep * height_m;
   return radius_m;
+}
+
+double ReachCloud::StrideAt(double height_m) const {
+  double stride_m = height_m;
+  for (int c = 0; c < num_contacts(); ++c) stride_m = std::min(stride_m, StrideOf(c, height_m));
+  return stride_m;
+}
+
+int ReachCloud::limiting_contact() const {
+  int limiting = 0;
+  for (int c = 1; c < num_contacts(); ++c) {
+    if (StrideOf(c, height_m_) < StrideOf(limiting, height_m_)) limiting = c;
+  }
+  return limiting;
 }
 
 /// Chooses the height of the base: the nominal one, unless another one gives a much longer stride.

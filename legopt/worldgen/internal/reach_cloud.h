@@ -58,6 +58,8 @@ class ReachCloud {
   double height_m() const { return height_m_; }
   /// Distance, m, that every contact can move to all sides of its nominal place with the base at height_m().
   double stride_m() const { return stride_m_; }
+  /// Returns the contact with the shortest stride, which limits stride_m().
+  int limiting_contact() const;
   /// Largest horizontal distance of two contacts in the nominal posture, m.
   double span_m() const;
   /// Centre of mass in the nominal posture, in plan, relative to the base.
@@ -90,6 +92,7 @@ class ReachCloud {
   static void FillCells(Leg& leg);
   void SampleLeg(const Dataset& dataset, int contact, std::uint64_t seed);
   void ChooseHeight();
+  double StrideOf(int contact, double height_m) const;
   double StrideAt(double height_m) const;
 
   std::vector<Leg> legs_;
