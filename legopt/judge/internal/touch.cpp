@@ -156,12 +156,16 @@ ContactTouch TouchProbe::MeasurePoint(const Contact& contact, const Eigen::Vecto
   if (underside.box.isEmpty()) return touch;
   CollectScene(underside, X_WC);
   std::vector<Eigen::Vector2d> touching;
-  for (const auto* places : {&underside.grid, &underside.corners}) {
-    for (const Place& place : *places) {
-      const double gap_m = GapAt(place);
-      touch.gap_m = std::min(touch.gap_m, gap_m);
-      if (gap_m <= kPointTouchTolerance_m) touching.push_back(place.position);
-    }
+  const auto measure = [&](const Place& place) {
+    const double gap_m = GapAt(place);
+    touch.gap_m = std::min(touch.gap_m, gap_m);
+    if (gap_m <= kPointTouchTolerance_m) touching.push_back(place.position);
+  };
+  for (const Place& place : underside.grid) measure(place);
+  // The lowest point of a tessellated ball is a vertex.
+  for (const Eigen::Vector3d& corner : underside.triangles.Corners()) {
+    const bool below = corner.head<2>().norm() <= radius_m && corner.z() <= underside.box.min().z() + kCornerBand_m;
+    if (below) measure({corner.head<2>(), corner.z()});
   }
   if (touching.empty()) return touch;
   // The ball's lowest point, unless the link touches only beside it: then the nearest place that touches.
