@@ -83,7 +83,7 @@ void WriteRepairPicture(std::span<const RebuiltObject> objects, const std::strin
   for (const Eigen::Vector3d& vertex : drawing.mesh.vertices) box.extend(vertex);
   if (box.isEmpty()) return;
   constexpr int kWidth = 800, kHeight = 800;
-  constexpr double kDistance = 1.6;  // of the diagonal, which fills the picture
+  constexpr double kDistance = 1.6;  // in diagonals: the scene fills the picture
   worldgen::Picture both{2 * kWidth, kHeight, std::vector<std::uint8_t>(std::size_t{3} * 2 * kWidth * kHeight)};
   for (int side = 0; side < 2; ++side) {
     const Eigen::Vector3d direction = Eigen::Vector3d(-0.7, -1.0, side == 0 ? 0.9 : -0.9).normalized();

@@ -28,7 +28,7 @@ struct ContactDescription {
   Eigen::Vector3d rpy_rad = Eigen::Vector3d::Zero();   ///< its orientation: roll, pitch, yaw as in URDF
   std::optional<std::vector<Eigen::Vector3d>> points;  ///< in the contact frame, m; default for a sole: the lower
                                                        ///< corners of the link's box
-  double radius_m = 0.0;                               ///< of the ball around a point, >= 0; 0 for other kinds
+  double radius_m = 0.0;                               ///< radius of a point's ball, >= 0; 0 for other kinds
   double friction = kDefaultFriction;                  ///< Coulomb coefficient, in (0, 2]
   std::optional<double> max_normal_N;                  ///< bound of the sum of the normal forces, > 0
 
@@ -52,7 +52,7 @@ struct Contact {
   Eigen::Isometry3d X_LC;                 ///< contact frame C in the link frame L, m
   std::vector<Eigen::Vector3d> points_L;  ///< points that touch the surface, in the link frame, m; not empty; of a
                                           ///< point contact: the ball's centre
-  double radius_m = 0.0;                  ///< of the ball of a point contact
+  double radius_m = 0.0;                  ///< radius of a point contact's ball
   Eigen::AlignedBox3d box_L;              ///< AABB of the link's collision geometry in the link frame, m; not empty
   double friction = ContactDescription::kDefaultFriction;  ///< Coulomb coefficient
   std::optional<double> max_normal_N;                      ///< bound of the sum of the normal forces

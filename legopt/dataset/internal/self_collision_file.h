@@ -11,8 +11,8 @@
 namespace legopt {
 
 /// Reads the key `self_collision` (dataset_file.h); nothing if it is absent. Link names are not resolved. Throws
-/// InputError for a wrong type, an unknown reason, a pair that is listed twice or of one link with itself, and if
-/// `self_collision_reference` is given, too.
+/// InputError for a wrong type, an unknown reason, a pair that is listed twice or of one link with itself, and
+/// a dataset that also has `self_collision_reference`.
 std::optional<DatasetDescription::SelfCollision> ReadSelfCollision(const YamlFields& fields);
 
 /// Reads the key `link_shapes`; kHulls if it is absent. Throws InputError for an unknown word.

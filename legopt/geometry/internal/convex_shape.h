@@ -14,7 +14,7 @@ namespace legopt {
 /// Half space n . p + offset <= 0.
 struct HalfSpace {
   Eigen::Vector3d normal;  ///< outward unit vector
-  double offset;           ///< m
+  double offset = 0.0;     ///< m
 };
 
 /// Convex hull of points. The hull of a flat set has vertices, but no facets and no volume.

@@ -204,7 +204,7 @@ PatchShape ShapeOf(const MarkedMesh& mesh, const std::vector<int>& patch, double
     if (up * cross.z() < kSteep * cross.norm()) steep_m2 += 0.5 * cross.norm();
   }
   shape.steep_share = steep_m2 / shape.area_m2;
-  constexpr double kPlanar = 1e-4;  // of the size
+  constexpr double kPlanar = 1e-4;  // largest height of a planar hole, in sizes
   const double tolerance = std::max(tolerance_m, kPlanar * shape.diagonal_m);
   const Vector3d& origin = mesh.at(mesh.triangles[static_cast<size_t>(patch.front())][0]);
   const Vector3d normal = sum.norm() > 0.0 ? Vector3d(sum.normalized()) : Vector3d(Vector3d::UnitZ());
@@ -292,7 +292,7 @@ class PatchCloser {
     constexpr double kUp = 0.7;
     for (const Loop& loop : loops_) {
       all_m2 += loop.area_m2;
-      if (-loop.normal.z() > kUp) up_m2 += loop.area_m2;  // of the cap as seen from outside
+      if (-loop.normal.z() > kUp) up_m2 += loop.area_m2;  // the cap's area, seen from outside
     }
     return up_m2 > 0.5 * all_m2;
   }
