@@ -42,7 +42,6 @@ ImportOptions From(const fs::path& source) {
 
 constexpr auto kInfo = DatasetDiagnostic::Severity::kInfo;
 constexpr auto kWarning = DatasetDiagnostic::Severity::kWarning;
-constexpr auto kError = DatasetDiagnostic::Severity::kError;
 constexpr auto kRepaired = DatasetDiagnostic::Severity::kRepaired;
 
 TEST(Import, OfACloneOfTheOriginalBenchmark) {
