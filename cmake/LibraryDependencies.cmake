@@ -19,10 +19,6 @@ pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
 pkg_check_modules(QHULL REQUIRED IMPORTED_TARGET qhull_r)
 pkg_check_modules(PNG REQUIRED IMPORTED_TARGET libpng)
 
-# The pkg-config file asks for C++17; this project is C++20.
-pkg_check_modules(SDFORMAT REQUIRED IMPORTED_TARGET sdformat12)
-set_property(TARGET PkgConfig::SDFORMAT PROPERTY INTERFACE_COMPILE_OPTIONS "")
-
 # voro++ has no pkg-config file.
 if(NOT TARGET voro++)
   find_library(VORO_LIBRARY voro++ REQUIRED)

@@ -19,7 +19,8 @@
 #include "legopt/geometry/internal/scene_solids.h"
 #include "legopt/geometry/internal/terrain.h"
 #include "legopt/import/internal/contact_finder.h"
-#include "legopt/import/internal/copied_files.h"
+#include "legopt/import/internal/copied_robot.h"
+#include "legopt/import/internal/copied_scene.h"
 #include "legopt/import/internal/dataset_check.h"
 #include "legopt/import/internal/nominal_posture.h"
 #include "legopt/import/internal/self_collision_pairs.h"
@@ -137,6 +138,7 @@ class Importer {
                                {.visuals = options_.collision_from_visual,
                                 .repair = !original,  // keeps the results of existing datasets and of the benchmark
                                 .mesh_scale = options_.mesh_scale,
+                                .meshes = options_.meshes,
                                 .read_guard = options_.read_guard});
     }
     for (DatasetDiagnostic& finding : findings) report_.findings.push_back(std::move(finding));

@@ -10,6 +10,7 @@
 #include "legopt/import/internal/dataset_diagnostic.h"
 #include "legopt/import/internal/source_layout.h"
 #include "legopt/import/scene_repair.h"
+#include "legopt/robot/internal/mesh_lookup.h"
 #include "legopt/types/read_guard.h"
 
 namespace legopt {
@@ -29,6 +30,7 @@ struct ImportOptions {
   std::int64_t self_collision_seed = 1;  ///< seed of these postures
   bool collision_from_visual = false;    ///< links without collision geometry get their visual geometry
   double mesh_scale = 1.0;               ///< factor for all meshes of the robot, > 0
+  MeshSearch meshes;                     ///< how the robot's mesh files are found
   SceneRepairOptions scene;              ///< changes to the scene; its guard is not used
   ReadGuard read_guard;                  ///< runs the parsers of robot and meshes
 
@@ -46,7 +48,7 @@ struct ImportReport {
 /// Creates a dataset from robot, scene and problems in `folder`, which must exist and be empty, and checks it
 /// (dataset_check.h). Does not change the source.
 ///
-/// Robot: URDF with its collision meshes (copied_files.h), or COLLADA with kinematics (collada_robot.h). Scene: copied;
+/// Robot: URDF with its collision meshes (copied_robot.h), or COLLADA with kinematics (collada_robot.h). Scene: copied;
 /// meshes whose faults can be repaired without a new surface are rewritten, and all of them with options for the scene.
 /// Problems: copied byte by byte; rewritten if their quaternions are x y z w. Constants: those of the source's
 /// dataset.yaml if there is one; else, for a robot with the joints of the benchmark's Atlas, those of the benchmark;

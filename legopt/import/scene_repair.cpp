@@ -9,7 +9,7 @@
 #include "legopt/dataset/internal/text_file.h"
 #include "legopt/dataset/scene_file.h"
 #include "legopt/geometry/internal/mesh_file.h"
-#include "legopt/import/internal/copied_files.h"
+#include "legopt/import/internal/copied_robot.h"
 #include "legopt/import/internal/sdf_world.h"
 #include "legopt/input/json.h"
 #include "legopt/types/input_error.h"

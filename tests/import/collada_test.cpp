@@ -5,7 +5,7 @@
 
 #include "legopt/dataset/dataset.h"
 #include "legopt/import/internal/collada_robot.h"
-#include "legopt/import/internal/copied_files.h"
+#include "legopt/import/internal/copied_robot.h"
 #include "legopt/math/random_numbers.h"
 #include "legopt/robot/kinematics.h"
 #include "tests/dataset/synthetic_dataset.h"

@@ -10,7 +10,7 @@
 
 #include "legopt/geometry/internal/convex_shape.h"
 #include "legopt/geometry/internal/mesh.h"
-#include "legopt/import/internal/copied_files.h"
+#include "legopt/import/internal/copied_robot.h"
 #include "legopt/import/internal/touching_patch.h"
 #include "legopt/robot/configuration.h"
 #include "legopt/robot/kinematics.h"

@@ -124,4 +124,12 @@ std::optional<FoundMesh> FindMesh(const std::string& name, const fs::path& folde
   return std::nullopt;
 }
 
+std::optional<FoundMesh> FindMesh(const std::string& name, const fs::path& folder, const std::vector<fs::path>& more) {
+  std::optional<FoundMesh> found = FindMesh(name, folder);
+  for (auto next = more.begin(); !found && next != more.end(); ++next) {
+    found = FindMesh(name, fs::absolute(*next).lexically_normal());
+  }
+  return found;
+}
+
 }  // namespace legopt

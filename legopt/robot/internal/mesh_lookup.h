@@ -3,8 +3,15 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace legopt {
+
+/// How the mesh files of a URDF are found.
+struct MeshSearch {
+  std::vector<std::filesystem::path> folders = {};  ///< searched after the URDF's own folder, in this order
+  bool allow_missing = false;                       ///< leave meshes out whose files do not exist
+};
 
 /// A mesh file named by a URDF.
 struct FoundMesh {
@@ -19,5 +26,8 @@ struct FoundMesh {
 /// with %XX decoded; REST without NAME in the folder or one above it; the last parts of REST there; each of these
 /// without regard to case, if exactly one file matches. Returns nullopt if nothing is found.
 std::optional<FoundMesh> FindMesh(const std::string& name, const std::filesystem::path& folder);
+/// Searches like FindMesh in `folder` and, if that finds nothing, in `more`.
+std::optional<FoundMesh> FindMesh(const std::string& name, const std::filesystem::path& folder,
+                                  const std::vector<std::filesystem::path>& more);
 
 }  // namespace legopt

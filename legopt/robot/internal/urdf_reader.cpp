@@ -221,10 +221,12 @@ std::size_t FindRoot(const CheckedUrdf& urdf, const TreeIndex& tree) {
 
 class TreeBuilder {
  public:
-  TreeBuilder(const CheckedUrdf& urdf, const UrdfContent& content, const fs::path& mesh_folder)
+  TreeBuilder(const CheckedUrdf& urdf, const UrdfContent& content, const fs::path& mesh_folder,
+              const MeshSearch& meshes)
       : urdf_(urdf),
         content_(content),
         mesh_folder_(fs::absolute(mesh_folder).lexically_normal()),
+        meshes_(meshes),
         tree_(urdf),
         faults_(urdf.source) {}
 
@@ -331,10 +333,12 @@ class TreeBuilder {
   }
 
   std::string ResolveMesh(const std::string& name, const std::string& link) {
-    const std::optional<FoundMesh> mesh = FindMesh(name, mesh_folder_);
+    const std::optional<FoundMesh> mesh = FindMesh(name, mesh_folder_, meshes_.folders);
     const std::string place = "link '" + link + "': mesh";
     if (!mesh) {
-      Fail(place, name, "there is no such mesh file", "put it there or correct the filename");
+      if (meshes_.allow_missing) return "";
+      Fail(place, name, "there is no such mesh file",
+           "put it there, give its folder with --mesh-path, or import without it: --allow-missing-meshes");
       return name;
     }
     if (!mesh->fallback.empty()) {
@@ -346,6 +350,7 @@ class TreeBuilder {
   const CheckedUrdf& urdf_;
   const UrdfContent& content_;
   fs::path mesh_folder_;
+  const MeshSearch& meshes_;
   TreeIndex tree_;
   UrdfFaults faults_;
   std::vector<Link> links_;
@@ -375,8 +380,8 @@ void CheckUrdfTree(const CheckedUrdf& urdf) {
 }
 
 RobotModel BuildUrdfTree(const CheckedUrdf& urdf, const UrdfContent& content, const std::string& mesh_folder,
-                         std::vector<UrdfDiagnostic>* notes) {
-  return TreeBuilder(urdf, content, mesh_folder).Build(notes);
+                         std::vector<UrdfDiagnostic>* notes, const MeshSearch& meshes) {
+  return TreeBuilder(urdf, content, mesh_folder, meshes).Build(notes);
 }
 
 // Conversion of URDF files to RobotModels: the file is checked, urdfdom reads its elements, and the joint order of the

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "legopt/robot/internal/mesh_lookup.h"
 #include "legopt/robot/internal/urdf_check.h"
 #include "legopt/robot/robot_model.h"
 
@@ -26,8 +27,8 @@ void CheckUrdfTree(const CheckedUrdf& urdf);
 ///
 /// Throws InputError for meshes that do not exist, zero joint axes, lower limits above upper ones, and values in
 /// `content` that are not finite. `notes`, if not null, receives the meshes that were found by a fallback
-/// (mesh_lookup.h).
+/// (mesh_lookup.h). Meshes left out have no file name.
 RobotModel BuildUrdfTree(const CheckedUrdf& urdf, const UrdfContent& content, const std::string& mesh_folder,
-                         std::vector<UrdfDiagnostic>* notes = nullptr);
+                         std::vector<UrdfDiagnostic>* notes = nullptr, const MeshSearch& meshes = {});
 
 }  // namespace legopt
