@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -13,6 +14,7 @@
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
+#include "client/commands/robot_picture.h"
 #include "client/commands/scene_options.h"
 #include "client/pool/packed_dataset.h"
 #include "client/report/escaped_text.h"
@@ -30,6 +32,7 @@
 #include "legopt/input/json.h"
 #include "legopt/robot/robot_model.h"
 #include "legopt/types/input_error.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt::client {
 namespace {
@@ -119,13 +122,11 @@ std::string RenderInfo(const Listing& listing, const RobotModel& robot, TableFor
 template <class Add>
 void AddPairCounts(const Dataset& dataset, const Add& add) {
   if (!dataset.unchecked_pairs()) return;
-  constexpr int kShown = 3;
   const PairCounts counts = CountPairs(dataset);
   add("compared_pairs", counts.checked);
   for (const EnumName<UncheckedReason>& row : kEnumNames<UncheckedReason>) {
     add(std::string(row.word) + "_pairs", counts.unchecked[row.value]);
   }
-  add("deepest_unchecked", DescribeDeepestPairs(dataset, kShown));
 }
 
 ExitCode Info(const DatasetOptions& options) {
@@ -220,7 +221,7 @@ namespace {
 struct Flags {
   ImportOptions options;
   std::string out;
-  std::vector<std::string> nominal;
+  std::vector<std::string> nominal, mesh_path;
   SceneFlags scene;
   bool repair = false;
   bool fix_winding = false;  ///< has no effect: bodies are turned anyway
@@ -240,19 +241,33 @@ void AddNominal(const std::string& word, ImportOptions* options) {
   options->nominal_posture[word.substr(0, equals)] = value;
 }
 
+std::string StandingLine(const StandingProof& standing) {
+  constexpr double kMillimetres = 1e3, kMilliseconds = 1e3;
+  return "the robot stands, with its centre of mass " +
+         FormatFixed(kMillimetres * std::max(0.0, standing.com_margin_m), 0) +
+         " mm inside the support polygon; solved in " + FormatFixed(kMilliseconds * standing.solve_s, 1) +
+         " ms; picture: robot.png";
+}
+
 void PrintReport(const ImportReport& report, const std::string& out, bool json) {
   if (json) {
     nlohmann::ordered_json document = {{"dataset", out},
                                        {"hash", report.content_hash},
                                        {"written", !AnyError(report.findings)},
                                        {"findings", DatasetFindingsToJson(report.findings)}};
+    if (report.standing) {
+      document["standing"] = {{"stands", report.standing->stands},
+                              {"com_margin_m", report.standing->com_margin_m},
+                              {"solve_s", report.standing->solve_s}};
+    }
     if (!report.scene.empty()) document["repairs"] = RepairsToJson(report.scene);
     std::cout << JsonText(document) << "\n";
     return;
   }
   std::cout << RenderTable(TableOf(report.findings), TableFormat::kText, LayoutOf({}));
-  if (!AnyError(report.findings))
-    std::cout << "dataset " << report.content_hash << " in " << app::Printable(out) << "\n";
+  if (AnyError(report.findings)) return;
+  if (report.standing) std::cout << StandingLine(*report.standing) << "\n";
+  std::cout << "dataset " << report.content_hash << " in " << app::Printable(out) << "\n";
 }
 
 // Problem files are read twice: once to check them and once to copy them.
@@ -270,6 +285,13 @@ std::vector<std::unique_ptr<RereadableFile>> MakeProblemsRereadable(ImportOption
   return copies;
 }
 
+/// Returns a folder's name with '-' for each character that a dataset's name must not contain.
+std::string NameOf(std::string folder) {
+  std::ranges::replace_if(
+      folder, [](unsigned char c) { return std::isalnum(c) == 0 && c != '-' && c != '_'; }, '-');
+  return folder;
+}
+
 ExitCode Import(const Flags& flags) {
   ImportOptions options = flags.options;
   options.scene = flags.scene.Options();
@@ -280,14 +302,21 @@ ExitCode Import(const Flags& flags) {
   }
   options.read_guard = GuardedReader();
   for (const std::string& word : flags.nominal) AddNominal(word, &options);
+  for (const std::string& folder : flags.mesh_path) {
+    if (!std::filesystem::is_directory(folder)) {
+      throw InputError({"", "--mesh-path", folder, "no such folder", "name the folder that holds the meshes"});
+    }
+    options.meshes.folders.emplace_back(folder);
+  }
   const std::filesystem::path out = std::filesystem::path(flags.out).lexically_normal();
-  if (options.name.empty()) options.name = (out.has_filename() ? out : out.parent_path()).filename().string();
+  if (options.name.empty()) options.name = NameOf((out.has_filename() ? out : out.parent_path()).filename().string());
   options.Validate();
   const std::vector<std::unique_ptr<RereadableFile>> copies = MakeProblemsRereadable(options);
   StagedFolder folder(out, "import of " + options.source.string() + "\n", Unfinished::kRemoved);
   ImportReport report;
   try {
     report = ImportDataset(options, folder.path());
+    if (report.standing) WriteRobotPicture(report.view, folder.path() / "robot.png");
     if (flags.repair) WriteRepairPicture(report.scene, (folder.path() / "scene-repairs.png").string());
     if (!AnyError(report.findings)) folder.Finish();
   } catch (const InputError& error) {
@@ -322,8 +351,9 @@ void AddImportCommand(const app::Command& program, Invocation* invocation) {
     command.AddOption("--" + std::string(ToString(task.task)), options.files.problems[task.task],
                       std::string(task.short_title) + " problems (default: problems*.json of that task)");
   }
-  command.AddList("--feet", options.feet,
-                  "Links that may carry the robot (default: those in the problems, else the lowest ends of the robot)");
+  command.AddList("--contacts,--feet", options.contacts,
+                  "Links that may carry the robot, or numbers from the list that an import without this option prints "
+                  "(default: those in the problems, else the lowest ends of the robot)");
   command.AddOption("--sole-offset", options.sole_offset_m,
                     "Height of the feet's link frames above their target poses in m, for feet with parallel frames "
                     "(default: soles are measured)");
@@ -338,6 +368,8 @@ void AddImportCommand(const app::Command& program, Invocation* invocation) {
   command.AddOption("--self-collision-seed", options.self_collision_seed, "Seed of these postures").ShowDefault();
   command.AddFlag("--collision-from-visual", options.collision_from_visual,
                   "Use the visual geometry of links without collision geometry");
+  command.AddList("--mesh-path", flags->mesh_path, "Folders in which the robot's meshes are searched, too");
+  command.AddFlag("--allow-missing-meshes", options.meshes.allow_missing, "Leave meshes out whose files do not exist");
   command.AddOption("--mesh-scale", options.mesh_scale, "Factor for all meshes of the robot, 0.001 for millimetres")
       .ShowDefault();
   command.AddFlag("--repair", flags->repair,

@@ -1,6 +1,7 @@
 #include "client/commands/scene_options.h"
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "legopt/types/number_text.h"
@@ -84,22 +85,17 @@ void WriteRepairPicture(std::span<const RebuiltObject> objects, const std::strin
   if (box.isEmpty()) return;
   constexpr int kWidth = 800, kHeight = 800;
   constexpr double kDistance = 1.6;  // in diagonals: the scene fills the picture
-  worldgen::Picture both{2 * kWidth, kHeight, std::vector<std::uint8_t>(std::size_t{3} * 2 * kWidth * kHeight)};
-  for (int side = 0; side < 2; ++side) {
+  std::array<worldgen::Picture, 2> sides;
+  for (std::size_t side = 0; side < sides.size(); ++side) {
     const Eigen::Vector3d direction = Eigen::Vector3d(-0.7, -1.0, side == 0 ? 0.9 : -0.9).normalized();
     worldgen::Camera camera;
     camera.target = box.center();
     camera.eye = box.center() + kDistance * std::max(box.diagonal().norm(), 1e-3) * direction;
     camera.width = kWidth;
     camera.height = kHeight;
-    const worldgen::Picture one = worldgen::Render(drawing, camera);
-    for (int y = 0; y < kHeight; ++y) {
-      const auto from = one.rgb.begin() + std::ptrdiff_t{3} * kWidth * y;
-      std::copy(from, from + std::ptrdiff_t{3} * kWidth,
-                both.rgb.begin() + std::ptrdiff_t{3} * kWidth * (2 * y + side));
-    }
+    sides[side] = worldgen::Render(drawing, camera);
   }
-  worldgen::WritePng(file, both);
+  worldgen::WritePng(file, worldgen::Beside(sides[0], sides[1]));
 }
 
 }  // namespace legopt::client

@@ -10,7 +10,6 @@
 
 #include "legopt/geometry/internal/convex_decomposition.h"
 #include "legopt/geometry/internal/convex_shape.h"
-#include "legopt/geometry/internal/link_pieces.h"
 #include "legopt/geometry/internal/link_trimeshes.h"
 #include "legopt/geometry/internal/model_data.h"
 #include "legopt/geometry/internal/prepared_geometry.h"
@@ -109,7 +108,7 @@ void AddSceneShapes(const Link& link, int index, const ReadGuard& guard, const C
     const ConvexShape hull = impl.shapes[static_cast<size_t>(hulls.first) + g];
     std::vector<ConvexShape> pieces;
     if (link.collision[g].kind == ShapeSpec::Kind::kMesh) {
-      pieces = PiecesOfLinkMesh(Tessellate(link.collision[g], guard), hull.hull(), options);
+      pieces = PreparedPieces(Tessellate(link.collision[g], guard), hull.hull(), options, guard.cache().get());
     }
     concave = concave || pieces.size() > 1;
     if (pieces.empty()) pieces.push_back(hull);

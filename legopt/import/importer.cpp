@@ -5,7 +5,6 @@
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <utility>
 
 #include "legopt/dataset/dataset.h"
@@ -18,7 +17,7 @@
 #include "legopt/files/written_file.h"
 #include "legopt/geometry/internal/scene_solids.h"
 #include "legopt/geometry/internal/terrain.h"
-#include "legopt/import/internal/contact_finder.h"
+#include "legopt/import/internal/contact_choice.h"
 #include "legopt/import/internal/copied_robot.h"
 #include "legopt/import/internal/copied_scene.h"
 #include "legopt/import/internal/dataset_check.h"
@@ -285,7 +284,13 @@ class Importer {
       description_.link_shapes = constants.link_shapes;
     }
     if (!options_.nominal_posture.empty()) description_.nominal_posture = options_.nominal_posture;
-    ChooseContacts(constants.contacts);
+    description_.contacts = ChooseContacts(*robot_, standing_,
+                                           {.wanted = options_.contacts,
+                                            .sole_offset_m = options_.sole_offset_m,
+                                            .known = constants.contacts,
+                                            .used = problem_feet_,
+                                            .file = sources_.robot},
+                                           &report_.findings);
   }
 
   /// Searches a nominal posture, if none is given, and proves that the robot stands.
@@ -302,7 +307,13 @@ class Importer {
       NoteNominal(found);
     }
     if (!options_.prove) return;
-    for (const bool on_ramp : {false, true}) NoteProof(ProveStanding(stage.dataset(), nominal, on_ramp), on_ramp);
+    for (const bool on_ramp : {false, true}) {
+      const StandingProof proof = ProveStanding(stage.dataset(), nominal, on_ramp);
+      NoteProof(proof, on_ramp);
+      if (on_ramp) continue;
+      report_.view = ViewOf(*stage.dataset(), proof.x);
+      report_.standing = proof;
+    }
   }
 
   /// Writes a nominal posture down, if there is one.
@@ -360,44 +371,6 @@ class Importer {
     for (DatasetDiagnostic& finding : found.findings) report_.findings.push_back(std::move(finding));
   }
 
-  /// `known`: contacts of the source or of the benchmark's robot, or empty.
-  void ChooseContacts(const std::vector<ContactDescription>& known) {
-    description_.contacts = known;
-    if (!known.empty() && options_.feet.empty() && !options_.sole_offset_m) return;
-    std::vector<std::string> links = options_.feet.empty() && known.empty() ? problem_feet_ : options_.feet;
-    if (links.empty()) {
-      for (const ContactDescription& contact : known) links.push_back(contact.link);
-    }
-    if (links.empty()) links = FindFeetOrRefuse();
-    if (options_.sole_offset_m) {
-      description_.contacts = DescribeSoles(links, *options_.sole_offset_m);
-      return;
-    }
-    description_.contacts.clear();
-    for (const std::string& link : links) description_.contacts.push_back(Measured(link));
-  }
-
-  /// Returns the contact of a link as measured on its geometry.
-  ContactDescription Measured(const std::string& name) {
-    const int link = robot_->FindLink(name);
-    if (link < 0) return DescribeSoles({name}, 0.0).front();  // Dataset::Load reports the nearest valid link
-    const FoundSole sole = MeasureSole(*robot_, link, standing_);
-    const bool point = sole.contact.kind == ContactKind::kPoint;
-    if (!sole.contact.points && !point) return sole.contact;  // Dataset::Load reports that it has no geometry
-    constexpr double kSquareCentimetres = 1e4, kDegrees = 180.0 / std::numbers::pi, kMillimetres = 1e3;
-    if (point) {
-      Note(Severity::kInfo, "contact", name,
-           "a point of radius " + FormatFixed(kMillimetres * sole.contact.radius_m, 1) + " mm",
-           "measured on its shapes; the link may turn about it");
-      return sole.contact;
-    }
-    const std::string area = FormatFixed(kSquareCentimetres * sole.area_m2, 0) + " cm2";
-    Note(Severity::kInfo, "contact", name, area,
-         "measured on its meshes; the link's origin is " + FormatFixed(kMillimetres * sole.height_m, 1) +
-             " mm above it, its z axis " + FormatFixed(kDegrees * sole.tilt_rad, 1) + " deg off its normal");
-    return sole.contact;
-  }
-
   bool IsBenchmarkRobot() const { return HasBenchmarkNames(*robot_); }
 
   /// Returns false for a robot that cannot be read, which is reported when it is copied.
@@ -418,26 +391,6 @@ class Importer {
                        has_joint) &&
            std::all_of(benchmark.contacts.begin(), benchmark.contacts.end(),
                        [&](const ContactDescription& contact) { return robot.FindLink(contact.link) >= 0; });
-  }
-
-  /// Returns the feet found from the robot's geometry. Throws an error with a numbered list of its ends if they are not
-  /// clear.
-  std::vector<std::string> FindFeetOrRefuse() {
-    const FoundFeet found = FindFeet(*robot_, standing_);
-    if (!found.links.empty()) {
-      std::string names;
-      for (const std::string& link : found.links) names += (names.empty() ? "" : ", ") + link;
-      Note(Severity::kInfo, "feet", "", names, "found as the lowest ends of the robot; others: --feet LINK,LINK");
-      return found.links;
-    }
-    std::string ends;
-    for (std::size_t i = 0; i < found.candidates.size(); ++i) {
-      ends += (i == 0 ? "" : ", ") + std::to_string(i + 1) + " " + found.candidates[i];
-    }
-    throw InputError({sources_.robot.string(), "feet", "", "are not clear from the robot's geometry",
-                      "name them with --feet LEFT,RIGHT" +
-                          (ends.empty() ? std::string("; no end link of the robot has collision geometry")
-                                        : "; ends of the robot, lowest first: " + ends)});
   }
 
   const ImportOptions& options_;

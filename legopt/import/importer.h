@@ -9,6 +9,8 @@
 
 #include "legopt/import/internal/dataset_diagnostic.h"
 #include "legopt/import/internal/source_layout.h"
+#include "legopt/import/internal/standing_proof.h"
+#include "legopt/import/internal/standing_view.h"
 #include "legopt/import/scene_repair.h"
 #include "legopt/robot/internal/mesh_lookup.h"
 #include "legopt/types/read_guard.h"
@@ -17,10 +19,12 @@ namespace legopt {
 
 /// Options of an import. Missing ones are detected or have defaults, which the report lists.
 struct ImportOptions {
-  std::filesystem::path source;                   ///< source folder
-  SourceChoices files;                            ///< files that the user selected explicitly
-  std::string name;                               ///< name of the dataset; letters, digits, '-', '_'
-  std::vector<std::string> feet;                  ///< default: the links that the problems use
+  std::filesystem::path source;  ///< source folder
+  SourceChoices files;           ///< files that the user selected explicitly
+  std::string name;              ///< name of the dataset; letters, digits, '-', '_'
+  /// Links, or numbers in the list of ends that an import without them throws. Default: the links that the problems
+  /// use, else those found (contact_finder.h).
+  std::vector<std::string> contacts;
   std::optional<double> sole_offset_m;            ///< default: depth of the feet's lowest point plus 1 mm
   std::map<std::string, double> nominal_posture;  ///< joint -> rad; default: see ImportDataset
   bool prove = true;                              ///< require that the robot stands (standing_proof.h)
@@ -43,6 +47,8 @@ struct ImportReport {
   std::vector<DatasetDiagnostic> findings;  ///< ordered by check
   std::string content_hash;                 ///< empty if the files do not form a dataset
   std::vector<RebuiltObject> scene;         ///< objects of a scene that was rebuilt (scene_repair.h); else empty
+  std::optional<StandingProof> standing;    ///< on level ground; nothing without a proof
+  StandingView view;                        ///< of the robot in that posture
 };
 
 /// Creates a dataset from robot, scene and problems in `folder`, which must exist and be empty, and checks it

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <glib.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -37,6 +38,11 @@ class OpenFile {
   OpenFile& operator=(const OpenFile&) = delete;
 
   int fd() const { return fd_; }
+  /// Size in bytes; 0 for what has none, such as a pipe.
+  std::size_t size() const {
+    struct stat state = {};
+    return ::fstat(fd_, &state) == 0 && S_ISREG(state.st_mode) ? static_cast<std::size_t>(state.st_size) : 0;
+  }
 
  private:
   int fd_;
@@ -48,8 +54,9 @@ std::string ReadFileText(const std::filesystem::path& path, std::size_t most_byt
   constexpr std::size_t kBlock = std::size_t{1} << 16;
   const OpenFile file(path);
   std::string text;
+  text.resize(std::min(file.size(), most_bytes) + 1);  // one more than the file has, to see its end
   for (std::size_t used = 0;;) {
-    text.resize(std::max(text.size(), std::min(used + std::max(used, kBlock), most_bytes + 1)));
+    if (used == text.size()) text.resize(std::min(used + std::max(used, kBlock), most_bytes + 1));
     const ssize_t count = ::read(file.fd(), text.data() + used, text.size() - used);
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) RefuseUnreadable(path, errno);

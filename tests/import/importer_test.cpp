@@ -272,11 +272,11 @@ TEST(Import, FeetAreFound) {
   ASSERT_NE(Find(found, "feet", kInfo), nullptr);
   EXPECT_EQ(Find(found, "feet", kInfo)->value, "l_foot, r_foot");
   ImportOptions options = From(clone.path());
-  options.feet = {"l_fot"};
+  options.contacts = {"l_fot"};
   EXPECT_THAT(error(options), AllOf(HasSubstr("l_fot"), HasSubstr("did you mean 'l_foot'"), Not(HasSubstr("/out"))));
-  options.feet = {"camera"};
+  options.contacts = {"camera"};
   EXPECT_THAT(error(options), AllOf(HasSubstr("camera"), HasSubstr("no collision geometry")));
-  options.feet = {"l_foot", "r_foot"};
+  options.contacts = {"l_foot", "r_foot"};
   const ImportReport report = ImportDataset(options, clone.StagedFolder("out"));
   EXPECT_NE(Find(report, "problems", kWarning), nullptr) << "a dataset for generate problems";
 }
@@ -362,7 +362,7 @@ TEST(Import, UnclearFeetAreAskedFor) {
   robot.Replace(
       "<joint name='r_hip' type='revolute'><parent link='trunk'/><child link='r_leg'/><origin xyz='0 -0.1 0'/>",
       "<joint name='r_hip' type='revolute'><parent link='trunk'/><child link='r_leg'/><origin xyz='0 -0.1 1'/>");
-  EXPECT_THAT(MessageOf([&] { robot.Import(); }), AllOf(HasSubstr("--feet"), HasSubstr("1 l_foot")));
+  EXPECT_THAT(MessageOf([&] { robot.Import(); }), AllOf(HasSubstr("--contacts"), HasSubstr("1 l_foot")));
 }
 
 TEST(Import, ANominalPostureBeyondTheLimitsIsRefused) {
@@ -380,7 +380,7 @@ TEST(Import, ErrorsNameTheUsersFiles) {
   const fs::path problems = clone.path() / "data" / "problemsposture.json";
   test::ReplaceInFile(problems, "l_foot,1 0 0 0 0 0.1 0 ,r_foot", "l_hand,1 0 0 0 0 0.1 0 ,r_foot");
   ImportOptions options = From(clone.path());
-  options.feet = {"l_foot", "r_foot"};
+  options.contacts = {"l_foot", "r_foot"};
   EXPECT_THAT(MessageOf([&] { ImportDataset(options, clone.StagedFolder("out")); }),
               AllOf(HasSubstr(problems.string()), HasSubstr("l_hand"), HasSubstr("no such contact")));
 }

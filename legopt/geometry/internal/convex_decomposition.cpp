@@ -2,9 +2,14 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <limits>
+#include <map>
+#include <numbers>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -273,7 +278,9 @@ bool IsConvex(const TriangleMesh& mesh, const ConvexHull& hull, double tolerance
   return true;
 }
 
-std::vector<ConvexHull> DecomposeApproximately(const TriangleMesh& mesh, const DecompositionLimits& limits) {
+namespace {
+
+std::vector<Piece> CutIntoPieces(const TriangleMesh& mesh, const DecompositionLimits& limits) {
   std::vector<Piece> pieces(1);
   pieces[0].triangles = Triangles(mesh);
   pieces[0].points = mesh.vertices;
@@ -298,8 +305,72 @@ std::vector<ConvexHull> DecomposeApproximately(const TriangleMesh& mesh, const D
     *worst = std::move(low);
     pieces.push_back(std::move(high));
   }
+  return pieces;
+}
+
+/// Merges the vertices in each cell of a grid into its first vertex, and omits triangles that lose their area.
+TriangleMesh MergedInCells(const TriangleMesh& mesh, const Eigen::Vector3d& low, double cell_m) {
+  std::map<std::array<std::int64_t, 3>, int> cells;
+  TriangleMesh merged;
+  std::vector<int> index;
+  index.reserve(mesh.vertices.size());
+  for (const Eigen::Vector3d& vertex : mesh.vertices) {
+    const Eigen::Array3d place = ((vertex - low) / cell_m).array().floor();
+    const std::array<std::int64_t, 3> cell = {static_cast<std::int64_t>(place[0]), static_cast<std::int64_t>(place[1]),
+                                              static_cast<std::int64_t>(place[2])};
+    const auto [found, fresh] = cells.try_emplace(cell, static_cast<int>(merged.vertices.size()));
+    if (fresh) merged.vertices.push_back(vertex);
+    index.push_back(found->second);
+  }
+  std::set<std::array<int, 3>> distinct;
+  for (const auto& t : mesh.triangles) {
+    std::array<int, 3> corners = {index[static_cast<size_t>(t[0])], index[static_cast<size_t>(t[1])],
+                                  index[static_cast<size_t>(t[2])]};
+    std::array<int, 3> sorted = corners;
+    std::ranges::sort(sorted);
+    if (sorted[0] == sorted[1] || sorted[1] == sorted[2] || !distinct.insert(sorted).second) continue;
+    merged.triangles.push_back(corners);
+  }
+  return merged;
+}
+
+/// Returns a mesh of at most `max_triangles` triangles with nearly the shape of `mesh`.
+TriangleMesh Sampled(const TriangleMesh& mesh, int max_triangles) {
+  constexpr double kFirstCell = 1.0 / 256.0;  // of the diagonal
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& vertex : mesh.vertices) box.extend(vertex);
+  TriangleMesh sample = mesh;
+  for (double cell_m = kFirstCell * box.diagonal().norm(); std::ssize(sample.triangles) > max_triangles;
+       cell_m *= std::numbers::sqrt2) {
+    sample = MergedInCells(mesh, box.min(), cell_m);
+  }
+  return sample;
+}
+
+}  // namespace
+
+std::vector<ConvexHull> DecomposeApproximately(const TriangleMesh& mesh, const DecompositionLimits& limits) {
   std::vector<ConvexHull> hulls;
-  for (Piece& piece : pieces) hulls.push_back(std::move(piece.hull));
+  for (Piece& piece : CutIntoPieces(mesh, limits)) hulls.push_back(std::move(piece.hull));
+  return hulls;
+}
+
+std::vector<ConvexHull> DecomposeBySample(const TriangleMesh& mesh, const DecompositionLimits& limits,
+                                          int max_triangles) {
+  if (std::ssize(mesh.triangles) <= max_triangles) return DecomposeApproximately(mesh, limits);
+  const TriangleMesh sample = Sampled(mesh, max_triangles);
+  if (sample.triangles.empty()) return {ComputeHull(mesh.vertices)};
+  const std::vector<Triangle> all = Triangles(mesh);
+  std::vector<ConvexHull> hulls;
+  for (const Piece& piece : CutIntoPieces(sample, limits)) {
+    std::vector<Triangle> inside = all, clipped;
+    for (const HalfSpace& cut : piece.cuts) {
+      clipped.clear();
+      for (const Triangle& t : inside) ClipTo(cut, t, clipped);
+      inside.swap(clipped);
+    }
+    if (!inside.empty()) hulls.push_back(ComputeHull(DistinctCorners(inside)));
+  }
   return hulls;
 }
 

@@ -26,6 +26,11 @@ bool IsConvex(const TriangleMesh& mesh, const ConvexHull& hull, double tolerance
 /// its hull to the mesh, measured inwards along the facet's normal; facets made by cuts do not count. Deterministic.
 std::vector<ConvexHull> DecomposeApproximately(const TriangleMesh& mesh, const DecompositionLimits& limits);
 
+/// Decomposes like DecomposeApproximately, but chooses the cuts on a mesh of at most `max_triangles` triangles, made by
+/// merging near vertices; then applies them to all triangles. For meshes of CAD programs, in a small part of the time.
+std::vector<ConvexHull> DecomposeBySample(const TriangleMesh& mesh, const DecompositionLimits& limits,
+                                          int max_triangles = 2'000);
+
 /// Decomposes every body of the mesh (mesh_bodies.h) separately, with the limits for each. No piece bridges the gap
 /// between two bodies, into which another link may reach.
 std::vector<ConvexHull> DecomposeBodies(const TriangleMesh& mesh, const DecompositionLimits& limits);

@@ -11,8 +11,9 @@ namespace legopt {
 /// Returns the convex pieces of a link's mesh for a scene of solids, in the link's frame; `hull` is the mesh's hull.
 ///
 /// A convex mesh gives its hull. The bodies of a concave one are converted as for scenes (SolidsOfMesh), if there are
-/// few and all are closed; else the whole mesh is decomposed approximately, since link meshes of CAD programs often
-/// consist of hundreds of screws and shells. At most CollisionOptions::max_component_pieces pieces. Deterministic.
+/// few, all closed and of at most 2,000 triangles; else the whole mesh is decomposed approximately (DecomposeBySample),
+/// since link meshes of CAD programs often consist of hundreds of screws and shells. At most
+/// CollisionOptions::max_component_pieces pieces. Deterministic.
 std::vector<ConvexShape> PiecesOfLinkMesh(const TriangleMesh& mesh, const ConvexHull& hull,
                                           const CollisionOptions& options);
 

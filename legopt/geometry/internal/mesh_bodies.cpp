@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <map>
 #include <numbers>
 #include <numeric>
 #include <span>
@@ -163,17 +162,28 @@ struct EdgeCount {
 };
 
 EdgeCount CountEdges(const TriangleMesh& mesh) {
-  std::map<std::pair<int, int>, int> balance;  // number of uses from the smaller to the larger vertex index, minus the
-                                               // opposite ones
+  struct Use {
+    std::pair<int, int> edge;  // smaller vertex index first
+    int direction = 0;         // 1 from the smaller to the larger index, else -1
+  };
+  std::vector<Use> uses;
+  uses.reserve(3 * mesh.triangles.size());
   for (const auto& triangle : mesh.triangles) {
     for (size_t k = 0; k < 3; ++k) {
       const int a = triangle[k];
       const int b = triangle[(k + 1) % 3];
-      balance[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
+      uses.push_back({{std::min(a, b), std::max(a, b)}, a < b ? 1 : -1});
     }
   }
-  EdgeCount count{.all = static_cast<int>(balance.size()), .open = 0};
-  for (const auto& [edge, sum] : balance) count.open += sum != 0 ? 1 : 0;
+  std::sort(uses.begin(), uses.end(), [](const Use& a, const Use& b) { return a.edge < b.edge; });
+  EdgeCount count;
+  for (size_t i = 0; i < uses.size();) {
+    int balance = 0;
+    const std::pair<int, int> edge = uses[i].edge;
+    for (; i < uses.size() && uses[i].edge == edge; ++i) balance += uses[i].direction;
+    ++count.all;
+    count.open += balance != 0 ? 1 : 0;
+  }
   return count;
 }
 

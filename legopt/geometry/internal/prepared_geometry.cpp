@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "legopt/geometry/internal/link_pieces.h"
 #include "legopt/geometry/internal/mesh.h"
 #include "legopt/geometry/internal/mesh_reader.h"
 #include "legopt/math/blake2b.h"
@@ -14,8 +15,9 @@ namespace legopt {
 namespace {
 
 constexpr char kHull = 'H';
+constexpr char kPieces = 'P';
 constexpr char kRobot = 'R';
-constexpr const char* kVersion = "legopt-geometry/1";  // changes with every computation whose result is kept
+constexpr const char* kVersion = "legopt-geometry/2";  // changes with every computation whose result is kept
 
 template <class Value>
 std::string_view BytesOf(const Value* values, size_t count) {
@@ -83,6 +85,34 @@ bool ReadShape(ResultReader* reader, std::vector<ConvexShape>* shapes) {
   return true;
 }
 
+/// Reads a number of shapes.
+bool ReadShapes(ResultReader* reader, std::vector<ConvexShape>* shapes) {
+  std::vector<std::uint64_t> count;
+  if (!reader->Read(count) || count.size() != 1) return false;
+  for (std::uint64_t i = 0; i < count[0]; ++i) {
+    if (!ReadShape(reader, shapes)) return false;
+  }
+  return true;
+}
+
+void AddShapes(std::span<const ConvexShape> shapes, ResultWriter* writer) {
+  writer->Add(std::array<std::uint64_t, 1>{shapes.size()});
+  for (const ConvexShape& shape : shapes) {
+    Header header;
+    header.kind = static_cast<int>(shape.kind());
+    std::copy_n(shape.pose().data(), header.pose.size(), header.pose.begin());
+    std::copy_n(shape.size().data(), header.size.size(), header.size.begin());
+    writer->Add(std::array<Header, 1>{header});
+    if (shape.kind() == ConvexShape::Kind::kHull) AddHull(shape.hull(), writer);
+  }
+}
+
+/// Adds a mesh by the hashes of its content.
+void AddMesh(const TriangleMesh& mesh, ResultWriter* key) {
+  key->Add(Blake2bHex(BytesOf(mesh.vertices.data(), mesh.vertices.size())));
+  key->Add(Blake2bHex(BytesOf(mesh.triangles.data(), mesh.triangles.size())));
+}
+
 bool IsRun(const ShapeRun& run, size_t shapes) {
   return run.first >= 0 && run.count >= 0 && static_cast<size_t>(run.first) <= shapes &&
          static_cast<size_t>(run.count) <= shapes - static_cast<size_t>(run.first);
@@ -95,11 +125,7 @@ bool ArePairs(const std::vector<LinkPair>& pairs, size_t links) {
 }
 
 bool DecodeInto(ResultReader* reader, size_t num_links, CollisionModel::Impl* impl) {
-  std::vector<std::uint64_t> count;
-  if (!reader->Read(count) || count.size() != 1) return false;
-  for (std::uint64_t i = 0; i < count[0]; ++i) {
-    if (!ReadShape(reader, &impl->shapes)) return false;
-  }
+  if (!ReadShapes(reader, &impl->shapes)) return false;
   LinkPairRules& pairs = impl->pairs;
   std::vector<PairSelection> selection;
   if (!reader->Read(impl->links) || !reader->Read(pairs.status) || !reader->Read(pairs.detail) ||
@@ -138,6 +164,28 @@ ConvexHull PreparedHull(std::span<const Eigen::Vector3d> points, const ByteCache
   return hull;
 }
 
+std::vector<ConvexShape> PreparedPieces(const TriangleMesh& mesh, const ConvexHull& hull,
+                                        const CollisionOptions& options, const ByteCache* cache) {
+  constexpr size_t kFewTriangles = 500;  // their pieces take less time than a file
+  if (cache == nullptr || mesh.triangles.size() < kFewTriangles) return PiecesOfLinkMesh(mesh, hull, options);
+  ResultWriter description(kPieces);
+  description.Add(std::string(kVersion));
+  AddMesh(mesh, &description);
+  description.Add(std::array<double, 2>{options.scene_concavity_m, static_cast<double>(options.max_component_pieces)});
+  const std::string key = Blake2bHex(description.Take());
+  if (const std::optional<std::string> bytes = cache->Read(key);
+      bytes && !bytes->empty() && bytes->front() == kPieces) {
+    std::vector<ConvexShape> pieces;
+    ResultReader reader(std::string_view(*bytes).substr(1));
+    if (ReadShapes(&reader, &pieces) && reader.at_end()) return pieces;
+  }
+  std::vector<ConvexShape> pieces = PiecesOfLinkMesh(mesh, hull, options);
+  ResultWriter writer(kPieces);
+  AddShapes(pieces, &writer);
+  cache->Write(key, writer.Take());
+  return pieces;
+}
+
 std::string RobotModelKey(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> reference_x,
                           const CollisionOptions& options) {
   ResultWriter key(kRobot);
@@ -158,9 +206,7 @@ std::string RobotModelKey(const RobotModel& robot, Eigen::Ref<const Eigen::Vecto
       key.Add(std::string(BytesOf(shape.size.data(), 3)));
       key.Add(std::string(BytesOf(shape.pose.data(), 16)));
       if (shape.kind != ShapeSpec::Kind::kMesh) continue;
-      const TriangleMesh mesh = Tessellate(shape, robot.read_guard());
-      key.Add(Blake2bHex(BytesOf(mesh.vertices.data(), mesh.vertices.size())));
-      key.Add(Blake2bHex(BytesOf(mesh.triangles.data(), mesh.triangles.size())));
+      AddMesh(Tessellate(shape, robot.read_guard()), &key);
     }
   }
   key.Add(std::string(BytesOf(reference_x.data(), static_cast<size_t>(reference_x.size()))));
@@ -180,15 +226,7 @@ std::string RobotModelKey(const RobotModel& robot, Eigen::Ref<const Eigen::Vecto
 
 std::string EncodeRobotPart(const CollisionModel::Impl& impl) {
   ResultWriter writer(kRobot);
-  writer.Add(std::array<std::uint64_t, 1>{impl.shapes.size()});
-  for (const ConvexShape& shape : impl.shapes) {
-    Header header;
-    header.kind = static_cast<int>(shape.kind());
-    std::copy_n(shape.pose().data(), header.pose.size(), header.pose.begin());
-    std::copy_n(shape.size().data(), header.size.size(), header.size.begin());
-    writer.Add(std::array<Header, 1>{header});
-    if (shape.kind() == ConvexShape::Kind::kHull) AddHull(shape.hull(), &writer);
-  }
+  AddShapes(impl.shapes, &writer);
   writer.Add(impl.links);
   writer.Add(impl.pairs.status);
   writer.Add(impl.pairs.detail);

@@ -3,9 +3,11 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "legopt/geometry/collision_model.h"
 #include "legopt/geometry/internal/convex_shape.h"
+#include "legopt/geometry/internal/mesh.h"
 #include "legopt/geometry/internal/model_data.h"
 #include "legopt/types/byte_cache.h"
 
@@ -16,6 +18,10 @@ namespace legopt {
 
 /// Returns ComputeHull(points).
 ConvexHull PreparedHull(std::span<const Eigen::Vector3d> points, const ByteCache* cache);
+
+/// Returns PiecesOfLinkMesh(mesh, hull, options).
+std::vector<ConvexShape> PreparedPieces(const TriangleMesh& mesh, const ConvexHull& hull,
+                                        const CollisionOptions& options, const ByteCache* cache);
 
 /// Returns the key of the robot's part of a collision model: links, joints, meshes, reference posture, options. Loads
 /// the meshes. Throws InputError.

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <tuple>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -23,24 +24,40 @@ using Edge = std::pair<int, int>;  ///< vertices, first < second
 constexpr double kWeld_m = 1e-5;
 constexpr double kNearlyClosed = 0.01;
 
-/// Welds vertices that lie in neighbouring cells of a grid and at most kWeld_m apart; removes triangles that collapse.
+using Cell = std::array<std::int64_t, 3>;
+
+struct CellHash {
+  std::size_t operator()(const Cell& cell) const {
+    constexpr std::uint64_t kFactor = 0x9E3779B97F4A7C15ULL;  // mixes the bits: 2^64 / golden ratio
+    std::uint64_t hash = 0;
+    for (const std::int64_t part : cell) hash = (hash ^ static_cast<std::uint64_t>(part)) * kFactor;
+    return hash ^ (hash >> 32U);
+  }
+};
+
+/// Welds each vertex to the first one that lies at most kWeld_m from it; removes triangles that collapse.
 int Weld(TriangleMesh* mesh) {
-  std::map<std::array<std::int64_t, 3>, std::vector<int>> cells;
+  constexpr double kCell_m = 64.0 * kWeld_m;  // most vertices have neighbours in one cell only
+  std::unordered_map<Cell, std::vector<int>, CellHash> cells;
   std::vector<int> index;
   std::vector<Vector3d> kept;
+  const auto cell_of = [](const Vector3d& p) {
+    const auto along = [&](int axis) { return static_cast<std::int64_t>(std::floor(p[axis] / kCell_m)); };
+    return Cell{along(0), along(1), along(2)};
+  };
   for (const Vector3d& vertex : mesh->vertices) {
-    std::array<std::int64_t, 3> cell{};
-    for (int axis = 0; axis < 3; ++axis) {
-      cell[static_cast<size_t>(axis)] = static_cast<std::int64_t>(std::floor(vertex[axis] / kWeld_m));
-    }
+    const Cell cell = cell_of(vertex), low = cell_of(vertex - Vector3d::Constant(kWeld_m)),
+               high = cell_of(vertex + Vector3d::Constant(kWeld_m));
     int found = -1;
-    for (int near = 0; near < 27 && found < 0; ++near) {
-      const auto place = cells.find({cell[0] + near % 3 - 1, cell[1] + near / 3 % 3 - 1, cell[2] + near / 9 - 1});
-      if (place == cells.end()) continue;
-      for (const int other : place->second) {
-        if ((kept[static_cast<size_t>(other)] - vertex).norm() <= kWeld_m) {
-          found = other;
-          break;
+    for (std::int64_t x = low[0]; x <= high[0]; ++x) {
+      for (std::int64_t y = low[1]; y <= high[1]; ++y) {
+        for (std::int64_t z = low[2]; z <= high[2]; ++z) {
+          const auto place = cells.find({x, y, z});
+          if (place == cells.end()) continue;
+          for (const int other : place->second) {
+            const bool near = (kept[static_cast<size_t>(other)] - vertex).norm() <= kWeld_m;
+            if (near && (found < 0 || other < found)) found = other;
+          }
         }
       }
     }
@@ -84,10 +101,22 @@ struct Body {
 class Orienter {
  public:
   explicit Orienter(TriangleMesh* mesh) : mesh_(*mesh) {
+    struct Use {
+      Edge edge;
+      size_t place = 0;  ///< 3 x triangle + side
+    };
+    std::vector<Use> uses;
+    uses.reserve(3 * mesh_.triangles.size());
     for (size_t t = 0; t < mesh_.triangles.size(); ++t) {
-      for (size_t side = 0; side < 3; ++side) {
-        uses_[EdgeOf(mesh_.triangles[t], side)].push_back(static_cast<int>(t));
-      }
+      for (size_t side = 0; side < 3; ++side) uses.push_back({EdgeOf(mesh_.triangles[t], side), 3 * t + side});
+    }
+    std::ranges::sort(uses, {}, &Use::edge);
+    neighbours_.assign(uses.size(), -1);
+    for (size_t i = 0, end = 0; i < uses.size(); i = end) {
+      while (end < uses.size() && uses[end].edge == uses[i].edge) ++end;
+      if (end - i != 2) continue;
+      neighbours_[uses[i].place] = static_cast<int>(uses[i + 1].place / 3);
+      neighbours_[uses[i + 1].place] = static_cast<int>(uses[i].place / 3);
     }
   }
 
@@ -128,30 +157,34 @@ class Orienter {
     const std::array<int, 3> triangle = mesh_.triangles[static_cast<size_t>(from)];
     for (size_t side = 0; side < 3; ++side) {
       const Edge edge = EdgeOf(triangle, side);
-      const std::vector<int>& uses = uses_.at(edge);
-      if (uses.size() != 2) continue;
-      const int other = uses[0] == from ? uses[1] : uses[0];
-      if ((*seen)[static_cast<size_t>(other)]) continue;
+      const int other = neighbours_[3 * static_cast<size_t>(from) + side];
+      if (other < 0 || (*seen)[static_cast<size_t>(other)]) continue;
       (*seen)[static_cast<size_t>(other)] = true;
       auto& neighbour = mesh_.triangles[static_cast<size_t>(other)];
-      if (RunsForward(neighbour, edge) == RunsForward(triangle, edge)) std::swap(neighbour[1], neighbour[2]);
+      if (RunsForward(neighbour, edge) == RunsForward(triangle, edge)) TurnTriangle(other);
       body->triangles.push_back(other);
     }
   }
 
   void Measure(Body* body) const {
     const Vector3d origin = At(body->triangles.front(), 0);
-    std::map<Edge, int> count;
+    std::vector<Edge> edges;
     for (const int t : body->triangles) {
       const Vector3d a = At(t, 0) - origin, b = At(t, 1) - origin, c = At(t, 2) - origin;
       body->six_volumes += a.dot(b.cross(c));
       for (size_t k = 0; k < 3; ++k) {
         body->box.extend(At(t, k));
-        ++count[EdgeOf(mesh_.triangles[static_cast<size_t>(t)], k)];
+        edges.push_back(EdgeOf(mesh_.triangles[static_cast<size_t>(t)], k));
       }
     }
-    const auto open = std::ranges::count_if(count, [](const auto& entry) { return entry.second % 2 != 0; });
-    body->closed_enough = static_cast<double>(open) <= kNearlyClosed * static_cast<double>(count.size());
+    std::ranges::sort(edges);
+    int distinct = 0, open = 0;
+    for (size_t i = 0, end = 0; i < edges.size(); i = end) {
+      while (end < edges.size() && edges[end] == edges[i]) ++end;
+      ++distinct;
+      open += static_cast<int>((end - i) % 2);
+    }
+    body->closed_enough = open <= kNearlyClosed * distinct;
   }
 
   /// Returns true if the body lies inside another one with positive volume.
@@ -180,11 +213,15 @@ class Orienter {
   }
 
   void Turn(Body* body) {
-    for (const int t : body->triangles) {
-      auto& triangle = mesh_.triangles[static_cast<size_t>(t)];
-      std::swap(triangle[1], triangle[2]);
-    }
+    for (const int t : body->triangles) TurnTriangle(t);
     body->six_volumes = -body->six_volumes;
+  }
+
+  /// Corners a, b, c become a, c, b: the first and the last side change places.
+  void TurnTriangle(int triangle) {
+    const auto t = static_cast<size_t>(triangle);
+    std::swap(mesh_.triangles[t][1], mesh_.triangles[t][2]);
+    std::swap(neighbours_[3 * t], neighbours_[3 * t + 2]);
   }
 
   const Vector3d& At(int triangle, size_t corner) const {
@@ -192,7 +229,7 @@ class Orienter {
   }
 
   TriangleMesh& mesh_;
-  std::map<Edge, std::vector<int>> uses_;
+  std::vector<int> neighbours_;  ///< triangle at each side, if it is the only other one there, else -1
   std::vector<Body> bodies_;
 };
 

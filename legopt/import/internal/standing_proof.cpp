@@ -1,6 +1,7 @@
 #include "legopt/import/internal/standing_proof.h"
 
 #include <algorithm>
+#include <chrono>
 #include <random>
 
 #include "legopt/geometry/collision_query.h"
@@ -65,7 +66,9 @@ StandingProof ProveStanding(const std::shared_ptr<const Dataset>& stage, const E
   CollisionQuery query(stage->collision_model(SceneRepresentation::kSolid, PairSelection::kAll));
   const auto program = MakeTaskProgram(Task::kPosture, *stage, query, {&stance, 1}, {});
   std::mt19937_64 generator(1);
+  const auto begin = std::chrono::steady_clock::now();
   MakeSolver(Method::Of("best"))->Solve(*program, proof.x, {.stop = {}, .generator = &generator});
+  proof.solve_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   Judge judge(stage);
   const ProblemDefinition problem{.id = 0, .stances = {stance}};
   const Evaluation evaluation = judge.Evaluate(Task::kPosture, problem, {&proof.x, 1});

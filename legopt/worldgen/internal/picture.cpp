@@ -91,7 +91,7 @@ class Renderer {
       : drawing_(drawing),
         camera_(camera),
         image_(camera.width * kSamples, camera.height * kSamples),
-        shadow_(kShadowSize, kShadowSize),
+        shadow_(camera.shadow_size, camera.shadow_size),
         view_(camera.eye, camera.target),
         sun_({0.0, 0.0, 0.0}, -SunDirection()) {
     for (const Vector3d& vertex : drawing.mesh.vertices) {
@@ -106,7 +106,6 @@ class Renderer {
   }
 
  private:
-  static constexpr int kShadowSize = 3000;
   static Vector3d SunDirection() { return Vector3d(-0.45, -0.6, 1.1).normalized(); }
 
   void DrawTriangle(int t) {
@@ -143,7 +142,7 @@ class Renderer {
   }
   Vector3d OnSun(const Vector3d& p) const {
     const Vector3d e = sun_.ToEye(p);
-    const double scale = kShadowSize / std::max(sun_box_.sizes().x(), sun_box_.sizes().y());
+    const double scale = shadow_.width / std::max(sun_box_.sizes().x(), sun_box_.sizes().y());
     return {(e.x() - sun_box_.min().x()) * scale, (e.y() - sun_box_.min().y()) * scale, e.z()};
   }
 
@@ -154,8 +153,8 @@ class Renderer {
     double lit = 0.0;
     for (const double dx : {-0.6, 0.6}) {
       for (const double dy : {-0.6, 0.6}) {
-        const int x = std::clamp(static_cast<int>(s.x() + dx), 0, kShadowSize - 1);
-        const int y = std::clamp(static_cast<int>(s.y() + dy), 0, kShadowSize - 1);
+        const int x = std::clamp(static_cast<int>(s.x() + dx), 0, shadow_.width - 1);
+        const int y = std::clamp(static_cast<int>(s.y() + dy), 0, shadow_.width - 1);
         lit += s.z() - kBias <= shadow_.depth[shadow_.At(x, y)] ? 0.25 : 0.0;
       }
     }
@@ -223,6 +222,17 @@ class Renderer {
 }  // namespace
 
 Picture Render(const Drawing& drawing, const Camera& camera) { return Renderer(drawing, camera).Draw(); }
+
+Picture Beside(const Picture& left, const Picture& right) {
+  Picture both{left.width + right.width, left.height, {}};
+  for (int y = 0; y < left.height; ++y) {
+    for (const Picture* part : {&left, &right}) {
+      const std::ptrdiff_t row = std::ptrdiff_t{3} * part->width;
+      both.rgb.insert(both.rgb.end(), part->rgb.begin() + row * y, part->rgb.begin() + row * (y + 1));
+    }
+  }
+  return both;
+}
 
 void WritePng(const std::filesystem::path& path, const Picture& picture) {
   png_image image{};

@@ -27,6 +27,7 @@ struct Camera {
   double field_of_view_rad = 0.7;            ///< vertical
   int width = 1280;                          ///< pixels
   int height = 800;                          ///< pixels
+  int shadow_size = 3000;                    ///< samples of the shadows along each axis
   double cut_m = 1e9;                        ///< parts above this height are not drawn, which shows the inside of a
                                              ///< building
 };
@@ -40,6 +41,9 @@ struct Picture {
 
 /// Renders with a depth buffer, flat shading, a sun that casts shadows, and 2 x 2 samples per pixel. Needs no display.
 Picture Render(const Drawing& drawing, const Camera& camera);
+
+/// Joins two pictures of equal height, `left` on the left.
+Picture Beside(const Picture& left, const Picture& right);
 
 /// Writes a PNG (libpng). Throws InputError if the file cannot be written.
 void WritePng(const std::filesystem::path& path, const Picture& picture);

@@ -1,0 +1,111 @@
+#include "legopt/import/internal/contact_choice.h"
+
+#include <numbers>
+
+#include "legopt/dataset/internal/dataset_file.h"
+#include "legopt/import/internal/contact_finder.h"
+#include "legopt/types/input_error.h"
+#include "legopt/types/number_text.h"
+
+namespace legopt {
+namespace {
+
+std::string Numbered(const std::vector<std::string>& ends) {
+  std::string text;
+  for (std::size_t i = 0; i < ends.size(); ++i) text += (i == 0 ? "" : ", ") + std::to_string(i + 1) + " " + ends[i];
+  return text;
+}
+
+class ContactChooser {
+ public:
+  ContactChooser(const RobotModel& robot, const Eigen::VectorXd& standing, const ContactRequest& request,
+                 std::vector<DatasetDiagnostic>* findings)
+      : robot_(robot), standing_(standing), request_(request), findings_(*findings) {}
+
+  std::vector<ContactDescription> Choose() {
+    if (!request_.known.empty() && request_.wanted.empty() && !request_.sole_offset_m) return request_.known;
+    const std::vector<std::string> links = ChooseLinks();
+    if (request_.sole_offset_m) return DescribeSoles(links, *request_.sole_offset_m);
+    std::vector<ContactDescription> contacts;
+    for (const std::string& link : links) contacts.push_back(Measured(link));
+    return contacts;
+  }
+
+ private:
+  std::vector<std::string> ChooseLinks() {
+    if (!request_.wanted.empty()) return WantedLinks();
+    std::vector<std::string> links;
+    for (const ContactDescription& contact : request_.known) links.push_back(contact.link);
+    if (links.empty()) links = request_.used;
+    return links.empty() ? FindLinks() : links;
+  }
+
+  std::vector<std::string> WantedLinks() const {
+    std::vector<std::string> links, ends;
+    for (const std::string& word : request_.wanted) {
+      const std::optional<std::size_t> number = ParseInteger<std::size_t>(word);
+      if (!number || robot_.FindLink(word) >= 0) {
+        links.push_back(word);
+        continue;
+      }
+      if (ends.empty()) ends = FindFeet(robot_, standing_).candidates;
+      if (*number < 1 || *number > ends.size()) {
+        throw InputError({"", "--contacts", word, "is neither a link nor the number of an end of the robot",
+                          "choose of: " + Numbered(ends)});
+      }
+      links.push_back(ends[*number - 1]);
+    }
+    return links;
+  }
+
+  std::vector<std::string> FindLinks() {
+    const FoundFeet found = FindFeet(robot_, standing_);
+    if (found.links.empty()) {
+      throw InputError({request_.file.string(), "contacts", "", "are not clear from the robot's geometry",
+                        found.candidates.empty()
+                            ? "no end link of the robot has collision geometry; name the links with --contacts"
+                            : "name them, or give their numbers, with --contacts LEFT,RIGHT; ends of the robot, lowest "
+                              "first: " +
+                                  Numbered(found.candidates)});
+    }
+    std::string names;
+    for (const std::string& link : found.links) names += (names.empty() ? "" : ", ") + link;
+    Note("feet", "", names, "found as the lowest ends of the robot; others: --contacts LINK,LINK");
+    return found.links;
+  }
+
+  ContactDescription Measured(const std::string& name) {
+    const int link = robot_.FindLink(name);
+    if (link < 0) return DescribeSoles({name}, 0.0).front();  // Dataset::Load reports the nearest valid link
+    const FoundSole sole = MeasureSole(robot_, link, standing_);
+    constexpr double kSquareCentimetres = 1e4, kDegrees = 180.0 / std::numbers::pi, kMillimetres = 1e3;
+    if (sole.contact.kind == ContactKind::kPoint) {
+      Note("contact", name, "a point of radius " + FormatFixed(kMillimetres * sole.contact.radius_m, 1) + " mm",
+           "measured on its shapes; the link may turn about it");
+    } else if (sole.contact.points) {  // without geometry, which Dataset::Load reports, there are none
+      Note("contact", name, FormatFixed(kSquareCentimetres * sole.area_m2, 0) + " cm2",
+           "measured on its meshes; the link's origin is " + FormatFixed(kMillimetres * sole.height_m, 1) +
+               " mm above it, its z axis " + FormatFixed(kDegrees * sole.tilt_rad, 1) + " deg off its normal");
+    }
+    return sole.contact;
+  }
+
+  void Note(const std::string& check, const std::string& field, const std::string& value, const std::string& message) {
+    findings_.push_back({DatasetDiagnostic::Severity::kInfo, check, "", field, value, message, ""});
+  }
+
+  const RobotModel& robot_;
+  const Eigen::VectorXd& standing_;
+  const ContactRequest& request_;
+  std::vector<DatasetDiagnostic>& findings_;
+};
+
+}  // namespace
+
+std::vector<ContactDescription> ChooseContacts(const RobotModel& robot, const Eigen::VectorXd& standing,
+                                               const ContactRequest& request,
+                                               std::vector<DatasetDiagnostic>* findings) {
+  return ContactChooser(robot, standing, request, findings).Choose();
+}
+
+}  // namespace legopt

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "legopt/dataset/contact.h"
+#include "legopt/import/internal/dataset_diagnostic.h"
+#include "legopt/robot/robot_model.h"
+
+namespace legopt {
+
+/// What is known about the contacts of a robot before it is measured.
+struct ContactRequest {
+  std::vector<std::string> wanted;        ///< links, or numbers of ends (FoundFeet::candidates), named by the user
+  std::optional<double> sole_offset_m;    ///< height of the link frames above their targets, for parallel frames
+  std::vector<ContactDescription> known;  ///< contacts of the source or of the benchmark's robot
+  std::vector<std::string> used;          ///< links that problems name
+  std::filesystem::path file;             ///< the robot's, for errors
+};
+
+/// Chooses the contacts: the known ones, unless the user names others or an offset; else the links that the user names,
+/// those that the problems use, or those found (contact_finder.h), each measured in `standing` (n + 7). Adds what was
+/// found and measured to `findings`.
+///
+/// Throws InputError with a numbered list of the robot's ends if the feet are not clear, and for a number that is not
+/// in it.
+std::vector<ContactDescription> ChooseContacts(const RobotModel& robot, const Eigen::VectorXd& standing,
+                                               const ContactRequest& request, std::vector<DatasetDiagnostic>* findings);
+
+}  // namespace legopt
