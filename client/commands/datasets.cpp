@@ -256,9 +256,9 @@ void PrintReport(const ImportReport& report, const std::string& out, bool json) 
                                        {"written", !AnyError(report.findings)},
                                        {"findings", DatasetFindingsToJson(report.findings)}};
     if (report.standing) {
-      document["standing"] = {{"stands", report.standing->stands},
-                              {"com_margin_m", report.standing->com_margin_m},
-                              {"solve_s", report.standing->solve_s}};
+      document["standing"] = {{"stands", report.standing->proof.stands},
+                              {"com_margin_m", report.standing->proof.com_margin_m},
+                              {"solve_s", report.standing->proof.solve_s}};
     }
     if (!report.scene.empty()) document["repairs"] = RepairsToJson(report.scene);
     std::cout << JsonText(document) << "\n";
@@ -266,7 +266,7 @@ void PrintReport(const ImportReport& report, const std::string& out, bool json) 
   }
   std::cout << RenderTable(TableOf(report.findings), TableFormat::kText, LayoutOf({}));
   if (AnyError(report.findings)) return;
-  if (report.standing) std::cout << StandingLine(*report.standing) << "\n";
+  if (report.standing) std::cout << StandingLine(report.standing->proof) << "\n";
   std::cout << "dataset " << report.content_hash << " in " << app::Printable(out) << "\n";
 }
 
@@ -316,7 +316,7 @@ ExitCode Import(const Flags& flags) {
   ImportReport report;
   try {
     report = ImportDataset(options, folder.path());
-    if (report.standing) WriteRobotPicture(report.view, folder.path() / "robot.png");
+    if (report.standing) WriteRobotPicture(report.standing->view, folder.path() / "robot.png");
     if (flags.repair) WriteRepairPicture(report.scene, (folder.path() / "scene-repairs.png").string());
     if (!AnyError(report.findings)) folder.Finish();
   } catch (const InputError& error) {

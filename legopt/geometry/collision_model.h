@@ -73,7 +73,7 @@ class CollisionModel {
     kIgnoredAdjacent,       ///< no more than one moving joint between them, or a link without geometry
     kIgnoredReferencePose,  ///< their meshes intersect at `reference_x`; only with PairSelection::kReference
     kIgnoredInseparable,    ///< no posture separates them; only with PairSelection::kAll
-    kIgnoredAlways,         ///< UncheckedReason::kAlways or kUser
+    kIgnoredAlways,         ///< UncheckedReason::kAlways, kStanding or kUser
     kIgnoredNever           ///< UncheckedReason::kNever; only with PairSelection::kReference
   };
 

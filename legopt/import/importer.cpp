@@ -21,10 +21,9 @@
 #include "legopt/import/internal/copied_robot.h"
 #include "legopt/import/internal/copied_scene.h"
 #include "legopt/import/internal/dataset_check.h"
-#include "legopt/import/internal/nominal_posture.h"
 #include "legopt/import/internal/self_collision_pairs.h"
 #include "legopt/import/internal/srdf.h"
-#include "legopt/import/internal/standing_proof.h"
+#include "legopt/import/internal/standing_check.h"
 #include "legopt/import/internal/standing_stage.h"
 #include "legopt/import/internal/used_contacts.h"
 #include "legopt/input/json.h"
@@ -68,7 +67,9 @@ class Importer {
     WriteProblems();
     ChooseConstants();
     ChooseLinkPairs();
-    CheckStanding();
+    report_.standing = StandingCheck({.search_posture = description_.nominal_posture.empty(), .prove = options_.prove},
+                                     folder_, options_.read_guard, &description_, &report_.findings)
+                           .Run(*robot_, standing_);
     WriteTextFile(folder_ / kDatasetFileName,
                   FormatDatasetFile(description_, "Made by `legopt import` from " + options_.source.string()));
     WriteManifestHashes(folder_, options_.read_guard);
@@ -134,17 +135,29 @@ class Importer {
       const bool remade = !options_.files.robot && fs::is_regular_file(options_.source / kDatasetFileName);
       const bool original = remade || SourceIsBenchmarkRobot();
       findings = CopyUrdfRobot(sources_.robot, folder_,
-                               {.visuals = options_.collision_from_visual,
+                               {.visuals = with_visuals_,
                                 .repair = !original,  // keeps the results of existing datasets and of the benchmark
                                 .mesh_scale = options_.mesh_scale,
                                 .meshes = options_.meshes,
                                 .read_guard = options_.read_guard});
     }
+    robot_findings_ = {report_.findings.size(), findings.size()};
     for (DatasetDiagnostic& finding : findings) report_.findings.push_back(std::move(finding));
     description_.robot_file = kRobotFileName;
     robot_ = std::make_unique<RobotModel>(
         RobotModel::FromUrdfFile((folder_ / kRobotFileName).string(), options_.read_guard));
     GuessStanding();
+  }
+
+  /// Writes the robot again, with the visual geometry of the links without collision geometry.
+  void RewriteWithVisuals() {
+    with_visuals_ = true;
+    const auto [first, count] = robot_findings_;
+    const auto begin = report_.findings.begin() + static_cast<std::ptrdiff_t>(first);
+    report_.findings.erase(begin, begin + static_cast<std::ptrdiff_t>(count));
+    fs::remove_all(folder_ / kRobotMeshFolder);
+    fs::remove(folder_ / kRobotFileName);
+    WriteRobot();
   }
 
   void GuessStanding() {
@@ -284,76 +297,27 @@ class Importer {
       description_.link_shapes = constants.link_shapes;
     }
     if (!options_.nominal_posture.empty()) description_.nominal_posture = options_.nominal_posture;
-    description_.contacts = ChooseContacts(*robot_, standing_,
-                                           {.wanted = options_.contacts,
-                                            .sole_offset_m = options_.sole_offset_m,
-                                            .known = constants.contacts,
-                                            .used = problem_feet_,
-                                            .file = sources_.robot},
-                                           &report_.findings);
-  }
-
-  /// Searches a nominal posture, if none is given, and proves that the robot stands.
-  void CheckStanding() {
-    const bool search = description_.nominal_posture.empty();
-    if (!search && !options_.prove) return;
-    const StandingStage stage(description_, folder_, options_.read_guard);
-    Eigen::VectorXd nominal = robot_->NeutralConfiguration();
-    nominal.head(robot_->num_dofs()) = stage.dataset()->nominal_joints();
-    nominal[robot_->base_position_index() + 2] = -stage.dataset()->nominal_sole_height_m();
-    if (search) {
-      const std::optional<Eigen::VectorXd> found = FindNominalPosture(stage.dataset(), standing_);
-      if (found) nominal = *found;
-      NoteNominal(found);
-    }
-    if (!options_.prove) return;
-    for (const bool on_ramp : {false, true}) {
-      const StandingProof proof = ProveStanding(stage.dataset(), nominal, on_ramp);
-      NoteProof(proof, on_ramp);
-      if (on_ramp) continue;
-      report_.view = ViewOf(*stage.dataset(), proof.x);
-      report_.standing = proof;
+    const ContactRequest request{.wanted = options_.contacts,
+                                 .sole_offset_m = options_.sole_offset_m,
+                                 .known = constants.contacts,
+                                 .used = problem_feet_,
+                                 .file = sources_.robot};
+    try {
+      description_.contacts = ChooseContacts(*robot_, standing_, request, &report_.findings);
+    } catch (const UnclearContacts& unclear) {
+      if (with_visuals_ || sources_.collada) throw;
+      ChooseWithVisuals(request, unclear);
     }
   }
 
-  /// Writes a nominal posture down, if there is one.
-  void NoteNominal(const std::optional<Eigen::VectorXd>& nominal) {
-    constexpr double kPerRadian = 1e4;
-    const std::vector<std::string> names = DofNames(*robot_);
-    int moved = 0;
-    for (std::size_t dof = 0; nominal && dof < names.size(); ++dof) {
-      const double value = std::round((*nominal)[static_cast<Eigen::Index>(dof)] * kPerRadian) / kPerRadian;
-      if (value == 0.0) continue;
-      description_.nominal_posture[names[dof]] = value;
-      ++moved;
+  /// Feet may have visual geometry only. `unclear`: thrown if they are not clear with it, either.
+  void ChooseWithVisuals(const ContactRequest& request, const UnclearContacts& unclear) {
+    try {
+      RewriteWithVisuals();
+      description_.contacts = ChooseContacts(*robot_, standing_, request, &report_.findings);
+    } catch (const InputError&) {  // also a visual mesh that does not exist
+      throw unclear;
     }
-    if (moved == 0) {
-      Note(Severity::kWarning, "nominal posture", kDatasetFileName, "all joints 0",
-           "none was found with bent legs; solves start from straight ones, which is a bad start",
-           "bend the knees: --nominal JOINT=RADIANS for each joint, or edit nominal_posture and run 'legopt dataset "
-           "hash'");
-      return;
-    }
-    Note(Severity::kInfo, "nominal posture", kDatasetFileName, std::to_string(moved) + " joints are not 0",
-         "found: stands on level ground with bent legs; others: --nominal, or edit nominal_posture");
-  }
-
-  void NoteProof(const StandingProof& proof, bool on_ramp) {
-    constexpr double kMillimetres = 1e3;
-    const std::string place = on_ramp ? "on a slope of 10 degrees" : "on level ground";
-    if (proof.stands) {
-      Note(Severity::kInfo, "standing", place, std::to_string(description_.contacts.size()) + " contacts",
-           "the robot stands; its centre of mass is " +
-               FormatFixed(kMillimetres * std::max(0.0, proof.com_margin_m), 0) + " mm inside the support polygon");
-      return;
-    }
-    std::string conflict;
-    for (const std::string& term : proof.conflict) conflict += (conflict.empty() ? "" : ", ") + term;
-    Note(on_ramp ? Severity::kWarning : Severity::kError, "standing", place,
-         conflict.empty() ? proof.detail : "in conflict: " + conflict,
-         conflict.empty() ? "no posture that stands was found" : "no posture within the joint limits satisfies these",
-         on_ramp ? "the robot can only be used on gentler slopes"
-                 : "correct contacts, limits or masses of the robot; --no-proof imports it as it is");
   }
 
   /// Samples the link pairs, unless the constants come with a rule. The original benchmark compares hulls with scenes
@@ -399,6 +363,8 @@ class Importer {
   DatasetDescription description_;
   std::unique_ptr<RobotModel> robot_;
   Eigen::VectorXd standing_;  ///< guess of a posture that stands, n + 7: of the SRDF, or joints at 0
+  bool with_visuals_ = options_.collision_from_visual;        ///< use them for links without collision geometry
+  std::pair<std::size_t, std::size_t> robot_findings_{0, 0};  ///< first one and number, in the report
   TriangleMesh triangles_;
   std::vector<std::string> problem_feet_;
   bool has_pair_rule_ = false;  ///< the source or the benchmark decides which link pairs are compared

@@ -9,8 +9,7 @@
 
 #include "legopt/import/internal/dataset_diagnostic.h"
 #include "legopt/import/internal/source_layout.h"
-#include "legopt/import/internal/standing_proof.h"
-#include "legopt/import/internal/standing_view.h"
+#include "legopt/import/internal/standing_check.h"
 #include "legopt/import/scene_repair.h"
 #include "legopt/robot/internal/mesh_lookup.h"
 #include "legopt/types/read_guard.h"
@@ -47,8 +46,7 @@ struct ImportReport {
   std::vector<DatasetDiagnostic> findings;  ///< ordered by check
   std::string content_hash;                 ///< empty if the files do not form a dataset
   std::vector<RebuiltObject> scene;         ///< objects of a scene that was rebuilt (scene_repair.h); else empty
-  std::optional<StandingProof> standing;    ///< on level ground; nothing without a proof
-  StandingView view;                        ///< of the robot in that posture
+  std::optional<StandingRobot> standing;    ///< nothing without a proof
 };
 
 /// Creates a dataset from robot, scene and problems in `folder`, which must exist and be empty, and checks it

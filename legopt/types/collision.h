@@ -59,6 +59,7 @@ enum class UncheckedReason : std::uint8_t {
   kAdjacent,  ///< at most one moving joint lies between them
   kAlways,    ///< they are in collision in more than 95 % of the sampled postures
   kNever,     ///< their hulls are apart in all sampled postures; the physical rule compares them nevertheless
+  kStanding,  ///< they overlap wherever the robot stands, with at most three moving joints between them
   kUser       ///< excluded by hand
 };
 
@@ -67,6 +68,7 @@ inline constexpr auto kEnumNames<UncheckedReason> =
     MakeEnumNames<UncheckedReason>({{UncheckedReason::kAdjacent, "adjacent"},
                                     {UncheckedReason::kAlways, "always"},
                                     {UncheckedReason::kNever, "never"},
+                                    {UncheckedReason::kStanding, "standing"},
                                     {UncheckedReason::kUser, "user"}});
 
 /// Shapes of link meshes that the solver compares with the scene.

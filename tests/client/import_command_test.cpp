@@ -68,6 +68,21 @@ TEST(ImportCommand, AsJson) {
   }
 }
 
+TEST(ImportCommand, DrawsTheRobotAndNamesTheDatasetByItsFolder) {
+  const test::CloneFolder clone;
+  const ProgramResult result = RunLegopt({"import", clone.path().string(), "--out", "robot v2.5", "--format", "json"},
+                                         clone.path().parent_path());
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(nlohmann::json::parse(result.out).at("standing").at("stands"), true);
+  const fs::path dataset = clone.path().parent_path() / "robot v2.5";
+  std::ifstream picture(dataset / "robot.png", std::ios::binary);
+  std::string head(4, '\0');
+  picture.read(head.data(), 4);
+  EXPECT_EQ(head, "\x89PNG");
+  const ProgramResult info = RunLegopt({"dataset", "info", dataset.string()}, clone.path().parent_path());
+  EXPECT_THAT(info.out, HasSubstr("robot-v2-5"));
+}
+
 TEST(ImportCommand, BadInputIsNamedAndNothingIsLeft) {
   const test::CloneFolder clone;
   const auto error = [&](const std::vector<std::string>& more) {
@@ -78,6 +93,8 @@ TEST(ImportCommand, BadInputIsNamedAndNothingIsLeft) {
     return result.err;
   };
   EXPECT_THAT(error({"--feet", "l_fot,r_foot"}), HasSubstr("did you mean 'l_foot'"));
+  EXPECT_THAT(error({"--contacts", "99"}), AllOf(HasSubstr("99"), HasSubstr("1 ")));
+  EXPECT_THAT(error({"--mesh-path", "nowhere"}), AllOf(HasSubstr("--mesh-path"), HasSubstr("nowhere")));
   EXPECT_THAT(error({"--scene", "nowhere.stl"}), HasSubstr("nowhere.stl"));
   EXPECT_THAT(error({"--nominal", "l_hip"}), AllOf(HasSubstr("--nominal"), HasSubstr("JOINT=RADIANS")));
   EXPECT_THAT(error({"--nominal", "l_hop=0.1"}), HasSubstr("l_hip"));

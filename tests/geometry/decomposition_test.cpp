@@ -174,6 +174,53 @@ TEST(Decomposition, PiecesContainTheMeshAndApproachIt) {
   }
 }
 
+/// Divides every triangle into four, `times` times.
+TriangleMesh Refined(TriangleMesh mesh, int times) {
+  for (int i = 0; i < times; ++i) {
+    TriangleMesh finer{.vertices = mesh.vertices, .triangles = {}};
+    for (const auto& [a, b, c] : mesh.triangles) {
+      const int first = static_cast<int>(finer.vertices.size());
+      const auto middle = [&](int from, int to) {
+        finer.vertices.emplace_back(
+            0.5 * (mesh.vertices[static_cast<size_t>(from)] + mesh.vertices[static_cast<size_t>(to)]));
+      };
+      middle(a, b);
+      middle(b, c);
+      middle(c, a);
+      const int ab = first, bc = first + 1, ca = first + 2;
+      for (const auto& t : {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
+        finer.triangles.push_back(t);
+    }
+    mesh = std::move(finer);
+  }
+  return mesh;
+}
+
+TEST(Decomposition, CutsChosenOnASampleContainTheWholeMesh) {
+  TriangleMesh cross;
+  Append(cross, BoxMesh({2, 0.2, 0.2}, At(0, 0, 0)));
+  Append(cross, BoxMesh({0.2, 2, 0.2}, At(0, 0, 0)));
+  const TriangleMesh fine = Refined(cross, 4);
+  ASSERT_GT(fine.triangles.size(), 5'000U);
+  const std::vector<ConvexHull> pieces = DecomposeBySample(fine, {0.05, 8}, 1'000);
+  EXPECT_GT(pieces.size(), 1U);
+  EXPECT_LE(pieces.size(), 8U);
+  EXPECT_LT(TotalVolume(pieces), 0.6 * ComputeHull(fine.vertices).volume_m3);
+  for (const Eigen::Vector3d& vertex : fine.vertices) {
+    EXPECT_TRUE(std::ranges::any_of(pieces, [&](const ConvexHull& h) { return h.PlaneDistance(vertex) < 1e-9; }));
+  }
+}
+
+TEST(Decomposition, ASmallMeshIsItsOwnSample) {
+  TriangleMesh cross;
+  Append(cross, BoxMesh({2, 0.2, 0.2}, At(0, 0, 0)));
+  Append(cross, BoxMesh({0.2, 2, 0.2}, At(0, 0, 0)));
+  const auto all = DecomposeApproximately(cross, {0.05, 8});
+  const auto sampled = DecomposeBySample(cross, {0.05, 8});
+  ASSERT_EQ(all.size(), sampled.size());
+  for (size_t i = 0; i < all.size(); ++i) EXPECT_EQ(all[i].vertices, sampled[i].vertices);
+}
+
 // Another plate may be between two plates; a piece around both would block it.
 TEST(Decomposition, NoPieceBridgesTwoBodies) {
   TriangleMesh plates;

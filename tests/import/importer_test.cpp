@@ -294,7 +294,8 @@ class RobotAlone {
   void Replace(const std::string& text, const std::string& by) {
     test::ReplaceInFile(source_ / "robot.urdf", text, by);
   }
-  ImportReport Import() { return ImportDataset(From(source_), folder_.path() / "out"); }
+  ImportOptions& options() { return options_; }
+  ImportReport Import() { return ImportDataset(options_, folder_.path() / "out"); }
   std::shared_ptr<const Dataset> Imported() {
     Import();
     return Dataset::Load(folder_.path() / "out");
@@ -304,6 +305,7 @@ class RobotAlone {
   test::TemporaryFolder folder_;
   test::SyntheticFolder files_{folder_.path() / "in"};
   fs::path source_ = files_.path();
+  ImportOptions options_ = From(source_);
 };
 
 constexpr const char* kFoot = "<origin xyz='0.03 0 -0.03'/><geometry><box size='0.2 0.1 0.04'/></geometry>";
@@ -363,6 +365,30 @@ TEST(Import, UnclearFeetAreAskedFor) {
       "<joint name='r_hip' type='revolute'><parent link='trunk'/><child link='r_leg'/><origin xyz='0 -0.1 0'/>",
       "<joint name='r_hip' type='revolute'><parent link='trunk'/><child link='r_leg'/><origin xyz='0 -0.1 1'/>");
   EXPECT_THAT(MessageOf([&] { robot.Import(); }), AllOf(HasSubstr("--contacts"), HasSubstr("1 l_foot")));
+}
+
+TEST(Import, MeshesAreSearchedInOtherFoldersAndLeftOutOnRequest) {
+  const test::TemporaryFolder elsewhere;
+  test::WriteText(elsewhere.path() / "part.obj",
+                  "v 0 0 1\nv 0.1 0 1\nv 0 0.1 1\nv 0 0 1.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  const std::string part =
+      "</collision><collision><geometry><mesh filename='package://robot_parts/part.obj'/></geometry>";
+  RobotAlone robot;
+  robot.Replace(kFoot, kFoot + part);
+  EXPECT_THAT(MessageOf([&] { robot.Import(); }),
+              AllOf(HasSubstr("no such mesh file"), HasSubstr("--mesh-path"), HasSubstr("--allow-missing-meshes")));
+  RobotAlone given;
+  given.Replace(kFoot, kFoot + part);
+  given.options().meshes.folders = {elsewhere.path()};
+  EXPECT_EQ(given.Imported()->robot().links()[static_cast<std::size_t>(2)].collision.size(), 2U);
+  RobotAlone without;
+  without.Replace(kFoot, kFoot + part);
+  without.options().meshes.allow_missing = true;
+  const ImportReport report = without.Import();
+  const DatasetDiagnostic* missing = Find(report, "link meshes", kWarning);
+  ASSERT_NE(missing, nullptr);
+  EXPECT_EQ(missing->field, "l_foot");
+  EXPECT_THAT(missing->message, HasSubstr("do not exist"));
 }
 
 TEST(Import, ANominalPostureBeyondTheLimitsIsRefused) {

@@ -15,7 +15,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using Severity = DatasetDiagnostic::Severity;
+using testing::AllOf;
 using testing::HasSubstr;
+using testing::UnorderedElementsAre;
 
 constexpr const char* kSole = "<origin xyz='0.03 0 -0.03'/><geometry><box size='0.2 0.1 0.04'/></geometry>";
 constexpr const char* kBall = "<origin xyz='0 0 -0.02'/><geometry><sphere radius='0.02'/></geometry>";
@@ -37,28 +39,37 @@ std::string Joint(const std::string& name, const std::string& parent, const std:
 struct Walker {
   std::vector<std::pair<std::string, std::string>> legs = {{"l", "0 0.1"}, {"r", "0 -0.1"}};
   std::string foot = kSole;
+  double thigh_ball_m = 0.0;  ///< radius of a ball 0.06 m inwards of the hip; 0: none
+  std::string more = "";      ///< elements at the end
   double trunk_com_y_m = 0.0;
+
+  std::string Thigh(const std::string& leg) const {
+    if (thigh_ball_m == 0.0) return "";
+    return "<origin xyz='0 " + std::string(leg == "l" ? "-0.06" : "0.06") + " 0'/><geometry><sphere radius='" +
+           std::to_string(thigh_ball_m) + "'/></geometry>";
+  }
 
   std::string Urdf() const {
     std::string text =
         "<robot name='walker'>" +
         Link("trunk", 10.0, trunk_com_y_m, "<origin xyz='0 0 0.2'/><geometry><box size='0.2 0.1 0.2'/></geometry>");
     for (const auto& [name, place] : legs) {
-      text += Link(name + "_hip", 0.5, 0.0, "") + Link(name + "_thigh", 1.0, 0.0, "") +
+      text += Link(name + "_hip", 0.5, 0.0, "") + Link(name + "_thigh", 1.0, 0.0, Thigh(name)) +
               Link(name + "_shank", 1.0, 0.0, "") + Link(name + "_foot", 0.5, 0.0, foot);
       text += Joint(name + "_roll", "trunk", name + "_hip", place + " 0", "1 0 0", "lower='-0.5' upper='0.5'");
       text += Joint(name + "_pitch", name + "_hip", name + "_thigh", "0 0 0", "0 1 0", "lower='-1.5' upper='1.5'");
       text += Joint(name + "_knee", name + "_thigh", name + "_shank", "0 0 -0.3", "0 1 0", "lower='0' upper='2.5'");
       text += Joint(name + "_ankle", name + "_shank", name + "_foot", "0 0 -0.3", "0 1 0", "lower='-1' upper='1'");
     }
-    return text + "</robot>";
+    return text + more + "</robot>";
   }
 };
 
 class Standing : public testing::Test {
  protected:
-  ImportReport Import(const Walker& walker) {
-    test::WriteText(folder_.path() / "in" / "robot.urdf", walker.Urdf());
+  ImportReport Import(const Walker& walker) { return ImportText(walker.Urdf()); }
+  ImportReport ImportText(const std::string& urdf) {
+    test::WriteText(folder_.path() / "in" / "robot.urdf", urdf);
     options_.source = folder_.path() / "in";
     options_.name = "walker";
     out_ = folder_.path() / "out";
@@ -134,6 +145,80 @@ TEST_F(Standing, AnSrdfStateIsTheReference) {
   const RobotModel& robot = dataset->robot();
   const int knee = robot.joints()[static_cast<std::size_t>(robot.FindJoint("l_knee"))].dof;
   EXPECT_NEAR(dataset->nominal_joints()[knee], 1.2, 0.1);
+}
+
+// A ball is in the trunk unless its leg is rolled outwards; on level soles, both legs cannot be.
+TEST_F(Standing, ShellsThatOverlapWhereverTheRobotStandsAreNotCompared) {
+  const ImportReport report = Import({.thigh_ball_m = 0.11});
+  for (const DatasetDiagnostic& finding : Of(report, "standing")) {
+    EXPECT_EQ(finding.severity, Severity::kInfo) << finding.value;
+  }
+  const auto dataset = Dataset::Load(out_);
+  ASSERT_TRUE(dataset->unchecked_pairs().has_value());
+  std::vector<LinkPair> pairs;
+  for (const UncheckedPair& entry : *dataset->unchecked_pairs()) {
+    if (entry.reason == UncheckedReason::kStanding) pairs.push_back(entry.pair);
+  }
+  const RobotModel& robot = dataset->robot();
+  const int trunk = robot.FindLink("trunk");
+  EXPECT_THAT(pairs, UnorderedElementsAre(LinkPair{trunk, robot.FindLink("l_thigh")},
+                                          LinkPair{trunk, robot.FindLink("r_thigh")}));
+  const auto pair_findings = Of(report, "link pairs");
+  EXPECT_TRUE(std::ranges::any_of(pair_findings, [](const DatasetDiagnostic& finding) {
+    return finding.severity == Severity::kWarning && finding.value == "2 pairs";
+  }));
+}
+
+TEST_F(Standing, ContactsAreAlsoNamedByTheirNumbers) {
+  options_.contacts = {"2", "l_foot"};
+  Import({});
+  EXPECT_EQ(Dataset::Load(out_)->contacts()[0].link, "r_foot");
+  fs::remove_all(out_);
+  options_.contacts = {"9"};
+  EXPECT_THAT(test::MessageOf([&] { Import({}); }), AllOf(HasSubstr("--contacts"), HasSubstr("1 l_foot, 2 r_foot")));
+}
+
+TEST_F(Standing, FeetWithVisualGeometryOnlyAreMeasuredOnIt) {
+  Walker walker{.foot = ""};
+  std::string text = walker.Urdf();
+  for (const std::string side : {"l", "r"}) {
+    const std::string begin = "<link name='" + side + "_foot'>";
+    text.insert(text.find(begin) + begin.size(), "<visual>" + std::string(kSole) + "</visual>");
+  }
+  const ImportReport report = ImportText(text);
+  EXPECT_EQ(Dataset::Load(out_)->contacts()[0].kind, ContactKind::kSole);
+  const auto robot = Of(report, "robot");
+  EXPECT_TRUE(
+      std::ranges::any_of(robot, [](const DatasetDiagnostic& finding) { return finding.field == "l_foot, r_foot"; }));
+}
+
+TEST_F(Standing, AFootOnForceSensorsIsNamedByItsFirstLink) {
+  std::string sensors;
+  int number = 0;
+  for (const char* corner : {"0.12 0.04", "0.12 -0.04", "-0.06 0.04", "-0.06 -0.04"}) {
+    for (const std::string side : {"l", "r"}) {
+      const std::string name = side + "_sensor" + std::to_string(number);
+      sensors += Link(name, 0.01, 0.0, "<geometry><box size='0.03 0.03 0.01'/></geometry>") + "<joint name='" + name +
+                 "_joint' type='fixed'><parent link='" + side + "_foot'/><child link='" + name + "'/><origin xyz='" +
+                 corner + " -0.053'/></joint>";
+    }
+    ++number;
+  }
+  Import({.more = sensors});
+  EXPECT_EQ(Dataset::Load(out_)->contacts()[0].link, "l_foot");
+}
+
+TEST_F(Standing, TheViewShowsSolesAndCentreOfMass) {
+  const ImportReport report = Import({});
+  ASSERT_TRUE(report.standing.has_value());
+  const StandingView& view = report.standing->view;
+  EXPECT_EQ(view.links.size(), 3U);
+  ASSERT_EQ(view.contacts.size(), 2U);
+  for (const auto& contact : view.contacts) {
+    ASSERT_EQ(contact.size(), 4U);
+    for (const Eigen::Vector3d& corner : contact) EXPECT_NEAR(corner.z(), 0.0, 3e-3);
+  }
+  EXPECT_GT(view.com.z(), 0.2);
 }
 
 TEST_F(Standing, TheProofCanBeLeftOut) {

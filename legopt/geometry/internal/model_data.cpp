@@ -123,6 +123,7 @@ PairStatus StatusOfListed(const UncheckedReason* reason, PairSelection selection
     case UncheckedReason::kNever:
       return selection == PairSelection::kAll ? PairStatus::kChecked : PairStatus::kIgnoredNever;
     case UncheckedReason::kAlways:
+    case UncheckedReason::kStanding:
     case UncheckedReason::kUser:
       break;
   }

@@ -61,12 +61,13 @@ class ContactChooser {
   std::vector<std::string> FindLinks() {
     const FoundFeet found = FindFeet(robot_, standing_);
     if (found.links.empty()) {
-      throw InputError({request_.file.string(), "contacts", "", "are not clear from the robot's geometry",
-                        found.candidates.empty()
-                            ? "no end link of the robot has collision geometry; name the links with --contacts"
-                            : "name them, or give their numbers, with --contacts LEFT,RIGHT; ends of the robot, lowest "
-                              "first: " +
-                                  Numbered(found.candidates)});
+      throw UnclearContacts(
+          {request_.file.string(), "contacts", "", "are not clear from the robot's geometry",
+           found.candidates.empty()
+               ? "no end link of the robot has collision geometry; name the links with --contacts"
+               : "name them, or give their numbers, with --contacts LEFT,RIGHT; ends of the robot, lowest "
+                 "first: " +
+                     Numbered(found.candidates)});
     }
     std::string names;
     for (const std::string& link : found.links) names += (names.empty() ? "" : ", ") + link;

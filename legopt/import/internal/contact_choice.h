@@ -8,6 +8,7 @@
 #include "legopt/dataset/contact.h"
 #include "legopt/import/internal/dataset_diagnostic.h"
 #include "legopt/robot/robot_model.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt {
 
@@ -20,12 +21,17 @@ struct ContactRequest {
   std::filesystem::path file;             ///< the robot's, for errors
 };
 
+/// The feet are not clear from the robot's geometry.
+class UnclearContacts : public InputError {
+ public:
+  using InputError::InputError;
+};
+
 /// Chooses the contacts: the known ones, unless the user names others or an offset; else the links that the user names,
 /// those that the problems use, or those found (contact_finder.h), each measured in `standing` (n + 7). Adds what was
 /// found and measured to `findings`.
 ///
-/// Throws InputError with a numbered list of the robot's ends if the feet are not clear, and for a number that is not
-/// in it.
+/// Throws UnclearContacts with a numbered list of the robot's ends, and InputError for a number that is not in it.
 std::vector<ContactDescription> ChooseContacts(const RobotModel& robot, const Eigen::VectorXd& standing,
                                                const ContactRequest& request, std::vector<DatasetDiagnostic>* findings);
 

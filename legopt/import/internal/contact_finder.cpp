@@ -24,6 +24,7 @@ constexpr double kPlaneBand_m = 1e-3;   // corners this far above a facet's plan
 constexpr double kReach_m = 2e-3;       // a sole reaches this near to the lowest point
 constexpr double kFootBand = 0.06;      // of the robot's height
 constexpr double kWideFootBand = 0.15;  // the same, if only one end is within the first
+constexpr double kOtherSideBand = 0.4;  // the same, if all ends within the first are on one side
 constexpr std::size_t kMostPoints = 8;  // of a patch
 constexpr double kAligned_rad = std::numbers::pi / 180.0;
 constexpr double kMicrometre = 1e-6, kPerMetre = 1e6;
@@ -63,11 +64,43 @@ class Bodies {
   std::vector<int> has_children_;
 };
 
+double Area(const std::vector<Eigen::Vector2d>& polygon) {
+  double twice = 0.0;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Eigen::Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    twice += a.x() * b.y() - a.y() * b.x();
+  }
+  return 0.5 * twice;
+}
+
 /// Lowest point of an end of the robot.
 struct End {
-  int link = -1;
+  int link = -1;  ///< the one that touches level ground
   Eigen::Vector3d lowest{0, 0, std::numeric_limits<double>::infinity()};
 };
+
+/// Returns the link of a body that touches level ground with the largest area; of equal ones, `lowest_link`. Sensors
+/// and parts of a foot may be as low as its sole. A body that touches with three or more links, such as a foot on force
+/// sensors, is named by its first link. `points`: per link of the body, in the world.
+int TouchingLink(const std::map<int, std::vector<Eigen::Vector3d>>& points, int lowest_link, double lowest_m) {
+  constexpr double kBand_m = 3e-3;
+  int best = lowest_link;
+  double largest_m2 = 0.0;
+  int touching = 0;
+  for (const auto& [link, all] : points) {
+    std::vector<Eigen::Vector2d> low;
+    for (const Eigen::Vector3d& p : all) {
+      if (p.z() < lowest_m + kBand_m) low.emplace_back(p.head<2>());
+    }
+    touching += low.empty() ? 0 : 1;
+    const double area_m2 = low.empty() ? 0.0 : Area(ConvexHull2d(std::move(low)));
+    if (area_m2 <= largest_m2) continue;
+    largest_m2 = area_m2;
+    best = link;
+  }
+  constexpr int kSeveral = 3;
+  return touching < kSeveral ? best : points.begin()->first;
+}
 
 /// Ends of a robot in one posture.
 struct Ends {
@@ -75,11 +108,22 @@ struct Ends {
   std::size_t feet = 0;  ///< the first ones are feet
 };
 
+/// Number of feet on the left minus that on the right.
+std::ptrdiff_t Balance(const Ends& ends) {
+  std::ptrdiff_t balance = 0;
+  for (std::size_t i = 0; i < ends.feet; ++i) {
+    const double left_m = ends.all[i].lowest.y();
+    balance += left_m > kMicrometre ? 1 : left_m < -kMicrometre ? -1 : 0;
+  }
+  return balance;
+}
+
 Ends EndsAt(const RobotModel& robot, const Bodies& bodies, const std::vector<std::vector<Eigen::Vector3d>>& points,
             const Eigen::VectorXd& x) {
   Kinematics kinematics(robot);
   kinematics.UpdatePoses(x);
   std::map<int, End> by_body;
+  std::map<int, std::map<int, std::vector<Eigen::Vector3d>>> placed;  // by body and link
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (int link = 0; link < std::ssize(robot.links()); ++link) {
     for (const Eigen::Vector3d& point : points[static_cast<std::size_t>(link)]) {
@@ -87,17 +131,24 @@ Ends EndsAt(const RobotModel& robot, const Bodies& bodies, const std::vector<std
       low = std::min(low, p.z());
       high = std::max(high, p.z());
       if (!bodies.IsEnd(bodies.of(link))) continue;
+      placed[bodies.of(link)][link].push_back(p);
       End& end = by_body[bodies.of(link)];
       if (p.z() < end.lowest.z()) end = {link, p};
     }
   }
   Ends ends;
-  for (const auto& [body, end] : by_body) ends.all.push_back(end);
+  for (auto& [body, end] : by_body) {
+    end.link = TouchingLink(placed[body], end.link, end.lowest.z());
+    ends.all.push_back(end);
+  }
   std::ranges::stable_sort(ends.all, {}, [](const End& end) { return end.lowest.z(); });
   const auto within = [&](double band) {
     return std::ranges::count_if(ends.all, [&](const End& end) { return end.lowest.z() <= low + band * (high - low); });
   };
   ends.feet = static_cast<std::size_t>(within(kFootBand) == 1 ? within(kWideFootBand) : within(kFootBand));
+  if (ends.feet >= 2 && static_cast<std::size_t>(std::abs(Balance(ends))) == ends.feet) {
+    ends.feet = static_cast<std::size_t>(within(kOtherSideBand));
+  }
   return ends;
 }
 
@@ -111,8 +162,12 @@ Eigen::VectorXd Middle(const RobotModel& robot) {
   return x;
 }
 
-/// An even number of feet is more plausible than an odd one, and two or more than none.
-int Plausibility(const Ends& ends) { return ends.feet < 2 ? 0 : ends.feet % 2 == 0 ? 2 : 1; }
+/// As many feet on the left as on the right are most plausible; then an even number; then two or more.
+int Plausibility(const Ends& ends) {
+  if (ends.feet < 2) return 0;
+  if (ends.feet % 2 != 0) return 1;
+  return Balance(ends) == 0 ? 3 : 2;
+}
 
 }  // namespace
 
@@ -153,15 +208,6 @@ struct Facet {
   std::vector<Eigen::Vector3d> corners;
   double area_m2 = 0.0;
 };
-
-double Area(const std::vector<Eigen::Vector2d>& polygon) {
-  double twice = 0.0;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Eigen::Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-    twice += a.x() * b.y() - a.y() * b.x();
-  }
-  return 0.5 * twice;
-}
 
 /// Rotation whose z axis is -normal and whose x axis is as near to `forward` as possible.
 Eigen::Matrix3d AxesOf(const Eigen::Vector3d& normal, const Eigen::Vector3d& forward) {
@@ -301,9 +347,12 @@ bool HasBall(const std::vector<Ball>& balls, const Facet& facet, const Eigen::Ve
   return up.dot(ball->centre) - ball->radius_m <= lowest + kPlaneBand_m;
 }
 
-/// `underside`: returns the triangles of the foot in axes of the contact frame at the link's origin.
+/// `underside`: returns the triangles of the foot in axes of the contact frame at the link's origin. `round`: the
+/// foot's lowest points lie on a ball; then a facet no part of which touches, as between two bodies, is no sole:
+/// returns false.
 template <class Underside>
-void DescribePatch(const Facet& facet, const Eigen::Vector3d& forward, const Underside& underside, FoundSole* sole) {
+bool DescribePatch(const Facet& facet, const Eigen::Vector3d& forward, const Underside& underside, bool round,
+                   FoundSole* sole) {
   Eigen::Matrix3d axes = AxesOf(facet.normal, forward);
   sole->tilt_rad = std::acos(std::clamp(axes(2, 2), -1.0, 1.0));
   if (Eigen::AngleAxisd(axes).angle() < kAligned_rad) axes.setIdentity();
@@ -311,8 +360,10 @@ void DescribePatch(const Facet& facet, const Eigen::Vector3d& forward, const Und
   // Height of the lowest corner, so that no part of the sole is below the plane.
   double plane = std::numeric_limits<double>::infinity();
   for (const Eigen::Vector3d& corner : facet.corners) plane = std::min(plane, axes.col(2).dot(corner));
-  const std::vector<Eigen::Vector2d> patch =
-      TouchingPatch(Simplified(Flattened(facet.corners, axes)), underside(axes), plane);
+  const std::vector<Eigen::Vector2d> corners = Simplified(Flattened(facet.corners, axes));
+  const std::optional<std::vector<Eigen::Vector2d>> touching = TouchingPatch(corners, underside(axes), plane);
+  if (!touching && round) return false;
+  const std::vector<Eigen::Vector2d>& patch = touching ? *touching : corners;
   sole->area_m2 = Area(patch);
   sole->height_m = -plane;
   Eigen::AlignedBox2d box;
@@ -328,6 +379,7 @@ void DescribePatch(const Facet& facet, const Eigen::Vector3d& forward, const Und
     contact.points->emplace_back(Rounded(corner.x() - in_axes.x()), Rounded(corner.y() - in_axes.y()),
                                  Rounded(plane - in_axes.z()));
   }
+  return true;
 }
 
 void DescribePoint(const std::vector<Eigen::Vector3d>& points, const std::vector<Ball>& balls,
@@ -378,11 +430,9 @@ FoundSole MeasureSole(const RobotModel& robot, int link, const Eigen::VectorXd& 
     }
     return columns;
   };
-  if (facet.area_m2 >= kFlatArea_m2 && !HasBall(balls, facet, up)) {
-    DescribePatch(facet, forward, underside, &sole);
-  } else {
-    DescribePoint(points, balls, up, &sole);
-  }
+  const bool flat = facet.area_m2 >= kFlatArea_m2 && !HasBall(balls, facet, up);
+  const bool round = LowestBall(points, up).radius_m > 0.0;
+  if (!flat || !DescribePatch(facet, forward, underside, round, &sole)) DescribePoint(points, balls, up, &sole);
   return sole;
 }
 

@@ -23,8 +23,8 @@ int Count(const Sums& sums, int x0, int y0, int x1, int y1) {
 
 }  // namespace
 
-std::vector<Eigen::Vector2d> TouchingPatch(const std::vector<Eigen::Vector2d>& polygon,
-                                           const TriangleColumns& underside, double plane) {
+std::optional<std::vector<Eigen::Vector2d>> TouchingPatch(const std::vector<Eigen::Vector2d>& polygon,
+                                                          const TriangleColumns& underside, double plane) {
   Eigen::AlignedBox2d box;
   for (const Eigen::Vector2d& corner : polygon) box.extend(corner);
   const std::vector<HalfPlane> edges = Edges(polygon);
@@ -62,12 +62,12 @@ std::vector<Eigen::Vector2d> TouchingPatch(const std::vector<Eigen::Vector2d>& p
       }
     }
   }
-  if (largest == 0) return polygon;
+  if (largest == 0) return std::nullopt;
   const auto corner = [&](int x, int y) {
     return Eigen::Vector2d(box.min() + cell.cwiseProduct(Eigen::Vector2d(x + 0.5, y + 0.5)));
   };
   const auto [x0, y0, x1, y1] = best;
-  return {corner(x0, y0), corner(x1 - 1, y0), corner(x1 - 1, y1 - 1), corner(x0, y1 - 1)};
+  return std::vector{corner(x0, y0), corner(x1 - 1, y0), corner(x1 - 1, y1 - 1), corner(x0, y1 - 1)};
 }
 
 }  // namespace legopt
