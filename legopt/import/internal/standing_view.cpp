@@ -39,7 +39,7 @@ std::vector<Eigen::Vector3d> CornersOf(const Contact& contact, const Eigen::Isom
 StandingView ViewOf(const Dataset& dataset, const Eigen::VectorXd& x) {
   Kinematics kinematics(dataset.robot());
   kinematics.Update(x);
-  const auto model = dataset.collision_model(SceneRepresentation::kSolid, PairSelection::kAll);
+  const auto& model = dataset.collision_model(SceneRepresentation::kSolid, PairSelection::kAll);
   StandingView view;
   for (int link = 0; link < std::ssize(dataset.robot().links()); ++link) {
     TriangleMesh mesh = Drawable(LinkSurfaces(*model, link));
