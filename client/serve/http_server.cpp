@@ -155,6 +155,10 @@ class HttpServer::Impl {
                                options_.connection_bytes, MHD_OPTION_NOTIFY_COMPLETED, &Impl::OnEnd, this,
                                MHD_OPTION_NOTIFY_CONNECTION, &Impl::OnConnection, this, MHD_OPTION_END);
     if (daemon_ == nullptr) {
+      if (errno == EAGAIN || errno == ENOMEM) {  // a thread or its stack
+        throw ClientError(ExitCode::kMachine,
+                          "the page cannot be served: not enough memory or threads; raise ulimit -v and ulimit -u");
+      }
       const std::string reason = std::generic_category().message(errno);
       throw ClientError(ExitCode::kNetworkUnusable,
                         "http://" + InUrl(options_.address) + ":" + std::to_string(options_.port) +
