@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/folders.h"
+#include "tests/temporary_folder.h"
 
 namespace legopt {
 namespace {
