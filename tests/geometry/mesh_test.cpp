@@ -358,5 +358,17 @@ TEST(Tessellate, BadSizesAreRefused) {
   }
 }
 
+TEST_F(MeshFile, MeshesBeyondTheLimitsAreRefusedBeforeTheyAreRead) {
+  const std::string huge = Write("huge.stl", "binary");
+  std::filesystem::resize_file(huge, std::uintmax_t{2} << 30);  // sparse
+  EXPECT_THAT(ErrorOf(huge), testing::AllOf(testing::HasSubstr("2048 MiB"), testing::HasSubstr("256 MiB")));
+  constexpr std::uint32_t kTriangles = 2'000'001;
+  std::string head(80, '\0');
+  head.append(reinterpret_cast<const char*>(&kTriangles), sizeof(kTriangles));
+  const std::string many = Write("many.stl", head);
+  std::filesystem::resize_file(many, 84 + std::uintmax_t{50} * kTriangles);
+  EXPECT_THAT(ErrorOf(many), testing::AllOf(testing::HasSubstr("2000001"), testing::HasSubstr("simplify")));
+}
+
 }  // namespace
 }  // namespace legopt::test

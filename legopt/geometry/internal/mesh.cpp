@@ -88,17 +88,14 @@ TriangleMesh ReadUnguarded(const std::string& path, const Eigen::Vector3d& scale
 /// Returns the key of a mesh in a cache: the file's content and suffix, and the scale. Empty for glTF, whose files may
 /// refer to others.
 std::string KeyOf(const std::string& path, const Eigen::Vector3d& scale) {
-  constexpr std::size_t kMaxBytes = std::size_t{1} << 30;
   constexpr const char* kVersion = "legopt-mesh/1";
-  std::error_code error;
-  const std::uintmax_t bytes = std::filesystem::file_size(path, error);
   const std::string suffix = std::filesystem::path(path).extension().string();
-  if (error || bytes > kMaxBytes || suffix.size() < 2 || (suffix[1] | 0x20) == 'g') return "";
+  if (suffix.size() < 2 || (suffix[1] | 0x20) == 'g') return "";
   ResultWriter key(kMeshFollows);
   key.Add(std::string(kVersion));
   key.Add(suffix);
   key.Add(std::array<double, 3>{scale.x(), scale.y(), scale.z()});
-  key.Add(Blake2bHex(ReadFileText(path, kMaxBytes)));
+  key.Add(Blake2bHex(ReadFileText(path, kMaxMeshBytes)));
   return Blake2bHex(key.Take());
 }
 
@@ -108,6 +105,11 @@ TriangleMesh LoadMesh(const std::string& path, const Eigen::Vector3d& scale, con
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) {
     throw InputError({path, "", "", "mesh file does not exist or is not a file", "check the path and mesh_folder"});
+  }
+  if (const std::uintmax_t bytes = std::filesystem::file_size(path, error); !error && bytes > kMaxMeshBytes) {
+    throw InputError({path, "size", std::to_string(bytes >> 20U) + " MiB",
+                      "is more than " + std::to_string(kMaxMeshBytes >> 20U) + " MiB",
+                      "simplify the mesh; collision needs far fewer triangles"});
   }
   if (!scale.allFinite() || (scale.array() == 0.0).any()) {
     const std::string factors =

@@ -32,7 +32,6 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "binary STL is little-endian");
 
-constexpr std::size_t kMaxStlBytes = std::size_t{2} << 30;
 constexpr std::size_t kHeader_bytes = 80, kTriangle_bytes = 50;
 
 std::string LowerCaseOf(std::string text) {
@@ -86,9 +85,16 @@ void CheckEndOfTextStl(const std::string& path, const std::string& lower) {
 
 }  // namespace
 
+void CheckTriangleCount(const std::string& path, std::size_t triangles) {
+  if (triangles <= kMaxMeshTriangles) return;
+  throw InputError({path, "number of triangles", std::to_string(triangles),
+                    "is more than " + std::to_string(kMaxMeshTriangles),
+                    "simplify the mesh; collision needs far fewer triangles"});
+}
+
 std::optional<std::string> RepairStl(const std::string& path) {
   if (LowerCaseOf(std::filesystem::path(path).extension().string()) != ".stl") return std::nullopt;
-  std::string content = ReadFileText(path, kMaxStlBytes);
+  std::string content = ReadFileText(path, kMaxMeshBytes);
   if (IsTextStl(content)) {
     std::string lower = LowerCaseOf(content);
     CheckEndOfTextStl(path, lower);
@@ -100,6 +106,7 @@ std::optional<std::string> RepairStl(const std::string& path) {
   std::uint32_t count = 0;
   std::memcpy(&count, content.data() + kHeader_bytes, sizeof(count));
   const std::size_t start = kHeader_bytes + sizeof(count), needed = start + std::size_t{count} * kTriangle_bytes;
+  if (needed <= content.size()) CheckTriangleCount(path, count);
   if (count == 0 || needed == content.size()) return std::nullopt;
   // Complete triangles after the last one are not trailing bytes: the header must be wrong.
   if (needed > content.size() || content.size() - needed >= kTriangle_bytes) RefuseCount(path, count, content.size());
@@ -278,6 +285,7 @@ TriangleMesh ReadMesh(const std::string& path, const Eigen::Vector3d& scale) {
   builder.AddNode(*scene, *scene->mRootNode, aiMatrix4x4());
   TriangleMesh mesh = builder.Take();
   if (mesh.triangles.empty()) Refuse(path, "", "", "mesh has no triangles", kFormats);
+  CheckTriangleCount(path, mesh.triangles.size());
   return mesh;
 }
 

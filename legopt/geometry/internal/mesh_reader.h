@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <optional>
@@ -65,6 +66,13 @@ class ResultReader {
  private:
   std::string_view rest_;
 };
+
+/// Limits of a mesh: collision needs no more, and several copies must fit into memory.
+inline constexpr std::size_t kMaxMeshTriangles = 2'000'000;
+inline constexpr std::uintmax_t kMaxMeshBytes = std::uintmax_t{256} << 20;  ///< of its file
+
+/// Throws InputError for more than kMaxMeshTriangles triangles.
+void CheckTriangleCount(const std::string& path, std::size_t triangles);
 
 /// Converts an STL file that assimp cannot read: text with upper-case keywords becomes lower case, and bytes after the
 /// last triangle of a binary file are removed. Empty if the file needs no change, and for other formats. Throws
