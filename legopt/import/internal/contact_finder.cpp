@@ -147,7 +147,9 @@ Ends EndsAt(const RobotModel& robot, const Bodies& bodies, const std::vector<std
   };
   ends.feet = static_cast<std::size_t>(within(kFootBand) == 1 ? within(kWideFootBand) : within(kFootBand));
   if (ends.feet >= 2 && static_cast<std::size_t>(std::abs(Balance(ends))) == ends.feet) {
-    ends.feet = static_cast<std::size_t>(within(kOtherSideBand));
+    Ends wider = ends;
+    wider.feet = static_cast<std::size_t>(within(kOtherSideBand));
+    if (Balance(wider) == 0) return wider;
   }
   return ends;
 }

@@ -15,7 +15,8 @@ struct FoundFeet {
 };
 
 /// Finds the feet of a robot: the ends of its chains whose lowest points are within 6 % of its height above the lowest
-/// of all (15 % if only one is; 40 % if all of them are on one side), in `standing` (n + 7, base upright), with all
+/// of all (15 % if only one is; 40 % if all of them are on one side and as many
+/// then are on the other), in `standing` (n + 7, base upright), with all
 /// joints at 0, or all in the middle of their limits, whichever gives the most symmetric result; the first one if
 /// several do. Links connected by fixed joints are one body; its link is the one that touches the ground with the
 /// largest area, within 3 mm of the lowest point, or the first one if three or more touch. Loads meshes with the
