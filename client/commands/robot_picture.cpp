@@ -26,8 +26,7 @@ class RobotDrawing {
     }
     box_.extend(view.com);
     for (std::size_t link = 0; link < view.links.size(); ++link) Add(view.links[link], kLinks[link % kLinks.size()]);
-    AddShape(ShapeSpec::Kind::kBox, {2.0 * size(), 2.0 * size(), 0.01 * size()},
-             {box_.center().x(), box_.center().y(), -0.005 * size()}, kGround);
+    AddGround();
   }
 
   const worldgen::Drawing& drawing() const { return drawing_; }
@@ -46,13 +45,14 @@ class RobotDrawing {
     ++part_;
   }
 
-  void AddShape(ShapeSpec::Kind kind, const Eigen::Vector3d& extents, const Eigen::Vector3d& centre,
-                const Colour& colour) {
-    ShapeSpec shape;
-    shape.kind = kind;
-    shape.size = extents;
-    shape.pose.translation() = centre;
-    Add(Tessellate(shape), colour);
+  /// A slab whose upper side is z = 0.
+  void AddGround() {
+    constexpr double kThickness = 0.01;  // relative to the robot's size
+    ShapeSpec slab;
+    slab.kind = ShapeSpec::Kind::kBox;
+    slab.size = Eigen::Vector3d(2.0, 2.0, kThickness) * size();
+    slab.pose.translation() << box_.center().x(), box_.center().y(), -0.5 * slab.size.z();
+    Add(Tessellate(slab), kGround);
   }
 
   worldgen::Drawing drawing_;
@@ -105,7 +105,7 @@ void PaintMarks(const worldgen::Camera& camera, const StandingView& view, worldg
 
 void WriteRobotPicture(const StandingView& view, const std::filesystem::path& file) {
   constexpr int kWidth = 480, kHeight = 600;
-  constexpr double kDistance = 2.0;  // in sizes of the robot, which then fills the picture
+  constexpr double kDistance = 2.0;  // relative to the robot's size; the robot fills the picture
   const RobotDrawing robot(view);
   std::array<worldgen::Picture, 2> sides;
   for (std::size_t side = 0; side < sides.size(); ++side) {

@@ -6,8 +6,8 @@
 
 namespace legopt::client {
 
-/// Writes a PNG with the front (left) and the left side (right) of a robot that stands on z = 0: soles and point
-/// contacts red, centre of mass blue with a blue line down to the ground.
+/// Draws a robot on level ground, z = 0, as a PNG: its front in the left half, its left side in the right half. Soles
+/// and point contacts are red; the centre of mass is blue, with a blue line down to the ground.
 void WriteRobotPicture(const StandingView& view, const std::filesystem::path& file);
 
 }  // namespace legopt::client

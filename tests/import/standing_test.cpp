@@ -178,6 +178,19 @@ TEST_F(Standing, ContactsAreAlsoNamedByTheirNumbers) {
   EXPECT_THAT(test::MessageOf([&] { Import({}); }), AllOf(HasSubstr("--contacts"), HasSubstr("1 l_foot, 2 r_foot")));
 }
 
+// With all joints at 0, the left feet are 17 % of the height above the right ones.
+TEST_F(Standing, FeetOnBothSidesAreFoundAlthoughOneSideIsHigher) {
+  Walker walker{.legs = {{"lf", "0.2 0.1"}, {"rf", "0.2 -0.1"}, {"lh", "-0.2 0.1"}, {"rh", "-0.2 -0.1"}},
+                .foot = kBall};
+  std::string text = walker.Urdf();
+  for (const std::string place : {"'0.2 0.1 0'", "'-0.2 0.1 0'"}) {
+    text.replace(text.find(place), place.size(), place.substr(0, place.size() - 2) + "0.15'");
+  }
+  options_.prove = false;
+  ImportText(text);
+  EXPECT_EQ(Dataset::Load(out_)->contacts().size(), 4U);
+}
+
 TEST_F(Standing, FeetWithVisualGeometryOnlyAreMeasuredOnIt) {
   Walker walker{.foot = ""};
   std::string text = walker.Urdf();

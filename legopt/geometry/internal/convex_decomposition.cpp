@@ -336,7 +336,7 @@ TriangleMesh MergedInCells(const TriangleMesh& mesh, const Eigen::Vector3d& low,
 
 /// Returns a mesh of at most `max_triangles` triangles with nearly the shape of `mesh`.
 TriangleMesh Sampled(const TriangleMesh& mesh, int max_triangles) {
-  constexpr double kFirstCell = 1.0 / 256.0;  // of the diagonal
+  constexpr double kFirstCell = 1.0 / 256.0;  // relative to the diagonal
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& vertex : mesh.vertices) box.extend(vertex);
   TriangleMesh sample = mesh;

@@ -12,7 +12,7 @@
 
 namespace legopt {
 
-/// What is known about the contacts of a robot before it is measured.
+/// Inputs of the choice of contacts.
 struct ContactRequest {
   std::vector<std::string> wanted;        ///< links, or numbers of ends (FoundFeet::candidates), named by the user
   std::optional<double> sole_offset_m;    ///< height of the link frames above their targets, for parallel frames

@@ -24,7 +24,7 @@ constexpr double kPlaneBand_m = 1e-3;   // corners this far above a facet's plan
 constexpr double kReach_m = 2e-3;       // a sole reaches this near to the lowest point
 constexpr double kFootBand = 0.06;      // of the robot's height
 constexpr double kWideFootBand = 0.15;  // the same, if only one end is within the first
-constexpr double kOtherSideBand = 0.4;  // the same, if all ends within the first are on one side
+constexpr double kOtherSideBand = 0.4;  // the same, if all ends within kFootBand are on one side
 constexpr std::size_t kMostPoints = 8;  // of a patch
 constexpr double kAligned_rad = std::numbers::pi / 180.0;
 constexpr double kMicrometre = 1e-6, kPerMetre = 1e6;
@@ -123,7 +123,7 @@ Ends EndsAt(const RobotModel& robot, const Bodies& bodies, const std::vector<std
   Kinematics kinematics(robot);
   kinematics.UpdatePoses(x);
   std::map<int, End> by_body;
-  std::map<int, std::map<int, std::vector<Eigen::Vector3d>>> placed;  // by body and link
+  std::map<int, std::map<int, std::vector<Eigen::Vector3d>>> placed;  // keys: body, link
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (int link = 0; link < std::ssize(robot.links()); ++link) {
     for (const Eigen::Vector3d& point : points[static_cast<std::size_t>(link)]) {

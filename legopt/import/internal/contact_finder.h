@@ -14,13 +14,15 @@ struct FoundFeet {
   std::vector<std::string> candidates;  ///< all ends of the robot with collision geometry, lowest first
 };
 
-/// Finds the feet of a robot: the ends of its chains whose lowest points are within 6 % of its height above the lowest
-/// of all (15 % if only one is; 40 % if all of them are on one side and as many
-/// then are on the other), in `standing` (n + 7, base upright), with all
-/// joints at 0, or all in the middle of their limits, whichever gives the most symmetric result; the first one if
-/// several do. Links connected by fixed joints are one body; its link is the one that touches the ground with the
-/// largest area, within 3 mm of the lowest point, or the first one if three or more touch. Loads meshes with the
-/// robot's guard; throws InputError for a mesh that cannot be read.
+/// Finds the feet of a robot: the ends of its chains whose lowest points are within 6 % of the robot's height above the
+/// lowest point of all. If there is only one such end, the limit is 15 %. If all of them are on one side, it is 40 %,
+/// provided that this gives as many feet on the left as on the right.
+///
+/// Three postures are tried: `standing` (n + 7, base upright), all joints at 0, and all joints in the middle of their
+/// limits. The most symmetric result counts; of equal ones, the first. Links connected by fixed joints are one body.
+/// The link of a foot is the one that touches the ground with the largest area, within 3 mm of the lowest point; if
+/// three or more links touch, it is the body's first link. Loads meshes with the robot's guard; throws InputError for a
+/// mesh that cannot be read.
 FoundFeet FindFeet(const RobotModel& robot, const Eigen::VectorXd& standing);
 
 /// A contact measured on the geometry of a link.

@@ -140,7 +140,7 @@ class SceneCopy {
     if (better) mesh = std::move(repaired.mesh);
     const Eigen::Matrix3d turn = RotationToZUp(mesh_file.string());  // PLY files have no up axis
     for (Eigen::Vector3d& vertex : mesh.vertices) vertex = turn * vertex;
-    fs::create_directories((folder_ / to).parent_path());
+    MakeFolder((folder_ / to).parent_path());
     WritePly(folder_ / to, mesh);
     if (better) NoteRepair(mesh_file, to, repaired.counts);
     return true;

@@ -5,7 +5,7 @@
 
 /// @file
 /// The interface of the module `legopt-sdf.so`, which reads Gazebo worlds with libsdformat. It is loaded when a world
-/// is read: libsdformat takes 25 ms and 9 MB of every program that is linked with it.
+/// is read, because libsdformat takes time and memory at the start of every program that is linked with it.
 
 namespace legopt {
 

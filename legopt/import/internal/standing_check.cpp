@@ -11,6 +11,7 @@
 #include "legopt/import/internal/nominal_posture.h"
 #include "legopt/import/internal/standing_stage.h"
 #include "legopt/robot/kinematics.h"
+#include "legopt/types/check.h"
 #include "legopt/types/number_text.h"
 
 namespace legopt {
@@ -21,7 +22,6 @@ using Severity = DatasetDiagnostic::Severity;
 /// Returns the pairs with at most three moving joints between them that are compared and overlap at `x`.
 std::vector<LinkPair> NearOverlaps(const Dataset& stage, const Eigen::VectorXd& x) {
   constexpr int kMostJoints = 3;
-  constexpr double kTolerance_m = 1e-3;  // of the judge
   if (!stage.unchecked_pairs()) return {};
   std::set<LinkPair> skipped;
   for (const UncheckedPair& entry : *stage.unchecked_pairs()) {
@@ -39,7 +39,7 @@ std::vector<LinkPair> NearOverlaps(const Dataset& stage, const Eigen::VectorXd& 
   }
   std::vector<LinkPair> overlaps;
   for (const PairDepth& found : DeepestPairs(stage.robot(), near, x, std::numeric_limits<int>::max())) {
-    if (found.depth_m > kTolerance_m) overlaps.push_back(found.pair);
+    if (found.depth_m > kDepthTolerance_m) overlaps.push_back(found.pair);
   }
   return overlaps;
 }
