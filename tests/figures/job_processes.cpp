@@ -50,13 +50,18 @@ int IdleDeaths(const client::ChildProcess& worker) {
 }
 
 // Kills the worker's job process until one dies while solving, which the server records as crash number `crash`; the
-// death of an idle process costs no attempt. Returns false if no crash is recorded.
+// death of an idle process costs no attempt. Waits for a result before each kill: a process that is killed while it
+// starts is started again later and later. Returns false if no crash is recorded.
 bool KillAtWork(const Deployment& deployment, const client::ChildProcess& worker, int crash) {
   const std::string crashes = "SELECT count(*) FROM attempts WHERE outcome = 'crashed'";
+  const std::string results = "SELECT count(*) FROM attempts WHERE outcome = 'finished'";
   constexpr int kTries = 20;
   for (int i = 0; i < kTries; ++i) {
     const int idle_deaths = IdleDeaths(worker);
-    if (!WaitUntil([&] { return !ChildrenOf(worker.pid()).empty(); }, kPatience)) return false;
+    const std::int64_t results_before = Number(deployment, results);
+    // One of the results may have been on its way from the process that died before.
+    const auto works = [&] { return Number(deployment, results) > results_before + 1; };
+    if (!WaitUntil(works, kPatience) || ChildrenOf(worker.pid()).empty()) return false;
     kill(ChildrenOf(worker.pid()).at(0), SIGSEGV);
     const auto ended = [&] { return Number(deployment, crashes) > crash || IdleDeaths(worker) > idle_deaths; };
     if (!WaitUntil(ended, kPatience)) return false;
