@@ -354,6 +354,8 @@ void AddImportCommand(const app::Command& program, Invocation* invocation) {
   command.AddList("--contacts,--feet", options.contacts,
                   "Links that may carry the robot, or numbers from the list that an import without this option prints "
                   "(default: those in the problems, else the lowest ends of the robot)");
+  command.AddOption("--trunk", options.trunk,
+                    "Link from which heights and reach are measured (default: found, in the body that the legs carry)");
   command.AddOption("--sole-offset", options.sole_offset_m,
                     "Height of the feet's link frames above their target poses in m, for feet with parallel frames "
                     "(default: soles are measured)");
@@ -370,8 +372,8 @@ void AddImportCommand(const app::Command& program, Invocation* invocation) {
                   "Use the visual geometry of links without collision geometry");
   command.AddList("--mesh-path", flags->mesh_path, "Folders in which the robot's meshes are searched, too");
   command.AddFlag("--allow-missing-meshes", options.meshes.allow_missing, "Leave meshes out whose files do not exist");
-  command.AddOption("--mesh-scale", options.mesh_scale, "Factor for all meshes of the robot, 0.001 for millimetres")
-      .ShowDefault();
+  command.AddOption("--mesh-scale", options.mesh_scale,
+                    "Factor for all meshes of the robot, 0.001 for millimetres (default: 1)");
   command.AddFlag("--repair", flags->repair,
                   "Repair the scene's meshes like 'legopt scene repair'; scene-repairs.png shows what was added");
   AddSceneOptions(command, &flags->scene);

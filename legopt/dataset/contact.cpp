@@ -144,6 +144,15 @@ std::vector<Eigen::Vector2d> ConvexHull2d(std::vector<Eigen::Vector2d> points) {
   return hull;
 }
 
+double PolygonArea(std::span<const Eigen::Vector2d> polygon) {
+  double twice = 0.0;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Eigen::Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    twice += a.x() * b.y() - a.y() * b.x();
+  }
+  return 0.5 * twice;
+}
+
 std::vector<Eigen::Vector2d> SupportPolygon(std::span<const ContactPlacement> contacts) {
   std::vector<Eigen::Vector2d> corners;
   corners.reserve(4 * contacts.size());

@@ -109,6 +109,9 @@ struct HalfPlane {
 /// coincide or are collinear). Monotone chain; deterministic.
 std::vector<Eigen::Vector2d> ConvexHull2d(std::vector<Eigen::Vector2d> points);
 
+/// Returns the area of a counter-clockwise convex polygon; 0 for fewer than three corners.
+double PolygonArea(std::span<const Eigen::Vector2d> polygon);
+
 /// Computes the benchmark's support polygon (docs/explanation/judge.md#support-polygon): hull of the points of all
 /// contacts of a supporting kind (contact_kind.h), transformed to the world by X_WL and projected onto xy. A point
 /// contact's point is the lowest one of its ball along the normal. Counter-clockwise. For a sole of format 1, the

@@ -283,6 +283,7 @@ void Dataset::ResolvePostures() {
     const Eigen::AlignedBox3d& box = link_boxes_[static_cast<size_t>(link)];
     if (!box.isEmpty()) robot_bounds_.extend(box.transformed(kinematics.link_pose(link)));
   }
+  ResolveTrunk(kinematics);
   nominal_sole_height_m_ = std::numeric_limits<double>::infinity();
   for (Contact& contact : contacts_) {
     const Eigen::Isometry3d& X_BL = kinematics.link_pose(contact.link_index);
@@ -297,6 +298,28 @@ void Dataset::ResolvePostures() {
       nominal_sole_height_m_ = std::min(nominal_sole_height_m_, z);
     }
   }
+}
+
+void Dataset::ResolveTrunk(const Kinematics& nominal) {
+  if (description_.trunk.empty()) return;
+  trunk_.link = robot_.FindLink(description_.trunk);
+  if (trunk_.link < 0) {
+    std::vector<std::string> names;
+    for (const Link& link : robot_.links()) names.push_back(link.name);
+    throw InputError({.file = file_for_errors(),
+                      .field = "trunk",
+                      .value = description_.trunk,
+                      .message = "the robot has no such link",
+                      .fix = SuggestName(description_.trunk, names)});
+  }
+  if (trunk_.link == 0) return;
+  const Eigen::Isometry3d& X_BL = nominal.link_pose(trunk_.link);
+  trunk_.X_LT.linear() = X_BL.linear().transpose();
+  trunk_.nominal_position_B = X_BL.translation();
+}
+
+Eigen::Isometry3d Trunk::PoseOf(int other, const Kinematics& kinematics) const {
+  return (kinematics.link_pose(link) * X_LT).inverse(Eigen::Isometry) * kinematics.link_pose(other);
 }
 
 void Dataset::ResolveUncheckedPairs() {

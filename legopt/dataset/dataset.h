@@ -18,10 +18,24 @@
 
 namespace legopt {
 
+class Kinematics;
+
 /// Computes the axis-aligned bounding box of a link's collision geometry, in the link frame, metres. Exact for
 /// primitives (cylinders are not replaced by prisms); meshes are loaded under `guard`. Empty if the link has no
 /// geometry. Throws InputError for a mesh that cannot be loaded.
 Eigen::AlignedBox3d LinkBox(const Link& link, const ReadGuard& guard = {});
+
+/// The body that the legs carry, where heights, reach and initial guesses of a robot are measured. The trunk's frame T
+/// has its origin at that of the link; its axes are those of the base in the nominal posture, with the base upright.
+/// Default: the base, with T = its frame.
+struct Trunk {
+  int link = 0;                                                  ///< index into RobotModel::links()
+  Eigen::Isometry3d X_LT = Eigen::Isometry3d::Identity();        ///< frame T in the link frame, a rotation
+  Eigen::Vector3d nominal_position_B = Eigen::Vector3d::Zero();  ///< its origin relative to the base, nominal, m
+
+  /// Returns the pose of a link relative to the trunk. `kinematics` has the robot's link poses.
+  Eigen::Isometry3d PoseOf(int other, const Kinematics& kinematics) const;
+};
 
 /// A robot, a scene, benchmark constants and problems: all data that affects how a solution is judged.
 ///
@@ -82,6 +96,9 @@ class Dataset {
   /// z of the lowest corner of the boxes of all contacts' links, of a point contact that of its ball, relative to the
   /// base origin, with nominal joints and an upright base, m (negative; Atlas: -0.873903).
   double nominal_sole_height_m() const { return nominal_sole_height_m_; }
+  const Trunk& trunk() const { return trunk_; }  ///< origin of heights, reach and initial guesses
+  /// Height of the trunk's origin above the lowest sole with nominal joints, m.
+  double trunk_height_m() const { return trunk_.nominal_position_B.z() - nominal_sole_height_m_; }
 
   const std::vector<Contact>& contacts() const { return contacts_; }  ///< ordered as in dataset.yaml; not empty
   /// Returns a contact by name. Throws InputError if the dataset has no such contact.
@@ -100,6 +117,7 @@ class Dataset {
   void MeasureShapes();
   void ResolveContacts();
   void ResolvePostures();
+  void ResolveTrunk(const Kinematics& nominal);
   void ResolveUncheckedPairs();
   Eigen::VectorXd ResolveJoints(const std::map<std::string, double>& values, const std::string& key) const;
   std::vector<ProblemDefinition> ReadProblems(Task task, const std::string& file) const;
@@ -119,6 +137,7 @@ class Dataset {
   Eigen::VectorXd self_collision_reference_;
   std::optional<std::vector<UncheckedPair>> unchecked_pairs_;
   double nominal_sole_height_m_ = 0;
+  Trunk trunk_;
   std::vector<Contact> contacts_;
 
   struct LazyCollisionModel {

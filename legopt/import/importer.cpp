@@ -25,10 +25,12 @@
 #include "legopt/import/internal/srdf.h"
 #include "legopt/import/internal/standing_check.h"
 #include "legopt/import/internal/standing_stage.h"
+#include "legopt/import/internal/trunk_choice.h"
 #include "legopt/import/internal/used_contacts.h"
 #include "legopt/input/json.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/types/input_error.h"
+#include "legopt/types/nearest_name.h"
 #include "legopt/types/number_text.h"
 
 namespace legopt {
@@ -62,10 +64,12 @@ class Importer {
   ImportReport Make() {
     NoteSources();
     WriteRobot();
+    CheckMeshScale();
     CheckNominalPosture();
     WriteScene();
     WriteProblems();
     ChooseConstants();
+    ChooseTrunk();
     ChooseLinkPairs();
     report_.standing = StandingCheck({.search_posture = description_.nominal_posture.empty(), .prove = options_.prove},
                                      folder_, options_.read_guard, &description_, &report_.findings)
@@ -132,12 +136,10 @@ class Importer {
       WriteColladaRobot(robot, folder_);
       findings = std::move(robot.findings);
     } else {
-      const bool remade = !options_.files.robot && fs::is_regular_file(options_.source / kDatasetFileName);
-      const bool original = remade || SourceIsBenchmarkRobot();
       findings = CopyUrdfRobot(sources_.robot, folder_,
                                {.visuals = with_visuals_,
-                                .repair = !original,  // keeps the results of existing datasets and of the benchmark
-                                .mesh_scale = options_.mesh_scale,
+                                .repair = !KeepsMeshes(),
+                                .mesh_scale = options_.mesh_scale.value_or(1.0),
                                 .meshes = options_.meshes,
                                 .read_guard = options_.read_guard});
     }
@@ -147,6 +149,39 @@ class Importer {
     robot_ = std::make_unique<RobotModel>(
         RobotModel::FromUrdfFile((folder_ / kRobotFileName).string(), options_.read_guard));
     GuessStanding();
+  }
+
+  /// Returns true for a robot whose meshes stay as they are, which keeps the results of existing datasets and of the
+  /// benchmark.
+  bool KeepsMeshes() const {
+    const bool remade = !options_.files.robot && fs::is_regular_file(options_.source / kDatasetFileName);
+    return remade || SourceIsBenchmarkRobot();
+  }
+
+  /// Throws if a link's mesh is much larger than the distances between the links, as meshes in millimetres are.
+  void CheckMeshScale() const {
+    constexpr double kMostTimes = 30.0;
+    if (options_.mesh_scale || sources_.collada || KeepsMeshes()) return;
+    Kinematics kinematics(*robot_);
+    kinematics.UpdatePoses(robot_->NeutralConfiguration());
+    Eigen::AlignedBox3d origins;
+    for (int link = 0; link < std::ssize(robot_->links()); ++link) {
+      origins.extend(kinematics.link_pose(link).translation());
+    }
+    const double skeleton_m = origins.sizes().maxCoeff();
+    for (const Link& link : robot_->links()) {
+      Link meshes = link;
+      std::erase_if(meshes.collision, [](const ShapeSpec& shape) { return shape.kind != ShapeSpec::Kind::kMesh; });
+      const Eigen::AlignedBox3d box = LinkBox(meshes, options_.read_guard);
+      if (box.isEmpty() || !(skeleton_m > 0.0)) continue;
+      const double times = box.sizes().maxCoeff() / skeleton_m;
+      if (times <= kMostTimes) continue;
+      throw InputError({sources_.robot.string(), "link '" + link.name + "': mesh",
+                        FormatGeneral(box.sizes().maxCoeff(), 4) + " m",
+                        "is " + FormatFixed(times, 0) +
+                            " times as long as the largest distance of two links; are the meshes in millimetres?",
+                        "import with --mesh-scale 0.001 if they are, or with --mesh-scale 1 if the size is right"});
+    }
   }
 
   /// Writes the robot again, with the visual geometry of the links without collision geometry.
@@ -293,6 +328,7 @@ class Importer {
     description_.nominal_posture = constants.nominal_posture;
     description_.self_collision_reference = constants.self_collision_reference;
     if (has_pair_rule_) {
+      description_.trunk = constants.trunk;
       description_.self_collision = constants.self_collision;
       description_.link_shapes = constants.link_shapes;
     }
@@ -318,6 +354,25 @@ class Importer {
     } catch (const InputError&) {  // also a visual mesh that does not exist
       throw unclear;
     }
+    CheckMeshScale();
+  }
+
+  /// Finds the trunk, unless the constants say which link it is.
+  void ChooseTrunk() {
+    const bool named = !options_.trunk.empty();
+    if (named && robot_->FindLink(options_.trunk) < 0) {
+      std::vector<std::string> names;
+      for (const Link& link : robot_->links()) names.push_back(link.name);
+      throw InputError(
+          {"", "--trunk", options_.trunk, "the robot has no such link", SuggestName(options_.trunk, names)});
+    }
+    if (named) description_.trunk = options_.trunk;
+    if (named || has_pair_rule_) return;
+    description_.trunk = FindTrunk(*robot_, description_.contacts);
+    Note(Severity::kInfo, "trunk", "", description_.trunk,
+         description_.trunk == robot_->links().front().name
+             ? "the root link: heights and reach are measured from it; choose another link with --trunk LINK"
+             : "found: the legs carry it; it is not the root link; choose another link with --trunk LINK");
   }
 
   /// Samples the link pairs, unless the constants come with a rule. The original benchmark compares hulls with scenes
@@ -384,8 +439,8 @@ void ImportOptions::Validate() const {
   if (sole_offset_m && !(*sole_offset_m >= 0.0 && std::isfinite(*sole_offset_m))) {
     refuse("--sole-offset", FormatFixed(*sole_offset_m, 6), "must not be negative", "leave it out");
   }
-  if (!(mesh_scale > 0.0 && std::isfinite(mesh_scale))) {
-    refuse("--mesh-scale", FormatFixed(mesh_scale, 6), "must be positive", "write 0.001 for meshes in millimetres");
+  if (mesh_scale && !(*mesh_scale > 0.0 && std::isfinite(*mesh_scale))) {
+    refuse("--mesh-scale", FormatFixed(*mesh_scale, 6), "must be positive", "write 0.001 for meshes in millimetres");
   }
   constexpr int kMostSamples = 10'000'000;
   if (self_collision_samples && !(*self_collision_samples >= 0 && *self_collision_samples <= kMostSamples)) {

@@ -24,6 +24,7 @@ struct ImportOptions {
   /// Links, or numbers in the list of ends that an import without them throws. Default: the links that the problems
   /// use, else those found (contact_finder.h).
   std::vector<std::string> contacts;
+  std::string trunk;                              ///< link; default: found (trunk_choice.h)
   std::optional<double> sole_offset_m;            ///< default: depth of the feet's lowest point plus 1 mm
   std::map<std::string, double> nominal_posture;  ///< joint -> rad; default: see ImportDataset
   bool prove = true;                              ///< require that the robot stands (standing_proof.h)
@@ -32,7 +33,7 @@ struct ImportOptions {
   std::optional<int> self_collision_samples;
   std::int64_t self_collision_seed = 1;  ///< seed of these postures
   bool collision_from_visual = false;    ///< links without collision geometry get their visual geometry
-  double mesh_scale = 1.0;               ///< factor for all meshes of the robot, > 0
+  std::optional<double> mesh_scale;      ///< factor for all meshes of the robot, > 0; default: 1
   MeshSearch meshes;                     ///< how the robot's mesh files are found
   SceneRepairOptions scene;              ///< changes to the scene; its guard is not used
   ReadGuard read_guard;                  ///< runs the parsers of robot and meshes

@@ -62,6 +62,11 @@ constexpr double TouchTolerance_m(ContactKind kind) {
 
 /// Share of a contact's patch that must touch (docs/explanation/judge.md#touching).
 inline constexpr double kTouchShare = 0.75;
+/// Height of a foot's parts, such as studs, above its lowest place up to which they count as its patch, and the share
+/// of the declared patch that their hull must cover. A part at this height is within kTouchTolerance_m of the surface
+/// if the foot is 1 mm above it, as at its target, and if the solver leaves another 0.4 mm.
+inline constexpr double kPartHeight_m = 5e-4;
+inline constexpr double kPartOutlineShare = 0.9;
 
 /// Maximum movement of any point of the robot between consecutive waypoints under Rule::kSolid, as a fraction of the
 /// robot's size: the diagonal of Dataset::robot_bounds (docs/explanation/judge.md#solid-rule).

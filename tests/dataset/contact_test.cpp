@@ -148,6 +148,18 @@ TEST_F(ContactTest, WrittenFilesReadTheSame) {
   EXPECT_THAT(FormatDatasetFile(soles, ""), AllOf(HasSubstr("format: legopt-dataset/1"), HasSubstr(kFormat1)));
 }
 
+TEST_F(ContactTest, TheTrunkIsALinkAndPartOfTheHash) {
+  const std::string base = Load()->content_hash();
+  Use(Contacts() + "trunk: l_foot\n");
+  const auto dataset = Load();
+  EXPECT_NE(dataset->content_hash(), base);
+  EXPECT_EQ(dataset->robot().links()[static_cast<std::size_t>(dataset->trunk().link)].name, "l_foot");
+  EXPECT_NEAR(dataset->trunk_height_m(), 0.05, 1e-9) << "of the foot's link frame above the lower corners of its box";
+  EXPECT_THAT(FormatDatasetFile(ReadDatasetFile(folder_.path()), ""), HasSubstr("\ntrunk: l_foot\n"));
+  EXPECT_THAT(MessageWith(Contacts() + "trunk: l_foo\n"),
+              AllOf(HasSubstr("trunk"), HasSubstr("did you mean 'l_foot'?")));
+}
+
 TEST_F(ContactTest, ErrorsNameTheKey) {
   const auto with = [&](const std::string& from, const std::string& to) {
     std::string contacts = Contacts();

@@ -4,11 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <string>
+#include <vector>
 
 #include "legopt/dataset/dataset.h"
 #include "legopt/import/importer.h"
 #include "tests/dataset/test_data.h"
+#include "tests/import/walker.h"
 
 namespace legopt {
 namespace {
@@ -19,51 +22,10 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::UnorderedElementsAre;
 
-constexpr const char* kSole = "<origin xyz='0.03 0 -0.03'/><geometry><box size='0.2 0.1 0.04'/></geometry>";
-constexpr const char* kBall = "<origin xyz='0 0 -0.02'/><geometry><sphere radius='0.02'/></geometry>";
-
-std::string Link(const std::string& name, double mass_kg, double com_y_m, const std::string& collision) {
-  return "<link name='" + name + "'><inertial><origin xyz='0 " + std::to_string(com_y_m) + " 0'/><mass value='" +
-         std::to_string(mass_kg) + "'/><inertia ixx='0.1' iyy='0.1' izz='0.1' ixy='0' ixz='0' iyz='0'/></inertial>" +
-         (collision.empty() ? "" : "<collision>" + collision + "</collision>") + "</link>";
-}
-
-std::string Joint(const std::string& name, const std::string& parent, const std::string& child,
-                  const std::string& place, const std::string& axis, const std::string& limits) {
-  return "<joint name='" + name + "' type='revolute'><parent link='" + parent + "'/><child link='" + child +
-         "'/><origin xyz='" + place + "'/><axis xyz='" + axis + "'/><limit " + limits +
-         " effort='100' velocity='10'/></joint>";
-}
-
-/// A trunk on legs with hip roll, hip pitch, knee and ankle (only with soles); legs at x, y.
-struct Walker {
-  std::vector<std::pair<std::string, std::string>> legs = {{"l", "0 0.1"}, {"r", "0 -0.1"}};
-  std::string foot = kSole;
-  double thigh_ball_m = 0.0;  ///< radius of a ball 0.06 m inwards of the hip; 0: none
-  std::string more = "";      ///< elements at the end
-  double trunk_com_y_m = 0.0;
-
-  std::string Thigh(const std::string& leg) const {
-    if (thigh_ball_m == 0.0) return "";
-    return "<origin xyz='0 " + std::string(leg == "l" ? "-0.06" : "0.06") + " 0'/><geometry><sphere radius='" +
-           std::to_string(thigh_ball_m) + "'/></geometry>";
-  }
-
-  std::string Urdf() const {
-    std::string text =
-        "<robot name='walker'>" +
-        Link("trunk", 10.0, trunk_com_y_m, "<origin xyz='0 0 0.2'/><geometry><box size='0.2 0.1 0.2'/></geometry>");
-    for (const auto& [name, place] : legs) {
-      text += Link(name + "_hip", 0.5, 0.0, "") + Link(name + "_thigh", 1.0, 0.0, Thigh(name)) +
-              Link(name + "_shank", 1.0, 0.0, "") + Link(name + "_foot", 0.5, 0.0, foot);
-      text += Joint(name + "_roll", "trunk", name + "_hip", place + " 0", "1 0 0", "lower='-0.5' upper='0.5'");
-      text += Joint(name + "_pitch", name + "_hip", name + "_thigh", "0 0 0", "0 1 0", "lower='-1.5' upper='1.5'");
-      text += Joint(name + "_knee", name + "_thigh", name + "_shank", "0 0 -0.3", "0 1 0", "lower='0' upper='2.5'");
-      text += Joint(name + "_ankle", name + "_shank", name + "_foot", "0 0 -0.3", "0 1 0", "lower='-1' upper='1'");
-    }
-    return text + more + "</robot>";
-  }
-};
+using test::kBall;
+using test::kSole;
+using test::Link;
+using test::Walker;
 
 class Standing : public testing::Test {
  protected:
@@ -114,6 +76,65 @@ TEST_F(Standing, AQuadrupedOnBallsStands) {
   const auto dataset = Dataset::Load(out_);
   ASSERT_EQ(dataset->contacts().size(), 4U);
   for (const Contact& contact : dataset->contacts()) EXPECT_EQ(contact.kind, ContactKind::kPoint);
+}
+
+/// A plate on four balls at its corners, whose lowest points are 15 mm below it.
+std::string FootOnBalls(double length_m, double width_m) {
+  std::string foot = "<origin xyz='0.025 0 -0.01'/><geometry><box size='" + std::to_string(length_m) + " " +
+                     std::to_string(width_m) + " 0.04'/></geometry>";
+  for (const double x_m : {0.025 - 0.5 * length_m, 0.025 + 0.5 * length_m}) {
+    for (const double y_m : {-0.5 * width_m, 0.5 * width_m}) {
+      foot += "</collision><collision><origin xyz='" + std::to_string(x_m) + " " + std::to_string(y_m) +
+              " -0.04'/><geometry><sphere radius='0.005'/></geometry>";
+    }
+  }
+  return foot;
+}
+
+TEST_F(Standing, FeetOnFourBallsAreSoles) {
+  for (const auto& [length_m, width_m] : {std::pair(0.15, 0.06), std::pair(0.06, 0.04)}) {
+    const ImportReport report = Import({.foot = FootOnBalls(length_m, width_m)});
+    for (const DatasetDiagnostic& finding : Of(report, "standing")) {
+      EXPECT_EQ(finding.severity, Severity::kInfo) << finding.value;
+    }
+    const auto dataset = Dataset::Load(out_);
+    for (const Contact& contact : dataset->contacts()) {
+      EXPECT_EQ(contact.kind, ContactKind::kSole);
+      EXPECT_NEAR(contact.Patch().sizes().x(), length_m, 1e-5);
+      EXPECT_NEAR(contact.Patch().sizes().y(), width_m, 1e-5);
+    }
+    fs::remove_all(out_);
+  }
+}
+
+TEST_F(Standing, MeshesInMillimetresAreRefusedWithoutAScale) {
+  const Walker walker{.foot = "<geometry><mesh filename='foot.stl'/></geometry>"};
+  std::string text = "solid foot\n";
+  const auto corner = [](int i) {
+    return "vertex " + std::to_string(i % 2 == 0 ? -70 : 130) + " " + std::to_string(i / 2 % 2 == 0 ? -50 : 50) + " " +
+           std::to_string(i / 4 == 0 ? -50 : -10) + "\n";
+  };
+  for (const auto& [a, b, c] : std::vector<std::array<int, 3>>{{0, 2, 1},
+                                                               {1, 2, 3},
+                                                               {4, 5, 6},
+                                                               {5, 7, 6},
+                                                               {0, 1, 4},
+                                                               {1, 5, 4},
+                                                               {2, 6, 3},
+                                                               {3, 6, 7},
+                                                               {0, 4, 2},
+                                                               {2, 4, 6},
+                                                               {1, 3, 5},
+                                                               {3, 7, 5}}) {
+    text += "facet normal 0 0 0\nouter loop\n" + corner(a) + corner(b) + corner(c) + "endloop\nendfacet\n";
+  }
+  test::WriteText(folder_.path() / "in" / "foot.stl", text + "endsolid\n");
+  EXPECT_THAT(test::MessageOf([&] { Import(walker); }), AllOf(HasSubstr("l_foot"), HasSubstr("--mesh-scale 0.001")));
+  fs::remove_all(out_);
+  options_.mesh_scale = 0.001;
+  const ImportReport report = Import(walker);
+  EXPECT_FALSE(AnyError(report.findings));
+  EXPECT_NEAR(Dataset::Load(out_)->contacts()[0].Patch().sizes().x(), 0.2, 1e-6);
 }
 
 TEST_F(Standing, ARobotThatFallsSidewaysNamesTheConflict) {

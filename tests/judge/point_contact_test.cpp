@@ -106,6 +106,22 @@ TEST_F(PointContact, AGapOfMoreThanAMillimetreFails) {
   EXPECT_THAT(evaluation.detail, HasSubstr("at most 1 mm"));
 }
 
+// A sphere's mesh lies inside of it, so that its lowest vertex depends on how the link is turned.
+TEST_F(PointContact, ASphereIsMeasuredExactly) {
+  const auto dataset = Load();
+  const ContactTarget& target = dataset->problem(Task::kPosture, 0).stances[0].contacts[0];
+  const Contact& contact = dataset->contact(target.contact);
+  ExactCollision collision(dataset->robot(), dataset->scene(), dataset->collision_model());
+  TouchProbe probe(*dataset, collision);
+  Eigen::Isometry3d X_WL = contact.LinkTarget(target);
+  const Eigen::Vector3d centre = X_WL * contact.X_LC.translation();
+  for (const double angle_rad : {0.05, 0.1, 0.15, 0.2, 0.25, 0.3}) {
+    X_WL.linear() = Eigen::AngleAxisd(angle_rad, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+    X_WL.translation() += centre - X_WL * contact.X_LC.translation();
+    EXPECT_NEAR(probe.Measure(contact, NormalOf(target), X_WL).gap_m, kPointClearance_m, 1e-6) << angle_rad;
+  }
+}
+
 TEST_F(PointContact, TwoPointsSupportOnlyTheLineBetweenThem) {
   const Evaluation upright = Judged(Above(kPointClearance_m));
   EXPECT_NEAR(upright.Largest(Verdict::kCom, Rule::kSolid), 0.0, 1e-3);

@@ -135,6 +135,84 @@ TEST_F(Touch, OverAnEdgeOnlyThePartAboveTheSurfaceTouches) {
   EXPECT_NEAR(farthest, 0.03, 2e-4);
 }
 
+/// The synthetic robot on four balls per foot, whose lowest points are at the corners of a rectangle of 180 x 80 mm.
+class TouchWithStuds : public Touch {
+ protected:
+  TouchWithStuds() {
+    std::string studs = "<origin xyz='0.03 0 -0.01'/><geometry><box size='0.2 0.1 0.04'/></geometry></collision>";
+    for (const char* place : {"0.12 0.04", "0.12 -0.04", "-0.06 0.04", "-0.06 -0.04"}) {
+      studs += "<collision><origin xyz='" + std::string(place) +
+               " -0.04'/><geometry><sphere radius='0.01'/></geometry></collision>";
+    }
+    const std::string box = "<origin xyz='0.03 0 -0.03'/><geometry><box size='0.2 0.1 0.04'/></geometry></collision>";
+    for (int side = 0; side < 2; ++side) Replace("robot.urdf", box, studs);
+  }
+
+  /// Measures the left foot, 1 mm above the ground and higher by `raised_m`.
+  ContactTouch MeasureLeft(double x_m, double raised_m = 0.0) {
+    WriteManifestHashes(folder_.path());
+    dataset_ = Dataset::Load(folder_.path());
+    ExactCollision collision(dataset_->robot(), dataset_->scene(), dataset_->collision_model());
+    TouchProbe probe(*dataset_, collision);
+    Eigen::Isometry3d X_WL = Eigen::Isometry3d::Identity();
+    X_WL.translation() = Eigen::Vector3d(x_m, 0.1, 0.051 + raised_m);
+    return probe.Measure(dataset_->contact("l_foot"), Eigen::Vector3d::UnitZ(), X_WL);
+  }
+
+  static constexpr const char* kOutline =
+      "points: [[-0.06, -0.04, 0], [0.12, -0.04, 0], [-0.06, 0.04, 0], [0.12, 0.04, 0]]";
+};
+
+TEST_F(TouchWithStuds, TheirPartsAreThePatch) {
+  Declare(0.051, kOutline);
+  const Evaluation evaluation = Judged(test::StandingUpright());
+  EXPECT_EQ(evaluation.solid, Verdict::kSuccess) << evaluation.detail;
+  EXPECT_LE(evaluation.Largest(Verdict::kTouch, Rule::kSolid), 2e-3);
+  EXPECT_EQ(evaluation.Largest(Verdict::kCom, Rule::kSolid), 0.0);
+  EXPECT_LE(MeasureLeft(0.0).gap_m, kTouchTolerance_m);
+  EXPECT_GT(MeasureLeft(0.0, 2e-3).gap_m, kTouchTolerance_m) << "3 mm above the ground";
+}
+
+TEST_F(TouchWithStuds, HalfOfThemOverAnEdgeDoNotSuffice) {
+  Declare(0.051, kOutline);
+  Replace("scene.yaml", "size: [20, 20, 0.5], position: [0, 0, -0.25]",
+          "size: [10.06, 20, 0.5], position: [-5, 0, -0.25]");  // the edge is at x = 0.03
+  const ContactTouch half = MeasureLeft(0.0);
+  EXPECT_EQ(half.gap_m, kFarGap_m);
+  double farthest = -1.0;
+  for (const Eigen::Vector2d& place : half.places_W) farthest = std::max(farthest, place.x());
+  EXPECT_NEAR(farthest, -0.06, 7e-3) << "the hull of what touches ends at the hind studs";
+  EXPECT_LE(MeasureLeft(-0.2).gap_m, kTouchTolerance_m) << "all of them are before the edge";
+}
+
+// The front bar has most of the area; the hind bar is over the edge.
+TEST_F(Touch, OneOfTwoBarsDoesNotSuffice) {
+  const auto box = [](const char* place, const char* size) {
+    return "<origin xyz='" + std::string(place) + "'/><geometry><box size='" + size + "'/></geometry></collision>";
+  };
+  const std::string bars = box("0.03 0 -0.02", "0.2 0.1 0.04") + "<collision>" +
+                           box("0.095 0 -0.045", "0.07 0.1 0.01") + "<collision>" +
+                           box("-0.065 0 -0.045", "0.01 0.1 0.01");
+  for (int side = 0; side < 2; ++side) {
+    Replace("robot.urdf", "<origin xyz='0.03 0 -0.03'/><geometry><box size='0.2 0.1 0.04'/></geometry></collision>",
+            bars);
+  }
+  Declare(0.051, kSoles);
+  EXPECT_EQ(Judged(test::StandingUpright()).solid, Verdict::kSuccess);
+  Replace("scene.yaml", "size: [20, 20, 0.5], position: [0, 0, -0.25]",
+          "size: [10.06, 20, 0.5], position: [5, 0, -0.25]");  // the edge is at x = -0.03
+  const Evaluation evaluation = Judged(test::StandingUpright());
+  EXPECT_EQ(evaluation.literal, Verdict::kSuccess) << evaluation.detail;
+  EXPECT_EQ(evaluation.solid, Verdict::kTouch);
+}
+
+TEST_F(TouchWithStuds, AnOutlineThatIsTooLargeKeepsTheWholePatch) {
+  Declare(0.051, kSoles);  // 200 x 100 mm
+  const Evaluation evaluation = Judged(test::StandingUpright());
+  EXPECT_EQ(evaluation.solid, Verdict::kTouch);
+  EXPECT_EQ(evaluation.literal, Verdict::kSuccess);
+}
+
 TEST(TriangleColumns, NoLineIsBetweenNeighbouringTriangles) {
   TriangleMesh square{{{0, 0, 1}, {1, 0, 1}, {1, 1, 2}, {0, 1, 2}}, {{{0, 1, 2}}, {{0, 2, 3}}}};
   TriangleColumns columns;

@@ -143,6 +143,7 @@ std::string ContentHash(const DatasetDescription& description, const std::vector
   for (const TaskDescription& row : ProblemTasks()) {
     text[std::string(ToString(row.task))] = description.problem_files[row.task];
   }
+  if (!description.trunk.empty()) text["trunk"] = description.trunk;
   if (description.self_collision) text["unchecked_pairs"] = CanonicalPairs(*description.self_collision);
   if (description.link_shapes != LinkRepresentation::kHulls) text["link_shapes"] = ToString(description.link_shapes);
   for (const FileHash& file : manifest) text["files"][file.path] = file.hash;

@@ -110,8 +110,8 @@ DatasetDescription ReadDatasetFile(const fs::path& folder) {
   std::vector<std::string> keys = {"format",   "name",         "robot",           "scene",
                                    "problems", "gravity_m_s2", "nominal_posture", "self_collision_reference",
                                    "files"};
-  for (const char* key :
-       has_soles ? std::vector{"feet", "sole_offset_m"} : std::vector{"contacts", "self_collision", "link_shapes"})
+  for (const char* key : has_soles ? std::vector{"feet", "sole_offset_m"}
+                                   : std::vector{"contacts", "trunk", "self_collision", "link_shapes"})
     keys.push_back(key);
   const YamlFields fields(root, file, "", keys);
   DatasetDescription description;
@@ -121,6 +121,7 @@ DatasetDescription ReadDatasetFile(const fs::path& folder) {
   description.scene_file = CheckPath(fields, "scene", fields.RequireText("scene"));
   ReadProblemNames(fields, &description);
   description.contacts = has_soles ? ReadSoles(fields) : ReadContacts(fields);
+  description.trunk = fields.Text("trunk").value_or("");
   description.gravity_m_s2 = fields.Number("gravity_m_s2").value_or(DatasetDescription::kBenchmarkGravity_m_s2);
   if (!(description.gravity_m_s2 > 0)) {
     fields.Fail("gravity_m_s2", FormatFixed(description.gravity_m_s2, 6), "must be greater than 0", "write 9.81");

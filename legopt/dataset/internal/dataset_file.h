@@ -29,9 +29,10 @@ namespace legopt {
 ///         link: l_foot                    # required, a link with collision geometry
 ///         kind: sole                      # required
 ///         frame: {position: [0, 0, -0.08], rpy: [0, 0, 0]}  # optional: contact frame in the link, m and rad
-///         points: [[0.1, 0.05, 0], ...]   # optional, m, in the contact frame; default: lower corners of the link's
-///         box friction: 0.7                   # optional, in (0, 2], default as shown max_normal_N: 2000 # optional, >
-///         0, default no bound
+///         points: [[0.1, 0.05, 0], ...]   # optional, m, in the contact frame; default: corners of the link's box
+///         friction: 0.7                   # optional, in (0, 2], default as shown
+///         max_normal_N: 2000              # optional, > 0, default no bound
+///     trunk: pelvis                       # optional, only in format 2: a link, default the root link (Trunk)
 ///     gravity_m_s2: 9.797930195020351     # optional, default as shown
 ///     nominal_posture:                    # optional, joint: rad (m for prismatic); joints not named are 0
 ///       l_leg_kny: 0.872664626
@@ -69,6 +70,7 @@ struct DatasetDescription {
   std::string scene_file;                                  ///< scene.yaml or a mesh, relative to the folder
   EnumArray<Task, std::string> problem_files;              ///< empty: the dataset has no problems of this task
   std::vector<ContactDescription> contacts;                ///< not empty, names unique
+  std::string trunk;                                       ///< name of a link; empty: the root link
   double gravity_m_s2 = kBenchmarkGravity_m_s2;            ///< > 0
   std::map<std::string, double> nominal_posture;           ///< joint name -> rad, before clamping
   std::map<std::string, double> self_collision_reference;  ///< joint name -> rad

@@ -97,9 +97,9 @@ std::string FormatDatasetFile(const DatasetDescription& description, const std::
   std::string text;
   ClassicInput lines(comment);
   for (std::string line; std::getline(lines, line);) text += "# " + line + "\n";
-  const bool sampled = description.self_collision.has_value() || description.link_shapes != LinkRepresentation::kHulls;
-  const std::optional<double> sole_offset_m =
-      sampled ? std::nullopt : CommonSoleOffset_m(description.contacts);  // format 1 cannot express the other keys
+  const bool only_format_2 = description.self_collision.has_value() || !description.trunk.empty() ||
+                             description.link_shapes != LinkRepresentation::kHulls;
+  const std::optional<double> sole_offset_m = only_format_2 ? std::nullopt : CommonSoleOffset_m(description.contacts);
   text += std::string("format: ") + (sole_offset_m ? kDatasetFormat1 : kDatasetFormat2) +
           "\nname: " + Text(description.name) + "\nrobot: " + Text(description.robot_file) +
           "\nscene: " + Text(description.scene_file) + "\nproblems:\n";
@@ -108,6 +108,7 @@ std::string FormatDatasetFile(const DatasetDescription& description, const std::
     if (!file.empty()) text += "  " + std::string(ToString(row.task)) + ": " + Text(file) + "\n";
   }
   text += sole_offset_m ? FormatSoles(description.contacts, *sole_offset_m) : FormatContacts(description.contacts);
+  if (!description.trunk.empty()) text += "trunk: " + Text(description.trunk) + "\n";
   text += "gravity_m_s2: " + Number(description.gravity_m_s2) + "\n";
   AddMap("nominal_posture", description.nominal_posture, text);
   AddMap("self_collision_reference", description.self_collision_reference, text);

@@ -19,7 +19,6 @@ namespace legopt {
 namespace {
 
 constexpr double kClearance_m = 1e-3;   // of the benchmark's foot targets
-constexpr double kFlatArea_m2 = 8e-4;   // smaller patches are points
 constexpr double kPlaneBand_m = 1e-3;   // corners this far above a facet's plane belong to it
 constexpr double kReach_m = 2e-3;       // a sole reaches this near to the lowest point
 constexpr double kFootBand = 0.06;      // of the robot's height
@@ -64,15 +63,6 @@ class Bodies {
   std::vector<int> has_children_;
 };
 
-double Area(const std::vector<Eigen::Vector2d>& polygon) {
-  double twice = 0.0;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Eigen::Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-    twice += a.x() * b.y() - a.y() * b.x();
-  }
-  return 0.5 * twice;
-}
-
 /// Lowest point of an end of the robot.
 struct End {
   int link = -1;  ///< the one that touches level ground
@@ -93,7 +83,7 @@ int TouchingLink(const std::map<int, std::vector<Eigen::Vector3d>>& points, int 
       if (p.z() < lowest_m + kBand_m) low.emplace_back(p.head<2>());
     }
     touching += low.empty() ? 0 : 1;
-    const double area_m2 = low.empty() ? 0.0 : Area(ConvexHull2d(std::move(low)));
+    const double area_m2 = low.empty() ? 0.0 : PolygonArea(ConvexHull2d(std::move(low)));
     if (area_m2 <= largest_m2) continue;
     largest_m2 = area_m2;
     best = link;
@@ -245,7 +235,7 @@ Facet LowestFacet(const std::vector<Eigen::Vector3d>& points, const Eigen::Vecto
     }
     const auto reaches_down = [&](const Eigen::Vector3d& p) { return up.dot(p) < lowest + kReach_m; };
     if (std::ranges::none_of(facet.corners, reaches_down)) continue;
-    facet.area_m2 = Area(Flattened(facet.corners, AxesOf(plane.normal, Eigen::Vector3d::UnitX())));
+    facet.area_m2 = PolygonArea(Flattened(facet.corners, AxesOf(plane.normal, Eigen::Vector3d::UnitX())));
     if (!(facet.area_m2 * down > best_score)) continue;
     best_score = facet.area_m2 * down;
     best = std::move(facet);
@@ -260,7 +250,7 @@ std::vector<Eigen::Vector2d> Simplified(std::vector<Eigen::Vector2d> polygon) {
     std::size_t least = 0;
     double least_loss = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < n; ++i) {
-      const double loss = Area({polygon[(i + n - 1) % n], polygon[i], polygon[(i + 1) % n]});
+      const double loss = PolygonArea(std::array{polygon[(i + n - 1) % n], polygon[i], polygon[(i + 1) % n]});
       if (loss < least_loss) {
         least = i;
         least_loss = loss;
@@ -340,33 +330,66 @@ std::optional<Ball> LowestOf(const std::vector<Ball>& balls, const Eigen::Vector
   return *std::ranges::min_element(balls, {}, [&](const Ball& ball) { return up.dot(ball.centre) - ball.radius_m; });
 }
 
-/// Returns true if the lowest point of the facet belongs to a ball, whose tessellation has facets.
-bool HasBall(const std::vector<Ball>& balls, const Facet& facet, const Eigen::Vector3d& up) {
-  const std::optional<Ball> ball = LowestOf(balls, up);
-  if (!ball) return false;
-  double lowest = std::numeric_limits<double>::infinity();
-  for (const Eigen::Vector3d& corner : facet.corners) lowest = std::min(lowest, up.dot(corner));
-  return up.dot(ball->centre) - ball->radius_m <= lowest + kPlaneBand_m;
+/// How balls carry a foot.
+struct BallSupport {
+  bool one = false;  ///< the lowest point belongs to a ball, whose tessellation has facets
+  /// Corners of a sole between several balls, along the facet's normal; empty if they do not span one.
+  std::vector<Eigen::Vector3d> corners;
+};
+
+BallSupport SupportOf(const std::vector<Ball>& balls, const Facet& facet, const Eigen::Vector3d& up) {
+  BallSupport support;
+  support.corners = facet.corners;
+  int touching = 0;
+  for (const Ball& ball : balls) {
+    const Eigen::Vector3d p = ball.centre + ball.radius_m * facet.normal;
+    if (facet.normal.dot(p) + facet.offset < -kPlaneBand_m) continue;
+    ++touching;
+    std::erase_if(support.corners, [&](const Eigen::Vector3d& corner) {
+      return std::abs((corner - ball.centre).norm() - ball.radius_m) <= kPlaneBand_m;
+    });
+    support.corners.push_back(p);
+  }
+  const double area_m2 = PolygonArea(Flattened(support.corners, AxesOf(facet.normal, Eigen::Vector3d::UnitX())));
+  if (touching < 2 || area_m2 < kFlatArea_m2) support.corners.clear();
+  if (const std::optional<Ball> ball = LowestOf(balls, up)) {
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector3d& corner : facet.corners) lowest = std::min(lowest, up.dot(corner));
+    support.one = support.corners.empty() && up.dot(ball->centre) - ball->radius_m <= lowest + kPlaneBand_m;
+  }
+  return support;
 }
 
-/// `underside`: returns the triangles of the foot in axes of the contact frame at the link's origin. `round`: the
-/// foot's lowest points lie on a ball; then a facet no part of which touches, as between two bodies, is no sole:
-/// returns false.
+/// Foot seen along the normal of a facet of its hull.
+struct FootView {
+  std::vector<Eigen::Vector3d> corners;  ///< of the facet
+  Eigen::Vector3d normal;                ///< of the facet, outwards
+  Eigen::Vector3d forward;               ///< of the robot
+  bool on_balls = false;                 ///< the corners are the lowest points of balls
+  /// The foot's lowest points lie on one ball: then a facet that does not touch over its area, as between two bodies,
+  /// is no sole.
+  bool round = false;
+};
+
+/// Returns false if the facet is no sole. `underside`: returns the triangles of the foot in axes of the contact frame
+/// at the link's origin.
 template <class Underside>
-bool DescribePatch(const Facet& facet, const Eigen::Vector3d& forward, const Underside& underside, bool round,
-                   FoundSole* sole) {
-  Eigen::Matrix3d axes = AxesOf(facet.normal, forward);
+bool DescribePatch(const FootView& foot, const Underside& underside, FoundSole* sole) {
+  Eigen::Matrix3d axes = AxesOf(foot.normal, foot.forward);
   sole->tilt_rad = std::acos(std::clamp(axes(2, 2), -1.0, 1.0));
   if (Eigen::AngleAxisd(axes).angle() < kAligned_rad) axes.setIdentity();
 
   // Height of the lowest corner, so that no part of the sole is below the plane.
   double plane = std::numeric_limits<double>::infinity();
-  for (const Eigen::Vector3d& corner : facet.corners) plane = std::min(plane, axes.col(2).dot(corner));
-  const std::vector<Eigen::Vector2d> corners = Simplified(Flattened(facet.corners, axes));
-  const std::optional<std::vector<Eigen::Vector2d>> touching = TouchingPatch(corners, underside(axes), plane);
-  if (!touching && round) return false;
-  const std::vector<Eigen::Vector2d>& patch = touching ? *touching : corners;
-  sole->area_m2 = Area(patch);
+  for (const Eigen::Vector3d& corner : foot.corners) plane = std::min(plane, axes.col(2).dot(corner));
+  std::vector<Eigen::Vector2d> patch = Simplified(Flattened(foot.corners, axes));
+  if (!foot.on_balls) {
+    const std::optional<std::vector<Eigen::Vector2d>> touching =
+        TouchingPatch(patch, underside(axes), plane, !foot.round);
+    if (!touching && foot.round) return false;
+    if (touching) patch = Simplified(*touching);
+  }
+  sole->area_m2 = PolygonArea(patch);
   sole->height_m = -plane;
   Eigen::AlignedBox2d box;
   for (const Eigen::Vector2d& corner : patch) box.extend(corner);
@@ -432,9 +455,14 @@ FoundSole MeasureSole(const RobotModel& robot, int link, const Eigen::VectorXd& 
     }
     return columns;
   };
-  const bool flat = facet.area_m2 >= kFlatArea_m2 && !HasBall(balls, facet, up);
-  const bool round = LowestBall(points, up).radius_m > 0.0;
-  if (!flat || !DescribePatch(facet, forward, underside, round, &sole)) DescribePoint(points, balls, up, &sole);
+  const BallSupport support = SupportOf(balls, facet, up);
+  const FootView foot{.corners = support.corners.empty() ? facet.corners : support.corners,
+                      .normal = facet.normal,
+                      .forward = forward,
+                      .on_balls = !support.corners.empty(),
+                      .round = LowestBall(points, up).radius_m > 0.0};
+  const bool flat = facet.area_m2 >= kFlatArea_m2 && !support.one;
+  if (!flat || !DescribePatch(foot, underside, &sole)) DescribePoint(points, balls, up, &sole);
   return sole;
 }
 

@@ -38,10 +38,11 @@ struct FoundSole {
 /// mm of the lowest point. The contact frame is 1 mm below it, where the benchmark has its foot targets
 /// (docs/explanation/paper.md#foot-targets). Its axes are those of the link if these fit within 1 degree; else z is the
 /// patch's normal and x the robot's forward direction. Its origin is below the link's, or in the middle of the patch if
-/// the link's origin is beside it. The points are at most eight corners of the patch, or of
-/// the largest rectangle in it that touches (touching_patch.h).
+/// the link's origin is beside it. The points are at most eight corners of the part that
+/// touches (touching_patch.h). If several spheres or capsules reach the facet's plane, their lowest points replace the
+/// corners on them.
 ///
-/// A body that ends in a ball, or has no facet of at least 8 cm^2, gets a point contact: at the ball, if one of its
+/// A body that ends in one ball, or has no facet of at least 8 cm^2, gets a point contact: at the ball, if one of its
 /// spheres or capsules is lowest or a ball fits its lowest vertices within 1 mm; else at its lowest point. Loads meshes
 /// like FindFeet. `link` must have collision geometry, or be fixed to links that have.
 FoundSole MeasureSole(const RobotModel& robot, int link, const Eigen::VectorXd& standing);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <set>
@@ -71,17 +72,27 @@ std::vector<DatasetDiagnostic> MeshFindings(const TriangleMesh& mesh, MeshFaults
   return findings;
 }
 
-/// Returns the links of all legs: the chains from the base to the feet without the base.
+/// Returns a link and all links above it.
+std::set<int> LinksAbove(const RobotModel& robot, int link) {
+  std::set<int> links = {link};
+  while (link > 0) {
+    link = robot.joints()[static_cast<size_t>(robot.links()[static_cast<size_t>(link)].parent_joint)].parent_link;
+    links.insert(link);
+  }
+  return links;
+}
+
+/// Returns the links of all legs: the chains from the trunk to the feet without the trunk and the links fixed to it.
 std::set<int> LegLinks(const Dataset& dataset) {
+  const RobotModel& robot = dataset.robot();
+  const std::set<int> above_trunk = LinksAbove(robot, dataset.trunk().link);
   std::set<int> legs;
   for (const Contact& foot : dataset.contacts()) {
-    for (int link = foot.link_index; link > 0;) {
-      legs.insert(link);
-      link = dataset.robot()
-                 .joints()[static_cast<size_t>(dataset.robot().links()[static_cast<size_t>(link)].parent_joint)]
-                 .parent_link;
-    }
+    const std::set<int> above_foot = LinksAbove(robot, foot.link_index);
+    std::ranges::set_symmetric_difference(above_trunk, above_foot, std::inserter(legs, legs.end()));
+    legs.insert(foot.link_index);
   }
+  std::erase_if(legs, [&](int link) { return robot.MovingJointsBetween(link, dataset.trunk().link) == 0; });
   return legs;
 }
 

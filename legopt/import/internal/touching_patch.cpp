@@ -5,6 +5,7 @@
 #include <array>
 
 #include "legopt/dataset/contact.h"
+#include "legopt/types/check.h"
 
 namespace legopt {
 namespace {
@@ -21,10 +22,23 @@ int Count(const Sums& sums, int x0, int y0, int x1, int y1) {
   return at(x1, y1) - at(x0, y1) - at(x1, y0) + at(x0, y0);
 }
 
+/// Returns the hull of all corners of triangles in the polygon that touch the plane, as of a foot on studs.
+std::vector<Eigen::Vector2d> OutlineOfParts(const std::vector<Eigen::Vector2d>& polygon,
+                                            const TriangleColumns& underside, double plane) {
+  constexpr double kInside_m = 1e-6;
+  std::vector<Eigen::Vector2d> outline;
+  for (const Eigen::Vector3d& corner : underside.Corners()) {
+    if (corner.z() > plane + kPartHeight_m) continue;
+    if (SignedDistanceToPolygon(polygon, corner.head<2>()) <= kInside_m) outline.emplace_back(corner.head<2>());
+  }
+  return ConvexHull2d(std::move(outline));
+}
+
 }  // namespace
 
 std::optional<std::vector<Eigen::Vector2d>> TouchingPatch(const std::vector<Eigen::Vector2d>& polygon,
-                                                          const TriangleColumns& underside, double plane) {
+                                                          const TriangleColumns& underside, double plane,
+                                                          bool on_parts) {
   Eigen::AlignedBox2d box;
   for (const Eigen::Vector2d& corner : polygon) box.extend(corner);
   const std::vector<HalfPlane> edges = Edges(polygon);
@@ -46,6 +60,9 @@ std::optional<std::vector<Eigen::Vector2d>> TouchingPatch(const std::vector<Eige
     return Count(touching, x0, y0, x1, y1) >= kShare * cells;
   };
   if (touches(0, 0, kCells, kCells, Count(inside, 0, 0, kCells, kCells))) return polygon;
+  const std::vector<Eigen::Vector2d> outline =
+      on_parts ? OutlineOfParts(polygon, underside, plane) : std::vector<Eigen::Vector2d>();
+  if (PolygonArea(outline) >= kPartOutlineShare * PolygonArea(polygon)) return polygon;
   const auto at = [&](int x, int y) { return Count(touching, x, y, x + 1, y + 1) > 0; };
   std::array<int, 4> best{};
   int largest = 0;
@@ -62,12 +79,15 @@ std::optional<std::vector<Eigen::Vector2d>> TouchingPatch(const std::vector<Eige
       }
     }
   }
-  if (largest == 0) return std::nullopt;
   const auto corner = [&](int x, int y) {
     return Eigen::Vector2d(box.min() + cell.cwiseProduct(Eigen::Vector2d(x + 0.5, y + 0.5)));
   };
   const auto [x0, y0, x1, y1] = best;
-  return std::vector{corner(x0, y0), corner(x1 - 1, y0), corner(x1 - 1, y1 - 1), corner(x0, y1 - 1)};
+  const std::vector<Eigen::Vector2d> rectangle = {corner(x0, y0), corner(x1 - 1, y0), corner(x1 - 1, y1 - 1),
+                                                  corner(x0, y1 - 1)};
+  if (largest > 0 && PolygonArea(rectangle) >= kFlatArea_m2) return rectangle;
+  if (PolygonArea(outline) >= kFlatArea_m2) return outline;
+  return largest > 0 ? std::optional(rectangle) : std::nullopt;
 }
 
 }  // namespace legopt

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "legopt/robot/kinematics.h"
 #include "legopt/types/check.h"
@@ -11,6 +12,7 @@ namespace legopt {
 namespace {
 
 constexpr std::size_t kGrid = 16;        // places per row of a patch's bounding rectangle
+constexpr std::size_t kFineGrid = 64;    // places per row for a foot that touches with small parts
 constexpr double kOverlap_m = 5e-3;      // a surface this far above the link's underside is below the link
 constexpr double kCornerBand_m = 5e-3;   // corners of the surface are those this far above its lowest point
 constexpr double kInset_m = 1e-6;        // corners are moved inwards, so that rounding does not put them outside
@@ -24,6 +26,19 @@ bool Contains(const std::vector<HalfPlane>& edges, const Eigen::Vector2d& p) {
 
 }  // namespace
 
+/// Adds the exact lowest points of the spheres of a link, and of the ends of its capsules. `X_CL`: its pose.
+void TouchProbe::AddBottoms(const Link& link, const Eigen::Isometry3d& X_CL, std::vector<Eigen::Vector3d>* bottoms) {
+  for (const ShapeSpec& shape : link.collision) {
+    const bool capsule = shape.kind == ShapeSpec::Kind::kCapsule;
+    if (!capsule && shape.kind != ShapeSpec::Kind::kSphere) continue;
+    const double half_m = capsule ? 0.5 * shape.size.z() : 0.0;
+    for (const double end_m : {-half_m, half_m}) {
+      bottoms->emplace_back(X_CL * (shape.pose * Eigen::Vector3d(0.0, 0.0, end_m)));
+      bottoms->back().z() -= shape.size.x();
+    }
+  }
+}
+
 /// `X_CL`: the contact's link in the frame of the patch.
 TouchProbe::Underside TouchProbe::MakeUnderside(const Contact& contact, const Eigen::Isometry3d& X_CL,
                                                 const std::vector<Eigen::Vector2d>& patch) const {
@@ -36,11 +51,13 @@ TouchProbe::Underside TouchProbe::MakeUnderside(const Contact& contact, const Ei
   Underside underside;
   for (int link = 0; link < std::ssize(robot.links()); ++link) {
     if (link != contact.link_index && robot.MovingJointsBetween(link, contact.link_index) > 0) continue;
-    collision_.AddLinkTriangles(link, X_CW * kinematics.link_pose(link), rectangle, &underside.triangles);
+    const Eigen::Isometry3d pose = X_CW * kinematics.link_pose(link);
+    collision_.AddLinkTriangles(link, pose, rectangle, &underside.triangles);
+    AddBottoms(robot.links()[static_cast<std::size_t>(link)], pose, &underside.bottoms);
   }
-  AddGrid(patch, &underside);
+  underside.grid = MakeGrid(patch, kGrid, underside.triangles, TriangleColumns::kNone);
   AddCorners(patch, &underside);
-  for (const auto* places : {&underside.grid, &underside.corners}) {
+  for (const auto* places : {&underside.grid.places, &underside.corners}) {
     for (const Place& place : *places) {
       if (!std::isfinite(place.height)) continue;
       underside.box.extend(Eigen::Vector3d(place.position.x(), place.position.y(), place.height));
@@ -49,21 +66,26 @@ TouchProbe::Underside TouchProbe::MakeUnderside(const Contact& contact, const Ei
   return underside;
 }
 
-void TouchProbe::AddGrid(const std::vector<Eigen::Vector2d>& patch, Underside* underside) {
+/// Places with a surface above `ceiling` are omitted.
+TouchProbe::Grid TouchProbe::MakeGrid(const std::vector<Eigen::Vector2d>& patch, std::size_t size,
+                                      const TriangleColumns& triangles, double ceiling) {
   const std::vector<HalfPlane> edges = Edges(patch);
   Eigen::AlignedBox2d rectangle;
   for (const Eigen::Vector2d& corner : patch) rectangle.extend(corner);
   constexpr std::size_t kOutside = static_cast<std::size_t>(-1);
-  std::vector<std::size_t> index(kGrid * kGrid, kOutside);
+  std::vector<std::size_t> index(size * size, kOutside);
+  Grid grid;
   for (std::size_t cell = 0; cell < index.size(); ++cell) {
-    const std::size_t row = cell / kGrid, column = cell % kGrid;
+    const std::size_t row = cell / size, column = cell % size;
     const Eigen::Vector2d share =
         (Eigen::Vector2d(static_cast<double>(column), static_cast<double>(row)) + Eigen::Vector2d::Constant(0.5)) /
-        static_cast<double>(kGrid);
+        static_cast<double>(size);
     const Eigen::Vector2d p = rectangle.min() + rectangle.sizes().cwiseProduct(share);
     if (!Contains(edges, p)) continue;
-    index[cell] = underside->grid.size();
-    underside->grid.push_back({p, underside->triangles.Lowest(p)});
+    const double height = triangles.Lowest(p);
+    if (height > ceiling) continue;
+    index[cell] = grid.places.size();
+    grid.places.push_back({p, height});
   }
   for (std::size_t cell = 0; cell < index.size(); ++cell) {
     if (index[cell] == kOutside) continue;
@@ -71,15 +93,68 @@ void TouchProbe::AddGrid(const std::vector<Eigen::Vector2d>& patch, Underside* u
       const std::size_t other = exists ? index[cell + step] : kOutside;
       return other == kOutside ? index[cell] : other;
     };
-    underside->neighbour.push_back(next(cell % kGrid + 1 < kGrid, 1));
-    underside->above.push_back(next(cell / kGrid + 1 < kGrid, kGrid));
+    grid.neighbour.push_back(next(cell % size + 1 < size, 1));
+    grid.above.push_back(next(cell / size + 1 < size, size));
   }
+  return grid;
+}
+
+TouchProbe::Grid TouchProbe::VerticesIn(const std::vector<Eigen::Vector2d>& patch, const TriangleColumns& triangles) {
+  const std::vector<HalfPlane> edges = Edges(patch);
+  std::vector<Eigen::Vector3d> corners = triangles.Corners();
+  std::ranges::sort(corners, [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+  });
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  Grid vertices;
+  for (const Eigen::Vector3d& corner : corners) {
+    const Eigen::Vector2d p = corner.head<2>();
+    const auto within = [&](const HalfPlane& edge) { return edge.Distance(p) <= kInset_m; };
+    if (!std::ranges::all_of(edges, within)) continue;
+    vertices.neighbour.push_back(vertices.places.size());
+    vertices.places.push_back({p, corner.z()});
+  }
+  vertices.above = vertices.neighbour;
+  return vertices;
+}
+
+double TouchProbe::OutlineArea_m2(const std::vector<Place>& places) {
+  std::vector<Eigen::Vector2d> outline;
+  for (const Place& place : places) outline.push_back(place.position);
+  return PolygonArea(ConvexHull2d(std::move(outline)));
+}
+
+void TouchProbe::KeepTouchingParts(const std::vector<Eigen::Vector2d>& patch, Underside* underside) {
+  Grid vertices = VerticesIn(patch, underside->triangles);
+  double lowest = TriangleColumns::kNone;
+  for (const auto* places : {&vertices.places, &underside->grid.places}) {
+    for (const Place& place : *places) lowest = std::min(lowest, place.height);
+  }
+  const auto level = static_cast<double>(std::ranges::count_if(
+      underside->grid.places, [&](const Place& place) { return place.height <= lowest + kTouchTolerance_m; }));
+  if (!std::isfinite(lowest) || level >= kTouchShare * static_cast<double>(underside->grid.places.size())) return;
+  const double ceiling = lowest + kPartHeight_m;
+  const double least_m2 = kPartOutlineShare * PolygonArea(patch);
+  Grid parts = MakeGrid(patch, kFineGrid, underside->triangles, ceiling);
+  if (OutlineArea_m2(parts.places) < least_m2) {  // perhaps some parts are smaller than a cell
+    std::erase_if(vertices.places, [&](const Place& place) { return place.height > ceiling; });
+    vertices.neighbour.resize(vertices.places.size());
+    vertices.above.resize(vertices.places.size());
+    parts = std::move(vertices);
+  }
+  const double outline_m2 = OutlineArea_m2(parts.places);
+  if (!(outline_m2 > 0.0) || outline_m2 < least_m2) return;
+  for (const Place& place : parts.places) {
+    underside->box.extend(Eigen::Vector3d(place.position.x(), place.position.y(), place.height));
+  }
+  underside->grid = std::move(parts);
+  underside->outline_m2 = outline_m2;
 }
 
 void TouchProbe::AddCorners(const std::vector<Eigen::Vector2d>& patch, Underside* underside) {
   const std::vector<HalfPlane> edges = Edges(patch);
   double lowest = TriangleColumns::kNone;
-  for (const Place& place : underside->grid) lowest = std::min(lowest, place.height);
+  for (const Place& place : underside->grid.places) lowest = std::min(lowest, place.height);
   std::vector<Eigen::Vector2d> corners;
   for (const Eigen::Vector3d& corner : underside->triangles.Corners()) {
     const Eigen::Vector2d p = corner.head<2>();
@@ -102,7 +177,10 @@ const TouchProbe::Underside& TouchProbe::UndersideOf(const Contact& contact) {
   const Eigen::Isometry3d X_CL = contact.X_LC.inverse(Eigen::Isometry);
   std::vector<Eigen::Vector2d> points;
   for (const Eigen::Vector3d& point : contact.points_L) points.emplace_back((X_CL * point).head<2>());
-  return undersides_.emplace(contact.name, MakeUnderside(contact, X_CL, ConvexHull2d(std::move(points)))).first->second;
+  const std::vector<Eigen::Vector2d> patch = ConvexHull2d(std::move(points));
+  Underside underside = MakeUnderside(contact, X_CL, patch);
+  if (contact.declares_points) KeepTouchingParts(patch, &underside);
+  return undersides_.emplace(contact.name, std::move(underside)).first->second;
 }
 
 double TouchProbe::GapAt(const Place& place) const {
@@ -161,9 +239,11 @@ ContactTouch TouchProbe::MeasurePoint(const Contact& contact, const Eigen::Vecto
     touch.gap_m = std::min(touch.gap_m, gap_m);
     if (gap_m <= kPointTouchTolerance_m) touching.push_back(place.position);
   };
-  for (const Place& place : underside.grid) measure(place);
-  // The lowest point of a tessellated ball is a vertex.
-  for (const Eigen::Vector3d& corner : underside.triangles.Corners()) {
+  for (const Place& place : underside.grid.places) measure(place);
+  // The lowest point of a ball's mesh is a vertex. That of a sphere is below those of the sphere's own mesh.
+  std::vector<Eigen::Vector3d> corners = underside.triangles.Corners();
+  corners.insert(corners.end(), underside.bottoms.begin(), underside.bottoms.end());
+  for (const Eigen::Vector3d& corner : corners) {
     const bool below = corner.head<2>().norm() <= radius_m && corner.z() <= underside.box.min().z() + kCornerBand_m;
     if (below) measure({corner.head<2>(), corner.z()});
   }
@@ -180,7 +260,8 @@ ContactTouch TouchProbe::MeasurePoint(const Contact& contact, const Eigen::Vecto
 ContactTouch TouchProbe::MeasurePatch(const Contact& contact, const Eigen::Isometry3d& X_WL) {
   const Underside& underside = UndersideOf(contact);
   ContactTouch touch{.gap_m = kFarGap_m, .places_W = {}};
-  if (underside.box.isEmpty() || underside.grid.empty()) return touch;
+  if (underside.box.isEmpty() || underside.grid.places.empty()) return touch;
+  const Grid& grid = underside.grid;
   const Eigen::Isometry3d X_WC = X_WL * contact.X_LC;
   CollectScene(underside, X_WC);
 
@@ -189,24 +270,48 @@ ContactTouch TouchProbe::MeasurePatch(const Contact& contact, const Eigen::Isome
         (X_WC * Eigen::Vector3d(place.position.x(), place.position.y(), place.height)).head<2>());
   };
   gaps_.clear();
-  for (const Place& place : underside.grid) gaps_.push_back(GapAt(place));
+  for (const Place& place : grid.places) gaps_.push_back(GapAt(place));
   const auto touches = [&](std::size_t i) { return gaps_[i] <= kTouchTolerance_m; };
-  for (std::size_t i = 0; i < underside.grid.size(); ++i) {
-    if (touches(i)) add(underside.grid[i]);
-    for (const std::size_t other : {underside.neighbour[i], underside.above[i]}) {
+  for (std::size_t i = 0; i < grid.places.size(); ++i) {
+    if (touches(i)) add(grid.places[i]);
+    for (const std::size_t other : {grid.neighbour[i], grid.above[i]}) {
       if (touches(i) == touches(other)) continue;
       const auto [inside, outside] = touches(i) ? std::pair(i, other) : std::pair(other, i);
-      add(Boundary(underside, underside.grid[inside], underside.grid[outside]));
+      add(Boundary(underside, grid.places[inside], grid.places[outside]));
     }
   }
   for (const Place& corner : underside.corners) {
     if (GapAt(corner) <= kTouchTolerance_m) add(corner);
   }
-  const auto quantile =
-      gaps_.begin() + static_cast<std::ptrdiff_t>(std::ceil(kTouchShare * static_cast<double>(gaps_.size()))) - 1;
-  std::ranges::nth_element(gaps_, quantile);
-  touch.gap_m = *quantile;
+  touch.gap_m = GapOfShare(underside);
   return touch;
+}
+
+double TouchProbe::GapOfShare(const Underside& underside) {
+  const auto share = static_cast<std::size_t>(std::ceil(kTouchShare * static_cast<double>(gaps_.size())));
+  if (underside.outline_m2 == 0.0) {
+    const auto quantile = gaps_.begin() + static_cast<std::ptrdiff_t>(share) - 1;
+    std::ranges::nth_element(gaps_, quantile);
+    return *quantile;
+  }
+  std::vector<std::size_t> order(gaps_.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return gaps_[i]; });
+  const auto covers = [&](std::size_t count) {
+    std::vector<Place> nearest;
+    for (std::size_t i = 0; i < count; ++i) nearest.push_back(underside.grid.places[order[i]]);
+    return OutlineArea_m2(nearest) >= kTouchShare * underside.outline_m2;
+  };
+  std::size_t fewest = share, most = order.size();  // all places cover the hull
+  while (fewest < most) {
+    const std::size_t middle = fewest + (most - fewest) / 2;
+    if (covers(middle)) {
+      most = middle;
+    } else {
+      fewest = middle + 1;
+    }
+  }
+  return gaps_[order[most - 1]];
 }
 
 }  // namespace legopt

@@ -69,6 +69,8 @@ Eigen::VectorXd InitialGuess(const Dataset& dataset, const Stance& stance, Initi
     const BasePlace place = FittedPlace(dataset, stance, yaw);
     centre = place.position;
     yaw = place.yaw_rad;
+  } else {  // the trunk is above the middle of the soles
+    centre -= Eigen::Rotation2Dd(yaw) * dataset.trunk().nominal_position_B.head<2>();
   }
   const double sole =
       initialization == Initialization::kGood ? highest + kGoodSoleHeight_m : lowest - kInCollisionSoleDepth_m;

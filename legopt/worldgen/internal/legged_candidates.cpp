@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 
 constexpr double kTrunkMargin_m = 1e-3;
 
-/// Samples of a leg's reach at which it can stand: at a height below the base at which feet stand, and nearer to the
+/// Samples of a leg's reach at which it can stand: at a height below the trunk at which feet stand, and nearer to the
 /// nominal place of its own foot than to that of any other one, so that legs do not cross.
 std::vector<ReachSample> StandingSamples(const ReachCloud& reach, int contact) {
   constexpr double kLowest = 1.15;

@@ -112,7 +112,7 @@ void RequireStride(const ProbeModel& model) {
   throw InputError({(model.dataset->folder() / kDatasetFileName).string(), "nominal_posture",
                     FormatFixed(reach.stride_m(), 3) + " m",
                     "the feet cannot walk: " + foot +
-                        " cannot move to all sides of its nominal place on level ground, at any height of the base",
+                        " cannot move to all sides of its nominal place on level ground, at any height of the trunk",
                     "check the joint limits of this leg, and choose a nominal posture in the middle of its reach, then "
                     "run 'legopt dataset hash'"});
 }

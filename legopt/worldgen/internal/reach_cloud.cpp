@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 #include <string>
+#include <utility>
 
 #include "legopt/math/random_numbers.h"
 #include "legopt/robot/kinematics.h"
@@ -17,23 +18,28 @@ using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// Returns the place of a contact for a base frame at the world's origin.
-ReachSample PlaceOf(const Contact& contact, const Isometry3d& X_BL) {
-  const Isometry3d X_BC = X_BL * contact.X_LC;
+/// Returns the place of a contact whose link is at `X_TL` relative to the trunk.
+ReachSample PlaceOf(const Contact& contact, const Isometry3d& X_TL) {
+  const Isometry3d X_TC = X_TL * contact.X_LC;
   if (contact.kind != ContactKind::kPoint) {
-    const Vector3d forward = X_BC.linear().col(0);
-    return {X_BC.translation(), std::atan2(forward.y(), forward.x())};
+    const Vector3d forward = X_TC.linear().col(0);
+    return {X_TC.translation(), std::atan2(forward.y(), forward.x())};
   }
   // A point contact may turn: the centre of its ball stays above the surface by the same height.
-  return {X_BC.translation() - (contact.radius_m + kPointClearance_m) * Vector3d::UnitZ(), 0.0};
+  return {X_TC.translation() - (contact.radius_m + kPointClearance_m) * Vector3d::UnitZ(), 0.0};
 }
 
-/// Returns the degrees of freedom on the chain from the base to a link.
-std::vector<int> ChainOf(const RobotModel& robot, int link) {
+/// Returns the degrees of freedom on the chain between two links: first those from the base to `link`.
+std::vector<int> ChainBetween(const RobotModel& robot, int trunk, int link) {
+  const std::vector<int>& from = robot.body_chain(robot.link_body(trunk));
+  const std::vector<int>& to = robot.body_chain(robot.link_body(link));
   std::vector<int> chain;
-  for (const int body : robot.body_chain(robot.link_body(link))) {
-    const int dof = robot.joints()[static_cast<std::size_t>(robot.body_joint(body))].dof;
-    if (std::find(chain.begin(), chain.end(), dof) == chain.end()) chain.push_back(dof);
+  for (const auto& [bodies, others] : {std::pair(&to, &from), std::pair(&from, &to)}) {
+    for (const int body : *bodies) {
+      if (std::find(others->begin(), others->end(), body) != others->end()) continue;
+      const int dof = robot.joints()[static_cast<std::size_t>(robot.body_joint(body))].dof;
+      if (std::find(chain.begin(), chain.end(), dof) == chain.end()) chain.push_back(dof);
+    }
   }
   return chain;
 }
@@ -45,10 +51,10 @@ ReachCloud::ReachCloud(const Dataset& dataset, std::uint64_t seed) : legs_(datas
   Eigen::VectorXd x = dataset.self_collision_reference();  // its base is at the origin
   x.head(dataset.nominal_joints().size()) = dataset.nominal_joints();
   kinematics.Update(x);
-  com_ = kinematics.com().head<2>();
+  com_ = (kinematics.com() - dataset.trunk().nominal_position_B).head<2>();
   for (int c = 0; c < num_contacts(); ++c) {
     const Contact& contact = dataset.contacts()[Index(c)];
-    legs_[Index(c)].nominal = PlaceOf(contact, kinematics.link_pose(contact.link_index));
+    legs_[Index(c)].nominal = PlaceOf(contact, dataset.trunk().PoseOf(contact.link_index, kinematics));
     SampleLeg(dataset, c, seed);
     FillCells(legs_[Index(c)]);
   }
@@ -59,7 +65,7 @@ void ReachCloud::SampleLeg(const Dataset& dataset, int contact, std::uint64_t se
   constexpr int kTriesPerSample = 50;
   const RobotModel& robot = dataset.robot();
   const Contact& description = dataset.contacts()[Index(contact)];
-  const std::vector<int> chain = ChainOf(robot, description.link_index);
+  const std::vector<int> chain = ChainBetween(robot, dataset.trunk().link, description.link_index);
   std::mt19937_64 generator(DeriveSeed(seed, "reach/" + description.name));
   Kinematics kinematics(robot);
   Eigen::VectorXd x = dataset.self_collision_reference();
@@ -72,9 +78,9 @@ void ReachCloud::SampleLeg(const Dataset& dataset, int contact, std::uint64_t se
       x[dof] = low + (high - low) * UniformRandom(generator);
     }
     kinematics.UpdatePoses(x);
-    const Isometry3d& X_BL = kinematics.link_pose(description.link_index);
-    const bool level = (X_BL * description.X_LC).linear()(2, 2) >= std::cos(kMaxTilt_rad);
-    if (description.kind == ContactKind::kPoint || level) samples.push_back(PlaceOf(description, X_BL));
+    const Isometry3d X_TL = dataset.trunk().PoseOf(description.link_index, kinematics);
+    const bool level = (X_TL * description.X_LC).linear()(2, 2) >= std::cos(kMaxTilt_rad);
+    if (description.kind == ContactKind::kPoint || level) samples.push_back(PlaceOf(description, X_TL));
   }
 }
 
@@ -148,7 +154,7 @@ int ReachCloud::limiting_contact() const {
   return limiting;
 }
 
-/// Chooses the height of the base: the nominal one, unless another one gives a much longer stride.
+/// Chooses the height of the trunk: the nominal one, unless another one gives a much longer stride.
 void ReachCloud::ChooseHeight() {
   double nominal_m = 0.0;
   for (const Leg& leg : legs_) nominal_m -= leg.nominal.position.z() / static_cast<double>(legs_.size());
@@ -178,7 +184,7 @@ double ReachCloud::span_m() const {
 TrunkPose ReachCloud::Fit(std::span<const Placement> placements, double yaw_hint_rad) const {
   const auto count = static_cast<double>(placements.size());
   TrunkPose pose{.yaw_rad = yaw_hint_rad};
-  Vector2d here = Vector2d::Zero(), there = Vector2d::Zero();  // means, in the world and in the base frame
+  Vector2d here = Vector2d::Zero(), there = Vector2d::Zero();  // means, in the world and relative to the trunk
   for (const Placement& placement : placements) {
     here += placement.position.head<2>() / count;
     there += nominal(placement.contact).position.head<2>() / count;

@@ -10,13 +10,13 @@
 
 namespace legopt::worldgen {
 
-/// Pose of the trunk over the ground: the base frame, upright or tilted with the contacts.
+/// Pose of the trunk (dataset.h) over the ground, upright or tilted with the contacts.
 struct TrunkPose {
-  Eigen::Vector2d position = Eigen::Vector2d::Zero();  ///< of the base in plan, m
-  double yaw_rad = 0.0;                                ///< heading of the base
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();  ///< of its origin in plan, m
+  double yaw_rad = 0.0;                                ///< its heading
   double ground_m = 0.0;                               ///< mean height of the contacts
 
-  /// Returns the point of the plan that is `offset` away from the base, in axes of the base.
+  /// Returns the point of the plan that is `offset` away from the origin, in axes of the trunk.
   Eigen::Vector2d At(const Eigen::Vector2d& offset) const { return position + Eigen::Rotation2Dd(yaw_rad) * offset; }
   /// Returns the pose moved by `offset` in its own axes and turned by `turn_rad`.
   TrunkPose Moved(const Eigen::Vector2d& offset, double turn_rad) const {
@@ -26,22 +26,22 @@ struct TrunkPose {
 
 /// Place that a leg can reach, relative to the trunk.
 struct ReachSample {
-  Eigen::Vector3d position;  ///< point under the contact, in the base frame, m
-  double yaw_rad = 0.0;      ///< heading of the contact frame in the base frame; 0 for a point contact
+  Eigen::Vector3d position;  ///< point under the contact, in the trunk's frame, m
+  double yaw_rad = 0.0;      ///< heading of the contact frame in the trunk's; 0 for a point contact
 };
 
 /// Places that each contact of a robot can reach, from sampled postures of its leg.
 ///
-/// The trunk is the base link. Samples take joint values uniform within their limits (unlimited joints: one turn), on
-/// the chain from the base to the contact only. For a sole, samples that tilt it by more than kMaxTilt_rad against the
-/// base are left out. Reach is the union of balls around the samples. Self-collision and balance are ignored, so that
-/// reach is necessary for a posture, not sufficient.
+/// Samples take joint values uniform within their limits (unlimited joints: one turn), on the chain from the trunk to
+/// the contact only. For a sole, samples that tilt it by more than kMaxTilt_rad against the trunk are left out. Reach
+/// is the union of balls around the samples. Self-collision and balance are ignored, so that reach is necessary for a
+/// posture, not sufficient.
 ///
 /// Depends on robot, contacts, nominal posture and seed only. Immutable and thread-safe.
 class ReachCloud {
  public:
   static constexpr int kSamples = 4096;        ///< number of samples per contact
-  static constexpr double kMaxTilt_rad = 0.8;  ///< maximum tilt of a sole against the base
+  static constexpr double kMaxTilt_rad = 0.8;  ///< maximum tilt of a sole against the trunk
 
   /// Samples all contacts of the dataset.
   ReachCloud(const Dataset& dataset, std::uint64_t seed);
@@ -50,19 +50,19 @@ class ReachCloud {
   const std::vector<ReachSample>& samples(int contact) const { return legs_[Index(contact)].samples; }
   /// Place of a contact in the nominal posture.
   const ReachSample& nominal(int contact) const { return legs_[Index(contact)].nominal; }
-  /// Returns true if the contact can be at a point given in the base frame.
+  /// Returns true if the contact can be at a point given in the trunk's frame.
   bool Reaches(int contact, const Eigen::Vector3d& point) const;
 
   int num_contacts() const { return static_cast<int>(legs_.size()); }  ///< number of contacts
-  /// Height of the base over the contacts at which the legs have the widest reach, m.
+  /// Height of the trunk over the contacts at which the legs have the widest reach, m.
   double height_m() const { return height_m_; }
-  /// Distance, m, that every contact can move to all sides of its nominal place with the base at height_m().
+  /// Distance, m, that every contact can move to all sides of its nominal place with the trunk at height_m().
   double stride_m() const { return stride_m_; }
   /// Returns the contact with the shortest stride, which limits stride_m().
   int limiting_contact() const;
   /// Largest horizontal distance of two contacts in the nominal posture, m.
   double span_m() const;
-  /// Centre of mass in the nominal posture, in plan, relative to the base.
+  /// Centre of mass in the nominal posture, in plan, relative to the trunk.
   const Eigen::Vector2d& com() const { return com_; }
 
   /// A contact and the place where it stands.

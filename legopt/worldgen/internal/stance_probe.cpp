@@ -86,14 +86,16 @@ double NominalSpan_m(const Dataset& dataset) {
   return span_m;
 }
 
-/// Returns the box of the geometry that is fixed to the base, in the base frame; empty if there is none.
-Eigen::AlignedBox3d BaseBox(const Dataset& dataset) {
+/// Returns the box of the geometry that is fixed to the trunk, in the trunk's frame; empty if there is none.
+Eigen::AlignedBox3d TrunkBox(const Dataset& dataset) {
   const RobotModel& robot = dataset.robot();
+  const Trunk& trunk = dataset.trunk();
+  const Isometry3d X_TB = (robot.link_in_body(trunk.link) * trunk.X_LT).inverse(Eigen::Isometry);
   Eigen::AlignedBox3d box;
   for (size_t k = 0; k < robot.links().size(); ++k) {
     const int link = static_cast<int>(k);
-    if (robot.link_body(link) != 0 || robot.links()[k].collision.empty()) continue;
-    box.extend(LinkBox(robot.links()[k], robot.read_guard()).transformed(robot.link_in_body(link)));
+    if (robot.link_body(link) != robot.link_body(trunk.link) || robot.links()[k].collision.empty()) continue;
+    box.extend(LinkBox(robot.links()[k], robot.read_guard()).transformed(X_TB * robot.link_in_body(link)));
   }
   return box;
 }
@@ -103,9 +105,9 @@ void FitToLegs(const Dataset& dataset, ProbeOptions& options) {
   constexpr double kReach = 1.6;
   constexpr double kLowered = 0.1;
   constexpr double kLeastClearance = 0.05;
-  const double height_m = -dataset.nominal_sole_height_m();
+  const double height_m = dataset.trunk_height_m();
   options.reach_m = kReach * NominalSpan_m(dataset);
-  const Eigen::AlignedBox3d box = BaseBox(dataset);
+  const Eigen::AlignedBox3d box = TrunkBox(dataset);
   if (box.isEmpty()) return;
   options.trunk_m = box.sizes();
   options.trunk_centre_m = box.center().head<2>();
@@ -119,9 +121,9 @@ void CheckReachOfTwo(const Dataset& dataset, double reach_m) {
   Check(reach_m > 1.2 * width, "--radius", reach_m,
         "is so small that the feet overlap (a foot is " + std::to_string(width) + " m wide)",
         "leave it out, or use a larger one");
-  const double leg = -dataset.nominal_sole_height_m();
+  const double leg = dataset.trunk_height_m();
   Check(reach_m < 1.3 * leg, "--radius", reach_m,
-        "exceeds the robot's reach (the base is " + std::to_string(leg) + " m above the soles)",
+        "exceeds the robot's reach (the trunk is " + std::to_string(leg) + " m above the soles)",
         "leave it out, or use a smaller one");
 }
 
@@ -135,8 +137,8 @@ void CheckReachOfMany(const Dataset& dataset, double reach_m) {
   Check(reach_m > kLeast * span_m && reach_m < kMost * span_m, "--radius", reach_m,
         "does not fit the robot, whose feet are up to " + FormatFixed(span_m, 3) + " m apart in its nominal posture",
         "leave it out, or use a value near that distance");
-  const double height_m = -dataset.nominal_sole_height_m();
-  Check(height_m > 0.0, "nominal_posture", height_m, "has the feet above the base",
+  const double height_m = dataset.trunk_height_m();
+  Check(height_m > 0.0, "nominal_posture", height_m, "has the feet above the trunk",
         "bend the legs downwards: edit nominal_posture, then run 'legopt dataset hash'");
 }
 
@@ -145,7 +147,7 @@ void CheckReachOfMany(const Dataset& dataset, double reach_m) {
 ProbeOptions ProbeOptions::For(const Dataset& dataset) {
   constexpr double kAtlasHeight_m = 0.873903;
   ProbeOptions options;
-  const double scale = -dataset.nominal_sole_height_m() / kAtlasHeight_m;
+  const double scale = dataset.trunk_height_m() / kAtlasHeight_m;
   options.reach_m *= scale;
   options.step_m *= scale;
   options.trunk_m *= scale;
@@ -180,7 +182,7 @@ std::shared_ptr<const ReachCloud> SampleReach(const Dataset& dataset, std::uint6
     if (!reach->samples(c).empty()) continue;
     throw InputError({(dataset.folder() / kDatasetFileName).string(),
                       "contacts." + dataset.contacts()[static_cast<size_t>(c)].name, "",
-                      "its sole cannot be level in any posture of the leg, with a level base",
+                      "its sole cannot be level in any posture of the leg, with a level trunk",
                       "check its frame (z points out of the surface, into the robot) and the limits of its joints"});
   }
   return reach;

@@ -24,11 +24,11 @@ struct ProbeOptions {
   double step_m = 0.30;       ///< maximum height difference between the feet
   Eigen::Vector3d trunk_m = {0.40, 0.50, 0.70};  ///< size of the trunk box, x forward
   double trunk_low_m = 0.74;                     ///< height of the trunk box's lower side above the mean foot height
-  Eigen::Vector2d trunk_centre_m = {0.0, 0.0};   ///< centre of the trunk box relative to the base; 0 for two feet
+  Eigen::Vector2d trunk_centre_m = {0.0, 0.0};   ///< centre of the trunk box relative to the trunk; 0 for two feet
 
   /// Scales the defaults to another robot: all values except slope and tolerances are proportional to the height of the
-  /// base above the contact patches (0.874 m for Atlas). For another number of feet than two, the trunk box contains
-  /// the geometry that is fixed to the base, a tenth of the height lower than in the nominal posture, and the reach is
+  /// trunk above the contact patches (0.874 m for Atlas). For another number of feet than two, the trunk box contains
+  /// the geometry that is fixed to the trunk, a tenth of the height lower than in the nominal posture, and the reach is
   /// 1.6 times the largest distance of two feet in that posture.
   static ProbeOptions For(const Dataset& dataset);
   /// Throws InputError: a value out of range, a reach at which the feet overlap or that exceeds the length of the legs,

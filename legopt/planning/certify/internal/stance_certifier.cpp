@@ -189,7 +189,7 @@ VectorXd StanceCertifier::Start(const Stance& stance, int number) const {
   if (number == 0) return x;
   std::mt19937_64 generator = GeneratorOfStart(stance, number);
   const int n = dataset_->robot().num_dofs();
-  ScatterBase(-dataset_->nominal_sole_height_m(), generator, x.tail(x.size() - n));
+  ScatterBase(dataset_->trunk_height_m(), generator, x.tail(x.size() - n));
   ScatterJoints(dataset_->robot(), generator, x.head(n));
   return x;
 }
