@@ -212,6 +212,21 @@ TEST_F(Standing, FeetOnBothSidesAreFoundAlthoughOneSideIsHigher) {
   EXPECT_EQ(Dataset::Load(out_)->contacts().size(), 4U);
 }
 
+// With all joints at 0, and in the middle of their limits, the legs are stretched forwards, and the trunk is as low.
+TEST_F(Standing, ARobotThatLiesShowsNoFeet) {
+  std::string text = Walker().Urdf();
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) {
+      text.replace(at, from.size(), to);
+    }
+  };
+  replace("'0 0 -0.3'", "'0.3 0 0'");
+  replace("lower='0' upper='2.5'", "lower='-2.5' upper='2.5'");
+  replace("<origin xyz='0 0 0.2'/>", "<origin xyz='0 0 0.05'/>");
+  EXPECT_THAT(test::MessageOf([&] { ImportText(text); }),
+              AllOf(HasSubstr("--contacts"), HasSubstr("1 l_foot, 2 r_foot")));
+}
+
 TEST_F(Standing, FeetWithVisualGeometryOnlyAreMeasuredOnIt) {
   Walker walker{.foot = ""};
   std::string text = walker.Urdf();

@@ -96,6 +96,8 @@ int TouchingLink(const std::map<int, std::vector<Eigen::Vector3d>>& points, int 
 struct Ends {
   std::vector<End> all;  ///< with geometry, lowest first
   std::size_t feet = 0;  ///< the first ones are feet
+  /// The body of the root link, which is no end, is as low as the feet: the robot lies, or its legs are stretched.
+  bool lies = false;
 };
 
 /// Number of feet on the left minus that on the right.
@@ -114,13 +116,16 @@ Ends EndsAt(const RobotModel& robot, const Bodies& bodies, const std::vector<std
   kinematics.UpdatePoses(x);
   std::map<int, End> by_body;
   std::map<int, std::map<int, std::vector<Eigen::Vector3d>>> placed;  // keys: body, link
-  double low = std::numeric_limits<double>::infinity(), high = -low;
+  double low = std::numeric_limits<double>::infinity(), high = -low, low_root = low;
   for (int link = 0; link < std::ssize(robot.links()); ++link) {
     for (const Eigen::Vector3d& point : points[static_cast<std::size_t>(link)]) {
       const Eigen::Vector3d p = kinematics.link_pose(link) * point;
       low = std::min(low, p.z());
       high = std::max(high, p.z());
-      if (!bodies.IsEnd(bodies.of(link))) continue;
+      if (!bodies.IsEnd(bodies.of(link))) {
+        if (bodies.of(link) == 0) low_root = std::min(low_root, p.z());
+        continue;
+      }
       placed[bodies.of(link)][link].push_back(p);
       End& end = by_body[bodies.of(link)];
       if (p.z() < end.lowest.z()) end = {link, p};
@@ -135,6 +140,7 @@ Ends EndsAt(const RobotModel& robot, const Bodies& bodies, const std::vector<std
   const auto within = [&](double band) {
     return std::ranges::count_if(ends.all, [&](const End& end) { return end.lowest.z() <= low + band * (high - low); });
   };
+  ends.lies = low_root <= low + kFootBand * (high - low);
   ends.feet = static_cast<std::size_t>(within(kFootBand) == 1 ? within(kWideFootBand) : within(kFootBand));
   if (ends.feet >= 2 && static_cast<std::size_t>(std::abs(Balance(ends))) == ends.feet) {
     Ends wider = ends;
@@ -154,9 +160,10 @@ Eigen::VectorXd Middle(const RobotModel& robot) {
   return x;
 }
 
-/// As many feet on the left as on the right are most plausible; then an even number; then two or more.
+/// As many feet on the left as on the right are most plausible; then an even number; then two or more. A robot that
+/// lies shows no feet.
 int Plausibility(const Ends& ends) {
-  if (ends.feet < 2) return 0;
+  if (ends.feet < 2 || ends.lies) return 0;
   if (ends.feet % 2 != 0) return 1;
   return Balance(ends) == 0 ? 3 : 2;
 }

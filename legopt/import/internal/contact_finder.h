@@ -20,9 +20,10 @@ struct FoundFeet {
 ///
 /// Three postures are tried: `standing` (n + 7, base upright), all joints at 0, and all joints in the middle of their
 /// limits. The most symmetric result counts; of equal ones, the first. Links connected by fixed joints are one body.
-/// The link of a foot is the one that touches the ground with the largest area, within 3 mm of the lowest point; if
-/// three or more links touch, it is the body's first link. Loads meshes with the robot's guard; throws InputError for a
-/// mesh that cannot be read.
+/// A posture counts only if the body of the root link, unless it is an end, is above the 6 %: else the robot lies. The
+/// link of a foot is the one that touches the ground with the largest area, within 3 mm of the lowest point; if three
+/// or more links touch, it is the body's first link. Loads meshes with the robot's guard; throws InputError for a mesh
+/// that cannot be read.
 FoundFeet FindFeet(const RobotModel& robot, const Eigen::VectorXd& standing);
 
 /// A contact measured on the geometry of a link.
