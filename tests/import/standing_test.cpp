@@ -107,7 +107,7 @@ TEST_F(Standing, FeetOnFourBallsAreSoles) {
   }
 }
 
-TEST_F(Standing, MeshesInMillimetresAreRefusedWithoutAScale) {
+TEST_F(Standing, MeshesInMillimetresNeedAScaleAndOpenOnesGetAWarning) {
   const Walker walker{.foot = "<geometry><mesh filename='foot.stl'/></geometry>"};
   std::string text = "solid foot\n";
   const auto corner = [](int i) {
@@ -132,9 +132,17 @@ TEST_F(Standing, MeshesInMillimetresAreRefusedWithoutAScale) {
   EXPECT_THAT(test::MessageOf([&] { Import(walker); }), AllOf(HasSubstr("l_foot"), HasSubstr("--mesh-scale 0.001")));
   fs::remove_all(out_);
   options_.mesh_scale = 0.001;
-  const ImportReport report = Import(walker);
+  ImportReport report = Import(walker);
   EXPECT_FALSE(AnyError(report.findings));
   EXPECT_NEAR(Dataset::Load(out_)->contacts()[0].Patch().sizes().x(), 0.2, 1e-6);
+  EXPECT_TRUE(Of(report, "link meshes").empty());
+
+  const std::size_t last = text.rfind("facet normal");
+  test::WriteText(folder_.path() / "in" / "foot.stl", text.substr(0, last) + "endsolid\n");
+  fs::remove_all(out_);
+  report = Import(walker);
+  ASSERT_FALSE(Of(report, "link meshes").empty()) << "the mesh has a hole";
+  EXPECT_THAT(Of(report, "link meshes").back().message, HasSubstr("not closed"));
 }
 
 TEST_F(Standing, ARobotThatFallsSidewaysNamesTheConflict) {

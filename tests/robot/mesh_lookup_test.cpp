@@ -54,6 +54,8 @@ TEST_F(MeshLookup, FallbacksAreNamed) {
   EXPECT_EQ(Found("package://old_name/meshes/visual/Foot.stl"), "meshes/visual/Foot.stl");
   EXPECT_THAT(Fallback("package://old_name/meshes/visual/Foot.stl"), HasSubstr("end of its path"));
   EXPECT_EQ(Found("package:///old_name/meshes/visual/Foot.stl"), "meshes/visual/Foot.stl");
+  EXPECT_EQ(Found("package:///walker/meshes/visual/Foot.stl"), "meshes/visual/Foot.stl");
+  EXPECT_THAT(Fallback("package:///walker/meshes/visual/Foot.stl"), HasSubstr("name of a package"));
   EXPECT_EQ(Found("../Meshes/VISUAL/foot.STL"), "meshes/visual/Foot.stl");
   EXPECT_THAT(Fallback("../Meshes/VISUAL/foot.STL"), HasSubstr("case"));
 }

@@ -350,6 +350,17 @@ TEST(UrdfCheck, WhiteSpaceInNumbersIsFree) {
   EXPECT_EQ(robot.links()[0].com, Eigen::Vector3d(1, 2, 3));
 }
 
+TEST(UrdfCheck, OneNumberScalesAMeshAlongAllAxes) {
+  const CheckedUrdf urdf = CheckUrdf(
+      "<robot name='r'><link name='a'><collision><geometry><mesh filename='a.stl' scale=' 0.001 '/></geometry>"
+      "</collision></link></robot>",
+      "robot.urdf");
+  EXPECT_THAT(urdf.text, HasSubstr("scale=\"0.001 0.001 0.001\""));
+  ASSERT_EQ(urdf.notes.size(), 1U);
+  EXPECT_EQ(urdf.notes[0].severity, UrdfSeverity::kWarning);
+  EXPECT_THAT(urdf.notes[0].message, HasSubstr("all three axes"));
+}
+
 TEST(UrdfCheck, FixedJointsMayHaveNoDirection) {
   const std::string joint =
       "'><parent link='a'/><child link='b'/><axis xyz='0 0 0'/><limit lower='0' upper='1' effort='0' "

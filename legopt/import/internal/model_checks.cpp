@@ -162,14 +162,14 @@ std::vector<DatasetDiagnostic> CheckSceneMeshes(const Dataset& dataset) {
 
 std::vector<DatasetDiagnostic> CheckRobot(const Dataset& dataset) {
   const RobotModel& robot = dataset.robot();
-  int shaped = 0, open = 0;
-  std::string inverted;
+  int shaped = 0;
+  std::string inverted, open;
   for (const Link& link : robot.links()) {
     shaped += link.collision.empty() ? 0 : 1;
     for (const ShapeSpec& shape : link.collision) {
       if (shape.kind != ShapeSpec::Kind::kMesh) continue;
       const MeshFaults faults = FindMeshFaults(Tessellate(shape, robot.read_guard()));
-      open += faults.open_edges > 0 ? 1 : 0;
+      if (faults.open_edges > 0) open += (open.empty() ? "" : ", ") + link.name;
       if (faults.inverted_components > 0) inverted += (inverted.empty() ? "" : ", ") + link.name;
     }
   }
@@ -187,17 +187,15 @@ std::vector<DatasetDiagnostic> CheckRobot(const Dataset& dataset) {
        .message = std::to_string(robot.links().size()) + " links, " + std::to_string(shaped) +
                   " with collision geometry; contacts and heights of their links: " + contacts,
        .fix = ""}};
-  if (!inverted.empty() || open > 0) {
-    findings.push_back(
-        {.severity = inverted.empty() ? Severity::kInfo : Severity::kWarning,
-         .check = "link meshes",
-         .file = "",
-         .field = inverted,
-         .value = std::to_string(open) + " open",
-         .message = inverted.empty() ? "meshes that are not closed are common for a robot: the solver uses their hulls"
-                                     : "have bodies that are wound inside out: the judge may measure wrong depths",
-         .fix = inverted.empty() ? "" : "turn the triangles of these links' meshes round"});
-  }
+  const auto warn = [&](const std::string& links, const char* message, const char* fix) {
+    if (!links.empty()) findings.push_back({Severity::kWarning, "link meshes", "", links, "", message, fix});
+  };
+  warn(inverted, "have bodies that are wound inside out: the judge may measure wrong depths",
+       "turn the triangles of these links' meshes round");
+  warn(open,
+       "have meshes that are not closed: the judge finds no obstacle inside that does not touch their surface; the "
+       "solver uses their hulls",
+       "close these meshes");
   return findings;
 }
 

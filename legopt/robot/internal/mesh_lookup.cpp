@@ -64,7 +64,8 @@ std::optional<fs::path> Upwards(const fs::path& folder, const Look& look) {
 
 /// A mesh name without its scheme.
 struct MeshName {
-  bool in_package = false;  ///< path begins with a package's name
+  bool in_package = false;    ///< path begins with a package's name
+  bool names_package = true;  ///< the name of the package is not empty
   fs::path path;
 };
 
@@ -72,12 +73,13 @@ MeshName Parsed(std::string_view text) {
   for (const std::string_view scheme : {"package://", "model://"}) {
     if (!text.starts_with(scheme)) continue;
     text.remove_prefix(scheme.size());
+    const bool names_package = !text.starts_with('/');
     while (text.starts_with('/')) text.remove_prefix(1);
-    return {true, text};
+    return {true, names_package, text};
   }
   constexpr std::string_view kFile = "file://";
   if (text.starts_with(kFile)) text.remove_prefix(kFile.size());
-  return {false, text};
+  return {false, true, text};
 }
 
 std::optional<fs::path> Find(const MeshName& name, const fs::path& folder, bool ignore_case) {
@@ -96,7 +98,7 @@ std::optional<fs::path> FindEnd(const MeshName& name, const fs::path& folder, bo
     fs::path shorter;
     for (auto part = std::next(rest.begin()); part != rest.end(); ++part) shorter /= *part;
     rest = shorter;
-    if (const auto found = Find({true, rest}, folder, ignore_case)) return found;
+    if (const auto found = Find({true, true, rest}, folder, ignore_case)) return found;
   }
   return std::nullopt;
 }
@@ -107,7 +109,9 @@ std::optional<FoundMesh> FindMesh(const std::string& name, const fs::path& folde
   const auto result = [](const fs::path& path, const char* fallback) {
     return FoundMesh{fs::absolute(path).lexically_normal(), fallback};
   };
-  if (const auto found = Find(Parsed(name), folder, false)) return result(*found, "");
+  if (const auto found = Find(Parsed(name), folder, false)) {
+    return result(*found, Parsed(name).names_package ? "" : "without the name of a package");
+  }
   std::string text = name;
   std::ranges::replace(text, '\\', '/');
   if (const auto found = Find(Parsed(text), folder, false)) return result(*found, "with '/' instead of '\\'");

@@ -37,8 +37,9 @@ struct CheckedUrdf {
 /// size; negative masses; unexpanded xacro; duplicate names; links that do not exist, are the child of two joints, or
 /// do not form a tree; more than 2,000 links, or 16 MiB of text. Repaired, with a note: a missing name of the robot,
 /// effort or inertia; repeated elements; empty collision elements; flat boxes and spheres without radius, which get 1
-/// and 0.1 mm; infinite limits; root links on a floating joint. Faults of parts that nothing reads (visuals, materials,
-/// dynamics) are notes. Other elements (sensors, transmissions, simulator extensions) are ignored.
+/// and 0.1 mm; infinite limits; root links on a floating joint; a mesh's scale of one number. Faults of parts that
+/// nothing reads (visuals, materials, dynamics) are notes. Other elements (sensors, transmissions, simulator
+/// extensions) are ignored.
 ///
 /// Throws InputError with all faults, each with link or joint, element, attribute, line, value and fix. Thread-safe.
 CheckedUrdf CheckUrdf(const std::string& xml, const std::string& source);

@@ -54,7 +54,7 @@ UrdfElementRule Geometry() {
           .children = {shape("box", {size}), shape("sphere", {dot}), shape("cylinder", {radius, length}),
                        shape("capsule", {radius, length}),
                        shape("mesh", {{.name = "filename", .value = Value::kFile, .required = kRequired},
-                                      {.name = "scale", .value = Value::kThreeNotZero}})},
+                                      {.name = "scale", .value = Value::kThreeNotZero, .one_for_all = true}})},
           .holds_one = true};
 }
 
@@ -328,6 +328,14 @@ bool ReplaceSpecialNumbers(const UrdfAttributeRule& rule, std::string* text) {
   }
   if (replaced) *text = result;
   return replaced;
+}
+
+bool RepeatNumber(const UrdfAttributeRule& rule, std::string* text) {
+  const std::vector<std::string_view> words = Words(*text);
+  if (!rule.one_for_all || words.size() != 1) return false;
+  const std::string number(words.front());
+  *text = number + " " + number + " " + number;
+  return true;
 }
 
 std::string PrintableUrdfText(std::string_view text) {

@@ -33,6 +33,7 @@ struct UrdfAttributeRule {
   std::string_view replacement = {};  ///< not empty: text of a required attribute that is missing
   std::string_view zero = {};         ///< not empty: text instead of a number 0
   std::string_view infinity = {};     ///< not empty: text instead of an infinite number, without sign
+  bool one_for_all = false;           ///< one number instead of three is the value of all three
 };
 
 /// Rule of an element, with its attributes and children. Elements without a rule are not part of the robot and not
@@ -73,6 +74,9 @@ UrdfValueText CheckUrdfValue(std::string_view text, UrdfValue value);
 
 /// Replaces the zeros and infinities for which the rule has a text. Returns true if there were any.
 bool ReplaceSpecialNumbers(const UrdfAttributeRule& rule, std::string* text);
+
+/// Writes one number three times if the rule permits one. Returns true if it did.
+bool RepeatNumber(const UrdfAttributeRule& rule, std::string* text);
 
 /// Returns the text for a message: at most 60 bytes, control characters as '?'.
 std::string PrintableUrdfText(std::string_view text);

@@ -159,6 +159,7 @@ class UrdfWalk {
       const std::string_view meaning = rule.value == UrdfValue::kNumber ? "no limit" : "0";
       Repair(element, place, text, "means " + std::string(meaning) + "; written as " + repaired, target);
     }
+    if (RepeatNumber(rule, &repaired)) Note(element, place, "has one number; it counts for all three axes", target);
     const UrdfValueText checked = CheckUrdfValue(repaired, rule.value);
     if (checked.fault) {
       Fail(element, place, text, checked.fault->message, checked.fault->fix, target);
