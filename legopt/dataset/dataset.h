@@ -31,7 +31,7 @@ Eigen::AlignedBox3d LinkBox(const Link& link, const ReadGuard& guard = {});
 struct Trunk {
   int link = 0;                                                  ///< index into RobotModel::links()
   Eigen::Isometry3d X_LT = Eigen::Isometry3d::Identity();        ///< frame T in the link frame, a rotation
-  Eigen::Vector3d nominal_position_B = Eigen::Vector3d::Zero();  ///< its origin relative to the base, nominal, m
+  Eigen::Vector3d nominal_position_B = Eigen::Vector3d::Zero();  ///< origin of T in the nominal posture, m
 
   /// Returns the pose of a link relative to the trunk. `kinematics` has the robot's link poses.
   Eigen::Isometry3d PoseOf(int other, const Kinematics& kinematics) const;

@@ -166,12 +166,15 @@ std::vector<DatasetDiagnostic> CheckRobot(const Dataset& dataset) {
   std::string inverted, open;
   for (const Link& link : robot.links()) {
     shaped += link.collision.empty() ? 0 : 1;
+    bool any_open = false, any_inverted = false;
     for (const ShapeSpec& shape : link.collision) {
       if (shape.kind != ShapeSpec::Kind::kMesh) continue;
       const MeshFaults faults = FindMeshFaults(Tessellate(shape, robot.read_guard()));
-      if (faults.open_edges > 0) open += (open.empty() ? "" : ", ") + link.name;
-      if (faults.inverted_components > 0) inverted += (inverted.empty() ? "" : ", ") + link.name;
+      any_open = any_open || faults.open_edges > 0;
+      any_inverted = any_inverted || faults.inverted_components > 0;
     }
+    if (any_open) open += (open.empty() ? "" : ", ") + link.name;
+    if (any_inverted) inverted += (inverted.empty() ? "" : ", ") + link.name;
   }
   std::string contacts;
   for (const Contact& contact : dataset.contacts()) {
