@@ -8,6 +8,7 @@
 #include <numbers>
 #include <optional>
 
+#include "legopt/geometry/internal/ball.h"
 #include "legopt/geometry/internal/convex_shape.h"
 #include "legopt/geometry/internal/mesh.h"
 #include "legopt/import/internal/copied_robot.h"
@@ -271,12 +272,6 @@ std::vector<Eigen::Vector2d> Simplified(std::vector<Eigen::Vector2d> polygon) {
 /// Rounds to micrometres; never -0.
 double Rounded(double value) { return std::round(value * kPerMetre) / kPerMetre + 0.0; }
 
-/// A ball.
-struct Ball {
-  Eigen::Vector3d centre;
-  double radius_m = 0.0;
-};
-
 /// Returns the ball that fits the points best: least squares of |p - c|^2 - r^2. Nothing for fewer than four points,
 /// and for points in a plane.
 std::optional<Ball> FittedBall(const std::vector<Eigen::Vector3d>& points) {
@@ -320,17 +315,6 @@ Ball LowestBall(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3
   return {.centre = lowest};
 }
 
-/// Adds the balls at the ends of a link's shapes, moved by `pose`.
-void AddBalls(const Link& link, const Eigen::Isometry3d& pose, std::vector<Ball>* balls) {
-  for (const ShapeSpec& shape : link.collision) {
-    const double half_m = shape.kind == ShapeSpec::Kind::kCapsule ? 0.5 * shape.size.z() : 0.0;
-    if (shape.kind != ShapeSpec::Kind::kSphere && shape.kind != ShapeSpec::Kind::kCapsule) continue;
-    for (const double end : {-half_m, half_m}) {
-      balls->push_back({.centre = pose * (shape.pose * Eigen::Vector3d(0, 0, end)), .radius_m = shape.size.x()});
-    }
-  }
-}
-
 /// Returns the ball with the lowest point; nothing without balls.
 std::optional<Ball> LowestOf(const std::vector<Ball>& balls, const Eigen::Vector3d& up) {
   if (balls.empty()) return {};
@@ -369,9 +353,9 @@ BallSupport SupportOf(const std::vector<Ball>& balls, const Facet& facet, const 
 
 /// Foot seen along the normal of a facet of its hull.
 struct FootView {
-  std::vector<Eigen::Vector3d> corners;  ///< of the facet
-  Eigen::Vector3d normal;                ///< of the facet, outwards
-  Eigen::Vector3d forward;               ///< of the robot
+  std::vector<Eigen::Vector3d> corners;  ///< corners of the facet
+  Eigen::Vector3d normal;                ///< outward normal of the facet
+  Eigen::Vector3d forward;               ///< forward direction of the robot
   bool on_balls = false;                 ///< the corners are the lowest points of balls
   /// The foot's lowest points lie on one ball: then a facet that does not touch over its area, as between two bodies,
   /// is no sole.
@@ -439,7 +423,9 @@ FoundSole MeasureSole(const RobotModel& robot, int link, const Eigen::VectorXd& 
     if (bodies.of(other) != bodies.of(link)) continue;
     const Link& part = robot.links()[static_cast<std::size_t>(other)];
     const Eigen::Isometry3d pose = X_LW * kinematics.link_pose(other);
-    AddBalls(part, pose, &balls);
+    for (const ShapeSpec& shape : part.collision) {
+      for (const Ball& ball : BallsOf(shape, pose)) balls.push_back(ball);
+    }
     for (const Eigen::Vector3d& p : PointsOf(part, robot.read_guard())) points.push_back(pose * p);
   }
   FoundSole sole;

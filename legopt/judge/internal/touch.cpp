@@ -5,6 +5,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "legopt/geometry/internal/ball.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/types/check.h"
 
@@ -26,19 +27,6 @@ bool Contains(const std::vector<HalfPlane>& edges, const Eigen::Vector2d& p) {
 
 }  // namespace
 
-/// Adds the exact lowest points of the spheres of a link, and of the ends of its capsules. `X_CL`: its pose.
-void TouchProbe::AddBottoms(const Link& link, const Eigen::Isometry3d& X_CL, std::vector<Eigen::Vector3d>* bottoms) {
-  for (const ShapeSpec& shape : link.collision) {
-    const bool capsule = shape.kind == ShapeSpec::Kind::kCapsule;
-    if (!capsule && shape.kind != ShapeSpec::Kind::kSphere) continue;
-    const double half_m = capsule ? 0.5 * shape.size.z() : 0.0;
-    for (const double end_m : {-half_m, half_m}) {
-      bottoms->emplace_back(X_CL * (shape.pose * Eigen::Vector3d(0.0, 0.0, end_m)));
-      bottoms->back().z() -= shape.size.x();
-    }
-  }
-}
-
 /// `X_CL`: the contact's link in the frame of the patch.
 TouchProbe::Underside TouchProbe::MakeUnderside(const Contact& contact, const Eigen::Isometry3d& X_CL,
                                                 const std::vector<Eigen::Vector2d>& patch) const {
@@ -53,7 +41,11 @@ TouchProbe::Underside TouchProbe::MakeUnderside(const Contact& contact, const Ei
     if (link != contact.link_index && robot.MovingJointsBetween(link, contact.link_index) > 0) continue;
     const Eigen::Isometry3d pose = X_CW * kinematics.link_pose(link);
     collision_.AddLinkTriangles(link, pose, rectangle, &underside.triangles);
-    AddBottoms(robot.links()[static_cast<std::size_t>(link)], pose, &underside.bottoms);
+    for (const ShapeSpec& shape : robot.links()[static_cast<std::size_t>(link)].collision) {
+      for (const Ball& ball : BallsOf(shape, pose)) {
+        underside.bottoms.emplace_back(ball.centre - ball.radius_m * Eigen::Vector3d::UnitZ());
+      }
+    }
   }
   underside.grid = MakeGrid(patch, kGrid, underside.triangles, TriangleColumns::kNone);
   AddCorners(patch, &underside);

@@ -65,7 +65,7 @@ class TouchProbe {
     TriangleColumns triangles;
     Grid grid;
     std::vector<Place> corners;            ///< corners of the patch and of the link's surface
-    Eigen::AlignedBox3d box;               ///< of all places with a surface
+    Eigen::AlignedBox3d box;               ///< box around all places with a surface
     std::vector<Eigen::Vector3d> bottoms;  ///< lowest points of the link's spheres and of the ends of its capsules
     double outline_m2 = 0.0;  ///< area of the places' hull if the grid has only the parts that touch level ground
   };
@@ -74,7 +74,6 @@ class TouchProbe {
   ContactTouch MeasurePoint(const Contact& contact, const Eigen::Vector3d& normal_W, const Eigen::Isometry3d& X_WL);
   void CollectScene(const Underside& underside, const Eigen::Isometry3d& X_WC);
   const Underside& UndersideOf(const Contact& contact);
-  static void AddBottoms(const Link& link, const Eigen::Isometry3d& X_CL, std::vector<Eigen::Vector3d>* bottoms);
   Underside MakeUnderside(const Contact& contact, const Eigen::Isometry3d& X_CL,
                           const std::vector<Eigen::Vector2d>& patch) const;
   static Grid MakeGrid(const std::vector<Eigen::Vector2d>& patch, std::size_t size, const TriangleColumns& triangles,
