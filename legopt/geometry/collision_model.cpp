@@ -127,7 +127,9 @@ void PrepareRobot(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> ref
   for (const Link& link : robot.links()) AddHulls(link, robot.read_guard(), impl);
   TrimeshWorld world;
   LinkTrimeshes meshes(robot, world);
-  LinkPieces pieces(robot, {options.link_concavity_m, options.max_link_pieces});
+  // Without a list of pairs, as in datasets made before there were lists, all triangles are used: bits stay equal.
+  LinkPieces pieces(robot, {options.link_concavity_m, options.max_link_pieces},
+                    options.unchecked ? DecompositionMethod::kSample : DecompositionMethod::kAllTriangles);
   impl.pairs = options.unchecked ? ClassifyListedPairs(robot, meshes, pieces, *options.unchecked, options.pairs)
                                  : ClassifyLinkPairs(robot, meshes, pieces, reference_x, options.pairs);
   for (const LinkPair& pair : impl.pairs.decomposed) {

@@ -384,17 +384,16 @@ std::vector<ConvexHull> DecomposeBodies(const TriangleMesh& mesh, const Decompos
 
 namespace {
 
-using Decomposition = std::vector<ConvexHull> (*)(const TriangleMesh&, const DecompositionLimits&);
-
-std::vector<ConvexShape> Decompose(const RobotModel& robot, int link, Decomposition decompose,
-                                   const DecompositionLimits& limits) {
+/// `decompose`: from a mesh to its hulls.
+template <class Decomposition>
+std::vector<ConvexShape> Decompose(const RobotModel& robot, int link, Decomposition decompose) {
   std::vector<ConvexShape> shapes;
   for (const ShapeSpec& spec : robot.links()[static_cast<size_t>(link)].collision) {
     if (spec.kind != ShapeSpec::Kind::kMesh) {
       shapes.push_back(ConvexShape::FromPrimitive(spec));
       continue;
     }
-    for (ConvexHull& hull : decompose(Tessellate(spec, robot.read_guard()), limits)) {
+    for (ConvexHull& hull : decompose(Tessellate(spec, robot.read_guard()))) {
       shapes.push_back(ConvexShape::FromHull(std::move(hull)));
     }
   }
@@ -405,13 +404,20 @@ std::vector<ConvexShape> Decompose(const RobotModel& robot, int link, Decomposit
 
 const std::vector<ConvexShape>& LinkPieces::Pieces(int link) {
   const auto [it, inserted] = pieces_.try_emplace(link);
-  if (inserted) it->second = Decompose(robot_, link, DecomposeApproximately, limits_);
+  if (inserted) {
+    it->second = Decompose(robot_, link, [this](const TriangleMesh& mesh) {
+      return method_ == DecompositionMethod::kSample ? DecomposeBySample(mesh, limits_)
+                                                     : DecomposeApproximately(mesh, limits_);
+    });
+  }
   return it->second;
 }
 
 const std::vector<ConvexShape>& LinkPieces::Bodies(int link) {
   const auto [it, inserted] = bodies_.try_emplace(link);
-  if (inserted) it->second = Decompose(robot_, link, DecomposeBodies, limits_);
+  if (inserted) {
+    it->second = Decompose(robot_, link, [this](const TriangleMesh& mesh) { return DecomposeBodies(mesh, limits_); });
+  }
   return it->second;
 }
 

@@ -35,14 +35,21 @@ std::vector<ConvexHull> DecomposeBySample(const TriangleMesh& mesh, const Decomp
 /// between two bodies, into which another link may reach.
 std::vector<ConvexHull> DecomposeBodies(const TriangleMesh& mesh, const DecompositionLimits& limits);
 
+/// How a mesh is decomposed as a whole.
+enum class DecompositionMethod {
+  kAllTriangles,  ///< DecomposeApproximately
+  kSample,        ///< DecomposeBySample
+};
+
 /// Convex shapes that together cover the geometry of a link, in the link's frame: primitives unchanged, meshes
 /// decomposed. Computed on demand and cached. Not thread-safe.
 class LinkPieces {
  public:
-  /// `robot` must outlive this object.
-  LinkPieces(const RobotModel& robot, const DecompositionLimits& limits) : robot_(robot), limits_(limits) {}
+  /// `robot` must outlive this object. `method` decomposes meshes as a whole.
+  LinkPieces(const RobotModel& robot, const DecompositionLimits& limits, DecompositionMethod method)
+      : robot_(robot), limits_(limits), method_(method) {}
 
-  /// Returns the pieces with meshes decomposed as a whole (DecomposeApproximately). Throws InputError.
+  /// Returns the pieces with meshes decomposed as a whole. Throws InputError.
   const std::vector<ConvexShape>& Pieces(int link);
   /// Returns the pieces with meshes decomposed body by body (DecomposeBodies). Throws InputError.
   const std::vector<ConvexShape>& Bodies(int link);
@@ -50,6 +57,7 @@ class LinkPieces {
  private:
   const RobotModel& robot_;
   DecompositionLimits limits_;
+  DecompositionMethod method_;
   std::map<int, std::vector<ConvexShape>> pieces_, bodies_;
 };
 

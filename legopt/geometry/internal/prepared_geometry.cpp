@@ -17,7 +17,7 @@ namespace {
 constexpr char kHull = 'H';
 constexpr char kPieces = 'P';
 constexpr char kRobot = 'R';
-constexpr const char* kVersion = "legopt-geometry/2";  // changes with every computation whose result is kept
+constexpr const char* kVersion = "legopt-geometry/3";  // changes with every computation whose result is kept
 
 template <class Value>
 std::string_view BytesOf(const Value* values, size_t count) {
