@@ -51,7 +51,7 @@ enum class Query {
   kProblemsOfExperiment,
   kRepeatableResults,
   kResultOriginsOfExperiment,
-  kResultsWithoutSolidVerdict,
+  kResultsWithoutVerdict,
   kReusableJobs,
   kReusedResultCount,
   kSolveCells,

@@ -36,6 +36,7 @@ struct ResultRecord {
   Verdict verdict_literal = Verdict::kWrongWaypointCount;
   Verdict verdict_strict = Verdict::kWrongWaypointCount;
   Verdict verdict_solid = Verdict::kWrongWaypointCount;
+  Verdict verdict_physical = Verdict::kWrongWaypointCount;
   std::string verdict_detail;
   int failed_waypoint = -1;
   double cost = 0;                    ///< cost per waypoint, computed by the judge; finite if any verdict is kSuccess
@@ -45,6 +46,13 @@ struct ResultRecord {
   double interpolation_self_depth_m = std::numeric_limits<double>::quiet_NaN();
   double interpolation_free_share = std::numeric_limits<double>::quiet_NaN();  ///< share of collision-free transitions,
                                                                                ///< 0 .. 1
+  // Static equilibrium at and half way between waypoints, see HoldingScore; 0 postures: not tested.
+  int holding_postures = 0;
+  int holding_without_equilibrium = 0;
+  int holding_over_torque = 0;
+  int halfway_postures = 0;
+  int halfway_without_equilibrium = 0;
+  int halfway_over_torque = 0;
   int windows = 0;         ///< number of windows of the motion; 0: not solved by windows
   int windows_solved = 0;  ///< 0 .. windows
   /// For motions with Verdict::kWindowUnsolved: the judge's verdict on the best point of that window.
@@ -137,6 +145,7 @@ inline constexpr std::tuple kResultColumns{
     ResultColumn{"verdict_literal", &ResultRecord::verdict_literal}.AlsoStale(),
     ResultColumn{"verdict_strict", &ResultRecord::verdict_strict}.AlsoStale(),
     ResultColumn{"verdict_solid", &ResultRecord::verdict_solid},
+    ResultColumn{"verdict_physical", &ResultRecord::verdict_physical},
     ResultColumn{"verdict_detail", &ResultRecord::verdict_detail}.AlsoStale(),
     ResultColumn{"failed_waypoint", &ResultRecord::failed_waypoint}.NullWhen(HasNoFailedWaypoint),
     ResultColumn{"num_waypoints", &ResultRecord::num_waypoints}.AtLeast(1).AlsoStale(),
@@ -152,6 +161,18 @@ inline constexpr std::tuple kResultColumns{
     ResultColumn{"interpolation_environment_depth_m", &ResultRecord::interpolation_environment_depth_m}.AtLeast(0),
     ResultColumn{"interpolation_self_depth_m", &ResultRecord::interpolation_self_depth_m}.AtLeast(0),
     ResultColumn{"interpolation_free_share", &ResultRecord::interpolation_free_share}.Within(0, 1),
+    ResultColumn{"holding_postures", &ResultRecord::holding_postures}.AtLeast(0).NullWhen(
+        IsZero<&ResultRecord::holding_postures>),
+    ResultColumn{"holding_without_equilibrium", &ResultRecord::holding_without_equilibrium}.AtLeast(0).NullWhen(
+        IsZero<&ResultRecord::holding_postures>),
+    ResultColumn{"holding_over_torque", &ResultRecord::holding_over_torque}.AtLeast(0).NullWhen(
+        IsZero<&ResultRecord::holding_postures>),
+    ResultColumn{"halfway_postures", &ResultRecord::halfway_postures}.AtLeast(0).NullWhen(
+        IsZero<&ResultRecord::halfway_postures>),
+    ResultColumn{"halfway_without_equilibrium", &ResultRecord::halfway_without_equilibrium}.AtLeast(0).NullWhen(
+        IsZero<&ResultRecord::halfway_postures>),
+    ResultColumn{"halfway_over_torque", &ResultRecord::halfway_over_torque}.AtLeast(0).NullWhen(
+        IsZero<&ResultRecord::halfway_postures>),
     OtherResultColumn{"attempt"},
     ResultColumn{"trace", &ResultRecord::trace}.NullWhen(HasNoTrace).ShownAs("trace_bytes", "length(trace)")};
 

@@ -179,6 +179,7 @@ legopt_msg::result_request ToMessage(const JobResult& job) {
   result.verdict_literal = ToString(evaluation.literal);
   result.verdict_strict = ToString(evaluation.strict);
   result.verdict_solid = ToString(evaluation.solid);
+  result.verdict_physical = ToString(evaluation.physical);
   result.verdict_detail = evaluation.detail;
   result.failed_waypoint = evaluation.failed_waypoint;
   result.cost = evaluation.cost;
@@ -186,6 +187,12 @@ legopt_msg::result_request ToMessage(const JobResult& job) {
   result.interpolation_environment_depth_m = evaluation.interpolation.environment_depth_m;
   result.interpolation_self_depth_m = evaluation.interpolation.self_depth_m;
   result.interpolation_free_share = evaluation.interpolation.free_share;
+  result.holding_postures = evaluation.holding.postures;
+  result.holding_without_equilibrium = evaluation.holding.without_equilibrium;
+  result.holding_over_torque = evaluation.holding.over_torque;
+  result.halfway_postures = evaluation.holding_halfway.postures;
+  result.halfway_without_equilibrium = evaluation.holding_halfway.without_equilibrium;
+  result.halfway_over_torque = evaluation.holding_halfway.over_torque;
   result.windows = solve.windows;
   result.windows_solved = solve.windows_solved;
   if (OneShape(solve.waypoints)) {

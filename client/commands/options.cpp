@@ -135,8 +135,9 @@ std::string DrawPlot(const Plot& plot, const PlotOptions& options, const TextLay
 
 void AddRuleOption(const app::Command& command, std::optional<Rule>* rule, const std::string& by_default) {
   command.AddEnum<Rule>("--rule", *rule,
-                        "Count success by this rule: literal (original evaluator), strict (every listed link pair) or "
-                        "solid (physical rule) (default: " +
+                        "Count success by this rule: literal (original evaluator), strict (every listed link pair), "
+                        "solid (bodies are solid, contacts touch) or physical (friction and efforts hold the robot) "
+                        "(default: " +
                             by_default + ")");
 }
 

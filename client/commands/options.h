@@ -71,7 +71,7 @@ std::string DrawPlot(const Plot& plot, const PlotOptions& options, const TextLay
 void AddChargeOption(const app::Command& command, std::optional<double>* charge_s);
 /// Converts to ms.
 std::optional<double> ChargeMs(const std::optional<double>& charge_s);
-/// Adds --rule literal|strict|solid; `by_default` describes the default.
+/// Adds --rule literal|strict|solid|physical; `by_default` describes the default.
 void AddRuleOption(const app::Command& command, std::optional<Rule>* rule,
                    const std::string& by_default = "the experiment's own");
 /// Adds --dataset.

@@ -223,7 +223,7 @@ Json JobsJson(ResultSource& source, const SolvedExperiment& experiment, const Ke
                    ResultSource::kAllRows, kNoLimit_s);
   Json jobs = Json::object();
   for (const char* column :
-       {"job", "method", "column", "problem", "repetition", "state", "status", "literal", "strict", "solid", "cost",
+       {"job", "method", "column", "problem", "repetition", "state", "status", "literal", "strict", "solid", "physical", "cost",
         "wall_us", "cpu_us", "contended", "iterations", "restarts", "term_evaluations", "failed_waypoint", "detail"}) {
     jobs[column] = Json::array();
   }
@@ -234,7 +234,7 @@ Json JobsJson(ResultSource& source, const SolvedExperiment& experiment, const Ke
     jobs["method"].push_back(method - methods.begin());
     jobs["column"].push_back(std::ranges::find(columns, column) - columns.begin());
     for (const char* same :
-         {"job", "problem", "repetition", "state", "status", "literal", "strict", "solid", "cost", "wall_us", "cpu_us",
+         {"job", "problem", "repetition", "state", "status", "literal", "strict", "solid", "physical", "cost", "wall_us", "cpu_us",
           "iterations", "restarts", "term_evaluations", "failed_waypoint", "detail"}) {
       jobs[same].push_back(Json(rows.At(i, same)));
     }

@@ -130,6 +130,9 @@ Replay CompareResults(const StoredJob& stored, const JobResult& now) {
     other = differences.Add("literal verdict", stored.literal, now.evaluation.literal) || other;
     other = differences.Add("strict verdict", stored.strict, now.evaluation.strict) || other;
     if (stored.solid) other = differences.Add("solid verdict", *stored.solid, now.evaluation.solid) || other;
+    if (stored.physical) {
+      other = differences.Add("physical verdict", *stored.physical, now.evaluation.physical) || other;
+    }
   }
   differences.Add("iterations", stored.iterations, static_cast<std::int64_t>(now.solve.iterations));
   differences.Add("restarts", stored.restarts, static_cast<std::int64_t>(now.solve.restarts));

@@ -165,6 +165,7 @@ StoredJob ReadStoredJob(ResultSource& source, std::int64_t job_id, const SolverR
   stored.literal = row.EnumAt<Verdict>(0, "verdict_literal");
   stored.strict = row.EnumAt<Verdict>(0, "verdict_strict");
   if (!row.At(0, "verdict_solid").is_null()) stored.solid = row.EnumAt<Verdict>(0, "verdict_solid");
+  if (!row.At(0, "verdict_physical").is_null()) stored.physical = row.EnumAt<Verdict>(0, "verdict_physical");
   stored.iterations = integer("iterations");
   stored.restarts = integer("restarts");
   stored.starts = OptionalAt<std::int64_t>(row, "starts");

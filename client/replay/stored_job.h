@@ -43,7 +43,8 @@ struct StoredJob {
 
   SolveStatus status = SolveStatus::kNotRun;
   Verdict literal = Verdict::kWrongWaypointCount, strict = Verdict::kWrongWaypointCount;
-  std::optional<Verdict> solid;  ///< nullopt: judged before schema version 7
+  std::optional<Verdict> solid;     ///< nullopt: judged before schema version 7
+  std::optional<Verdict> physical;  ///< nullopt: judged before schema version 14
   std::int64_t iterations = 0, restarts = 0;
   std::optional<std::int64_t> starts, term_evaluations, collision_queries;  ///< nullopt: not counted
   std::optional<double> solver_cost, solver_violation, cost;                ///< nullopt: not finite

@@ -160,6 +160,12 @@ Listing SummaryListing(const EvaluationReport& report) {
   return listing;
 }
 
+nlohmann::ordered_json HoldingJson(const HoldingScore& score) {
+  return {{"postures", score.postures},
+          {"without_equilibrium", score.without_equilibrium},
+          {"over_torque", score.over_torque}};
+}
+
 nlohmann::ordered_json RowJson(const JudgedRow& row) {
   const Evaluation& e = row.evaluation;
   return {{"method", row.method},
@@ -169,6 +175,7 @@ nlohmann::ordered_json RowJson(const JudgedRow& row) {
           {"verdict_literal", ToString(e.literal)},
           {"verdict_strict", ToString(e.strict)},
           {"verdict_solid", ToString(e.solid)},
+          {"verdict_physical", ToString(e.physical)},
           {"detail", e.detail},
           {"failed_waypoint", e.failed_waypoint < 0 ? nlohmann::json() : nlohmann::json(e.failed_waypoint)},
           {"cost", Number(e.cost)},
@@ -178,6 +185,8 @@ nlohmann::ordered_json RowJson(const JudgedRow& row) {
           {"interpolation_environment_depth_m", Number(e.interpolation.environment_depth_m)},
           {"interpolation_self_depth_m", Number(e.interpolation.self_depth_m)},
           {"interpolation_free_share", Number(e.interpolation.free_share)},
+          {"holding", HoldingJson(e.holding)},
+          {"holding_halfway", HoldingJson(e.holding_halfway)},
           {"claim_differs", row.claim_differs},
           {"unreadable", row.unreadable}};
 }

@@ -9,11 +9,12 @@ namespace {
 
 // Returns whether all results of an experiment have a verdict by the rule.
 bool HasVerdicts(ResultSource& source, std::int64_t experiment_id, Rule rule) {
-  if (rule != Rule::kSolid) return true;
-  return source.Query(db::Sql(db::Query::kResultsWithoutSolidVerdict, {{"experiment_id", experiment_id}})).rows.empty();
+  if (rule < Rule::kSolid) return true;
+  return source.Query(db::Sql(db::Query::kResultsWithoutVerdict, {{"experiment_id", experiment_id}, {"rule", rule}}))
+      .rows.empty();
 }
 
-// Adds counts by a second rule: the physical rule if the table's is weaker, else the original evaluator's rule.
+// Adds counts by a second rule: the solid rule if the table's is another one, else the original evaluator's rule.
 void AddOtherRule(ResultSource& source, BenchmarkTable* table) {
   const Rule other = table->rule == Rule::kSolid ? Rule::kLiteral : Rule::kSolid;
   if (!HasVerdicts(source, table->experiment_id, other)) return;
@@ -58,9 +59,10 @@ void KeepColumnsWithCells(BenchmarkTable* table) {
 void RequireVerdicts(ResultSource& source, const ExperimentInfo& experiment, Rule rule) {
   if (HasVerdicts(source, experiment.id, rule)) return;
   const std::string id = std::to_string(experiment.id);
-  throw ClientError(ExitCode::kUsage, "experiment " + id + " has results of a release without the solid rule; judge " +
-                                          "their solutions again: 'legopt export " + id + " --out FILE" +
-                                          source.flags() + "', then 'legopt evaluate FILE --rule solid'");
+  throw ClientError(ExitCode::kUsage, "experiment " + id + " has results of a release without the " +
+                                          std::string(ToString(rule)) + " rule; judge their solutions again: " +
+                                          "'legopt export " + id + " --out FILE" + source.flags() +
+                                          "', then 'legopt evaluate FILE --rule " + std::string(ToString(rule)) + "'");
 }
 
 BenchmarkTable ReadBenchmarkTable(ResultSource& source, const TableSelection& selection) {

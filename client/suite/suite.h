@@ -49,7 +49,7 @@ constexpr EnumArray<Task, Value> DefaultLimits(Value TaskDescription::*member) {
 ///         options: {}                  # solver options, see legopt/solvers/methods/method.h
 ///     limits: {effort_limit: 1000000, memory_mb: 1024}   # per job; or effort_limit: {posture: 1000000, ...}
 ///     max_attempts: 3                  # number of attempts before a job is dead
-///     rule: solid                      # rule that counts successes in tables (default), or strict, literal
+///     rule: solid                      # rule that counts successes in tables (default), or physical, strict, literal
 ///     pairs: all                       # link pairs that the methods compare (default), or reference; can be
 ///                                      # overridden by a method's options
 ///     split: test                      # tuning: problems with an even id, test: with an odd one; default: all

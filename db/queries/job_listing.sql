@@ -9,7 +9,7 @@ SELECT job_id AS job, method,
   collision,  -- if :show_collision
   task, initialization, problem_id AS problem, repetition, state, attempts,
   CASE :rule WHEN 'literal' THEN verdict_literal WHEN 'strict' THEN verdict_strict
-    ELSE coalesce(verdict_solid, verdict_strict) END AS verdict,
+    WHEN 'solid' THEN coalesce(verdict_solid, verdict_strict) ELSE coalesce(verdict_physical, verdict_solid) END AS verdict,
   solver_status, cost, time_s, worker
 FROM job_list
 WHERE experiment_id = :experiment_id

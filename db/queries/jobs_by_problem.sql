@@ -3,7 +3,7 @@
 SELECT c.method_id, c.task, c.initialization, p.problem_id, count(*) AS n,
   count(*) FILTER (WHERE
     CASE :rule WHEN 'literal' THEN r.verdict_literal WHEN 'strict' THEN r.verdict_strict
-    ELSE r.verdict_solid END
+    WHEN 'solid' THEN r.verdict_solid ELSE r.verdict_physical END
     = 'success') AS solved
 FROM cells AS c JOIN jobs AS j USING (cell_id) JOIN problems AS p USING (problem_key)
 LEFT JOIN results AS r ON r.job_id = j.job_id

@@ -3,7 +3,7 @@
 SELECT a.job_id AS job, c.experiment_id AS experiment, m.name AS method, c.task, c.initialization,
   p.problem_id AS problem,
   coalesce(CASE :rule WHEN 'literal' THEN r.verdict_literal WHEN 'strict' THEN r.verdict_strict
-    ELSE r.verdict_solid END,
+    WHEN 'solid' THEN r.verdict_solid ELSE r.verdict_physical END,
     j.state) AS outcome,
   a.ended_at_us AS at_us
 FROM attempts AS a
@@ -14,6 +14,6 @@ JOIN problems AS p USING (problem_key)
 LEFT JOIN results AS r ON r.job_id = j.job_id
 WHERE a.ended_at_us > :after_us AND j.state IN ('done', 'failed', 'dead')
   AND coalesce(CASE :rule WHEN 'literal' THEN r.verdict_literal WHEN 'strict' THEN r.verdict_strict
-    ELSE r.verdict_solid END,
+    WHEN 'solid' THEN r.verdict_solid ELSE r.verdict_physical END,
     '') <> 'success'
 ORDER BY a.ended_at_us DESC, a.job_id LIMIT :limit

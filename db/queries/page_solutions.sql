@@ -2,7 +2,7 @@
 -- optional :cell_ids. Order: cell, problem, repetition.
 SELECT j.job_id, c.method_id, c.task, p.problem_id, r.failed_waypoint,
   CASE :rule WHEN 'literal' THEN r.verdict_literal WHEN 'strict' THEN r.verdict_strict
-    ELSE r.verdict_solid END
+    WHEN 'solid' THEN r.verdict_solid ELSE r.verdict_physical END
     = 'success' AS solved
 FROM results AS r
 JOIN jobs AS j USING (job_id)

@@ -60,7 +60,7 @@ CREATE TABLE experiments (
   -- 'one': only the build that took the first job, build_id, may finish the experiment. NULL: no job taken yet.
   builds TEXT NOT NULL DEFAULT 'one' CHECK (builds IN ('one', 'any')),
   build_id TEXT CHECK (length(build_id) BETWEEN 1 AND 64),
-  rule TEXT NOT NULL DEFAULT 'solid' CHECK (rule IN ('literal', 'strict', 'solid')),  -- decides which results count
+  rule TEXT NOT NULL DEFAULT 'solid' CHECK (rule IN ('literal', 'strict', 'solid', 'physical')),  -- decides which results count
   CHECK ((state = 'active') = (finished_at_us IS NULL))
 ) STRICT;
 
@@ -177,6 +177,17 @@ CREATE TABLE results (
   -- Verdict on the best point of the unsolved window. NULL: no unsolved window, or that window was not started.
   window_verdict TEXT CHECK (window_verdict IS NULL OR (verdict_literal = 'window_unsolved'
     AND length(window_verdict) BETWEEN 1 AND 50 AND window_verdict NOT GLOB '*[^a-z_]*')),
+  -- Verdict by the physical rule. NULL: stored before schema version 14, as all columns that follow.
+  verdict_physical TEXT CHECK (length(verdict_physical) BETWEEN 1 AND 50 AND verdict_physical NOT GLOB '*[^a-z_]*'
+    AND (verdict_physical <> 'success' OR verdict_solid = 'success')),
+  -- Number of postures at and half way between waypoints that were tested for static equilibrium, of those that have
+  -- none, and of those in equilibrium that need more than an effort limit. NULL: none was tested.
+  holding_postures INTEGER CHECK (holding_postures >= 1),
+  holding_without_equilibrium INTEGER CHECK (holding_without_equilibrium >= 0),
+  holding_over_torque INTEGER CHECK (holding_over_torque >= 0),
+  halfway_postures INTEGER CHECK (halfway_postures >= 1),
+  halfway_without_equilibrium INTEGER CHECK (halfway_without_equilibrium >= 0),
+  halfway_over_torque INTEGER CHECK (halfway_over_torque >= 0),
   CHECK (cost IS NOT NULL OR (verdict_literal <> 'success' AND verdict_strict <> 'success')),
   FOREIGN KEY (job_id, attempt) REFERENCES attempts (job_id, attempt),
   FOREIGN KEY (job_id, cell_id) REFERENCES jobs (job_id, cell_id)
@@ -278,7 +289,7 @@ CREATE TABLE unsolved_waypoints (
 CREATE TABLE violations (
   job_id INTEGER NOT NULL REFERENCES results,
   check_name TEXT NOT NULL CHECK (length(check_name) BETWEEN 1 AND 50 AND check_name NOT GLOB '*[^a-z_]*'),
-  rule TEXT NOT NULL CHECK (rule IN ('literal', 'strict', 'solid')),
+  rule TEXT NOT NULL CHECK (rule IN ('literal', 'strict', 'solid', 'physical')),
   waypoint INTEGER CHECK (waypoint >= 0),  -- NULL: unknown
   subject TEXT NOT NULL DEFAULT '',  -- contact, joint, link or pair; empty for the value 0, or if unknown
   value REAL NOT NULL CHECK (value >= 0),  -- in the unit of the check
@@ -296,6 +307,7 @@ CREATE INDEX events_by_job ON events (job_id) WHERE job_id IS NOT NULL;
 CREATE INDEX dead_jobs_by_cell ON jobs (cell_id) WHERE state = 'dead';
 CREATE INDEX time_limited_results_by_cell ON results (cell_id) WHERE solver_status = 'time_limit';
 CREATE INDEX solid_results_by_cell ON results (cell_id, cost, time_s) WHERE verdict_solid = 'success';
+CREATE INDEX physical_results_by_cell ON results (cell_id, cost, time_s) WHERE verdict_physical = 'success';
 CREATE INDEX taken_jobs_by_cell ON jobs (cell_id) WHERE taken_from IS NOT NULL;
 
 -- ---- Triggers ----

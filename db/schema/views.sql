@@ -28,6 +28,14 @@ SELECT c.cell_id, c.experiment_id, c.method_id, c.task, c.initialization, c.num_
   (SELECT avg(r.time_s) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_solid = 'success') AS time_s
 FROM cells AS c;
 
+DROP VIEW IF EXISTS physical_scores;
+CREATE VIEW physical_scores AS
+SELECT c.cell_id, c.experiment_id, c.method_id, c.task, c.initialization, c.num_jobs AS n,
+  (SELECT count(*) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_physical = 'success') AS solved,
+  (SELECT avg(r.cost) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_physical = 'success') AS cost,
+  (SELECT avg(r.time_s) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_physical = 'success') AS time_s
+FROM cells AS c;
+
 -- Success count, mean cost and mean time of a cell by its experiment's rule.
 DROP VIEW IF EXISTS rule_scores;
 CREATE VIEW rule_scores AS
@@ -35,17 +43,20 @@ SELECT c.cell_id, c.experiment_id, c.method_id, c.task, c.initialization, e.rule
   CASE e.rule
     WHEN 'literal' THEN (SELECT count(*) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_literal = 1)
     WHEN 'strict' THEN (SELECT count(*) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_strict = 1)
-    ELSE (SELECT count(*) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_solid = 'success')
+    WHEN 'solid' THEN (SELECT count(*) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_solid = 'success')
+    ELSE (SELECT count(*) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_physical = 'success')
   END AS solved,
   CASE e.rule
     WHEN 'literal' THEN (SELECT avg(r.cost) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_literal = 1)
     WHEN 'strict' THEN (SELECT avg(r.cost) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_strict = 1)
-    ELSE (SELECT avg(r.cost) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_solid = 'success')
+    WHEN 'solid' THEN (SELECT avg(r.cost) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_solid = 'success')
+    ELSE (SELECT avg(r.cost) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_physical = 'success')
   END AS cost,
   CASE e.rule
     WHEN 'literal' THEN (SELECT avg(r.time_s) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_literal = 1)
     WHEN 'strict' THEN (SELECT avg(r.time_s) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_strict = 1)
-    ELSE (SELECT avg(r.time_s) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_solid = 'success')
+    WHEN 'solid' THEN (SELECT avg(r.time_s) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_solid = 'success')
+    ELSE (SELECT avg(r.time_s) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_physical = 'success')
   END AS time_s
 FROM cells AS c JOIN experiments AS e USING (experiment_id);
 
@@ -68,7 +79,13 @@ SELECT s.experiment_id, e.name AS experiment, s.method_id, m.name AS method, m.m
   m.incremental, m.collision, s.task, s.initialization, 'solid' AS rule, s.n,
   s.n - (SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id AND j.state IN ('queued', 'leased')) AS finished,
   s.solved, s.cost, s.time_s
-FROM solid_scores AS s JOIN experiments AS e USING (experiment_id) JOIN methods AS m USING (method_id);
+FROM solid_scores AS s JOIN experiments AS e USING (experiment_id) JOIN methods AS m USING (method_id)
+UNION ALL
+SELECT s.experiment_id, e.name AS experiment, s.method_id, m.name AS method, m.multi_starts, m.sample_size,
+  m.incremental, m.collision, s.task, s.initialization, 'physical' AS rule, s.n,
+  s.n - (SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id AND j.state IN ('queued', 'leased')) AS finished,
+  s.solved, s.cost, s.time_s
+FROM physical_scores AS s JOIN experiments AS e USING (experiment_id) JOIN methods AS m USING (method_id);
 
 -- Table I of the paper, by the experiment's rule: one row per method of an experiment, in the order of submission. The
 -- columns of a cell that the experiment does not have are NULL. A cell without solved jobs has NULL cost and time.
@@ -107,9 +124,10 @@ SELECT c.experiment_id, c.method_id, m.name AS method, m.multi_starts, m.sample_
   max(r.interpolation_environment_depth_m) AS environment_depth_m, max(r.interpolation_self_depth_m) AS self_depth_m
 FROM cells AS c
 JOIN methods AS m USING (method_id)
-JOIN (SELECT 'literal' AS rule UNION ALL SELECT 'strict' UNION ALL SELECT 'solid') AS u
+JOIN (SELECT 'literal' AS rule UNION ALL SELECT 'strict' UNION ALL SELECT 'solid'
+  UNION ALL SELECT 'physical') AS u
 LEFT JOIN results AS r ON r.cell_id = c.cell_id
-  AND CASE u.rule WHEN 'literal' THEN r.verdict_literal WHEN 'strict' THEN r.verdict_strict ELSE r.verdict_solid END
+  AND CASE u.rule WHEN 'literal' THEN r.verdict_literal WHEN 'strict' THEN r.verdict_strict WHEN 'solid' THEN r.verdict_solid ELSE r.verdict_physical END
     = 'success'
 WHERE c.task = 'motion'
 GROUP BY c.cell_id, u.rule;
@@ -119,13 +137,14 @@ DROP VIEW IF EXISTS job_list;
 CREATE VIEW job_list AS
 SELECT j.job_id, c.experiment_id, m.name AS method, m.multi_starts, m.sample_size, m.incremental, m.collision, c.task,
   c.initialization, p.problem_id, j.repetition, j.state, j.attempts, j.taken_from, r.solver_status, r.verdict_literal,
-  r.verdict_strict, r.verdict_solid, r.windows_solved, r.windows, r.cost, r.time_s, r.wall_us, r.cpu_us,
+  r.verdict_strict, r.verdict_solid, r.verdict_physical, r.windows_solved, r.windows, r.cost, r.time_s, r.wall_us, r.cpu_us,
   r.iterations, r.restarts, r.starts, r.term_evaluations, r.collision_queries, 
   (SELECT max(v.value) FROM violations AS v WHERE v.job_id = j.job_id
    AND v.check_name IN ('environment_collision', 'self_collision', 'containment')) AS solid_depth_m,
   (SELECT max(v.value) FROM violations AS v WHERE v.job_id = j.job_id AND v.check_name = 'step') AS longest_step_m,
-  r.interpolation_environment_depth_m, r.interpolation_self_depth_m, r.interpolation_free_share, w.name AS worker,
-  w.hostname, w.processor, w.build_id
+  r.interpolation_environment_depth_m, r.interpolation_self_depth_m, r.interpolation_free_share,
+  r.holding_postures, r.holding_without_equilibrium, r.holding_over_torque, r.halfway_postures,
+  r.halfway_without_equilibrium, r.halfway_over_torque, w.name AS worker, w.hostname, w.processor, w.build_id
 FROM jobs AS j
 JOIN cells AS c USING (cell_id)
 JOIN methods AS m USING (method_id)
@@ -139,7 +158,7 @@ DROP VIEW IF EXISTS failures;
 CREATE VIEW failures AS
 SELECT c.experiment_id, j.job_id, m.name AS method, m.multi_starts, m.sample_size, m.incremental, m.collision, c.task,
   c.initialization, p.problem_id, j.repetition, j.state, e.rule, r.solver_status, r.verdict_literal,
-  r.verdict_strict, r.verdict_solid, r.verdict_detail AS detail, a.message
+  r.verdict_strict, r.verdict_solid, r.verdict_physical, r.verdict_detail AS detail, a.message
 FROM jobs AS j
 JOIN cells AS c USING (cell_id)
 JOIN experiments AS e ON e.experiment_id = c.experiment_id
@@ -148,14 +167,14 @@ JOIN problems AS p USING (problem_key)
 LEFT JOIN results AS r ON r.job_id = j.job_id
 LEFT JOIN attempts AS a ON a.job_id = j.job_id AND a.attempt = j.attempts
 WHERE j.state IN ('failed', 'dead') OR 'success' <>
-  CASE e.rule WHEN 'literal' THEN r.verdict_literal WHEN 'strict' THEN r.verdict_strict ELSE r.verdict_solid END;
+  CASE e.rule WHEN 'literal' THEN r.verdict_literal WHEN 'strict' THEN r.verdict_strict WHEN 'solid' THEN r.verdict_solid ELSE r.verdict_physical END;
 
 -- Results on which the solver and the rules disagree.
 DROP VIEW IF EXISTS disagreements;
 CREATE VIEW disagreements AS
 SELECT c.experiment_id, j.job_id, m.name AS method, m.multi_starts, m.sample_size, m.incremental, m.collision, c.task,
   c.initialization, p.problem_id, j.repetition, r.solver_status, r.verdict_literal, r.verdict_strict, r.verdict_solid,
-  r.verdict_detail AS detail, r.solver_violation
+  r.verdict_physical, r.verdict_detail AS detail, r.solver_violation
 FROM results AS r
 JOIN jobs AS j ON j.job_id = r.job_id
 JOIN cells AS c ON c.cell_id = j.cell_id
@@ -211,12 +230,12 @@ WHERE r.solver_status = 'time_limit';
 -- Results that an identical job may reuse, with all columns that identify it: dataset, method, task, initialisation,
 -- problem, repetition, seed, effort limit and build. A job within the time and memory limits would have ended the
 -- same way. Not included: runs stopped by the wall-time limit, and results without a build id or a verdict by the
--- solid rule.
+-- physical rule.
 DROP VIEW IF EXISTS reusable_results;
 CREATE VIEW reusable_results AS
 SELECT c.experiment_id, j.job_id, coalesce(j.taken_from, j.job_id) AS solved_as, d.hash AS dataset_hash,
   m.hash AS method_hash, c.task, c.initialization, p.problem_id, j.repetition, e.seed, c.effort_limit, w.build_id,
-  r.wall_us, r.peak_memory_bytes, r.verdict_literal, r.verdict_strict, r.verdict_solid
+  r.wall_us, r.peak_memory_bytes, r.verdict_literal, r.verdict_strict, r.verdict_solid, r.verdict_physical
 FROM methods AS m
 JOIN cells AS c ON c.method_id = m.method_id
 JOIN experiments AS e ON e.experiment_id = c.experiment_id
@@ -227,4 +246,4 @@ JOIN results AS r ON r.job_id = j.job_id
 JOIN attempts AS a ON a.job_id = r.job_id AND a.attempt = r.attempt
 JOIN workers AS w ON w.worker_id = a.worker_id
 WHERE j.state = 'done' AND r.solver_status NOT IN ('not_run', 'time_limit', 'cancelled')
-  AND r.verdict_solid IS NOT NULL AND w.build_id IS NOT NULL;
+  AND r.verdict_physical IS NOT NULL AND w.build_id IS NOT NULL;

@@ -10,6 +10,7 @@
 #include "legopt/geometry/internal/exact_collision.h"
 #include "legopt/judge/internal/checks.h"
 #include "legopt/judge/internal/diagnostic.h"
+#include "legopt/judge/internal/holding_probe.h"
 #include "legopt/judge/internal/path_examiner.h"
 #include "legopt/judge/internal/touch.h"
 #include "legopt/robot/configuration.h"
@@ -21,7 +22,10 @@ namespace {
 
 /// Member of Evaluation for each rule's verdict.
 constexpr std::array<std::pair<Rule, Verdict Evaluation::*>, kNumEnumerators<Rule>> kVerdicts = {
-    {{Rule::kLiteral, &Evaluation::literal}, {Rule::kStrict, &Evaluation::strict}, {Rule::kSolid, &Evaluation::solid}}};
+    {{Rule::kLiteral, &Evaluation::literal},
+     {Rule::kStrict, &Evaluation::strict},
+     {Rule::kSolid, &Evaluation::solid},
+     {Rule::kPhysical, &Evaluation::physical}}};
 
 /// Appends the number of ODE failures; for a success this is the only detail.
 void AppendOdeFailures(std::int64_t failures, std::string* detail) {
@@ -82,6 +86,7 @@ class Judge::Workspace {
         previous_(robot_),
         collision_(robot_, dataset_->scene(), dataset_->collision_model(), culling),
         touch_(*dataset_, collision_),
+        holding_(*dataset_),
         examiner_(*dataset_, collision_),
         clamped_(robot_.configuration_size()),
         torques_(robot_.num_dofs()) {}
@@ -106,12 +111,14 @@ class Judge::Workspace {
   double Torques(std::span<const Eigen::VectorXd> waypoints);
   double JointSteps(std::span<const Eigen::VectorXd> waypoints) const;
   double PathCost(const TimedPath& path) const;
+  HoldingScore HoldingHalfway(Task task, const ProblemDefinition& problem, std::span<const Eigen::VectorXd> waypoints);
   std::shared_ptr<const Dataset> dataset_;
   const RobotModel& robot_;
   Kinematics kinematics_;
   Kinematics previous_;  ///< state at the previous waypoint
   ExactCollision collision_;
   TouchProbe touch_;
+  HoldingProbe holding_;
   PathExaminer examiner_;  ///< used by tasks with continuous paths
   Eigen::VectorXd clamped_;
   Eigen::VectorXd torques_;
@@ -176,7 +183,8 @@ void Judge::Workspace::Make(std::span<const WaypointCheck> checks, const Stance&
                                  .kinematics = kinematics_,
                                  .previous = has_previous ? &previous_ : nullptr,
                                  .collision = collision_,
-                                 .touch = touch_};
+                                 .touch = touch_,
+                                 .holding = holding_};
   for (const WaypointCheck& check : checks) check.measure(waypoint, recorder);
 }
 
@@ -274,8 +282,26 @@ Evaluation Judge::Workspace::Judged(Task task, const ProblemDefinition& problem,
     Make(BodyChecks(), stance(w), x, w > 0, recorder);
   }
   if (evaluation.literal == Verdict::kSuccess) evaluation.cost = Cost(task, waypoints);
+  evaluation.holding_halfway = HoldingHalfway(task, problem, waypoints);
   AppendTouchFinding(&evaluation);
   return evaluation;
+}
+
+/// Counts the postures half way between consecutive waypoints that the contacts of both can hold.
+HoldingScore Judge::Workspace::HoldingHalfway(Task task, const ProblemDefinition& problem,
+                                              std::span<const Eigen::VectorXd> waypoints) {
+  HoldingScore score;
+  Eigen::VectorXd halfway(robot_.configuration_size());
+  for (size_t w = 1; w < waypoints.size(); ++w) {
+    const auto stance = [&](size_t waypoint) -> const Stance& {
+      return problem.stances[static_cast<size_t>(StanceOfWaypoint(task, static_cast<int>(waypoint)))];
+    };
+    InterpolateConfiguration(ClampedConfiguration(robot_, waypoints[w - 1]), ClampedConfiguration(robot_, waypoints[w]),
+                             0.5, halfway);
+    SetState(halfway);
+    Count(holding_.MeasureOnce(PlantedContacts(stance(w - 1), stance(w)), kinematics_), &score);
+  }
+  return score;
 }
 
 /// Checks form and joint limits of all points of a path.

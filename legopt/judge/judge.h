@@ -21,6 +21,15 @@ namespace legopt {
 /// keeps the cost of accepted solutions finite. Kinematics do not clamp to it.
 inline constexpr double kUnlimitedJoint = 1e4;
 
+/// How many postures contacts and joints can hold (docs/explanation/judge.md#physical-rule).
+struct HoldingScore {
+  int postures = 0;             ///< number of measured postures
+  int without_equilibrium = 0;  ///< no forces within friction balance the weight
+  int over_torque = 0;          ///< forces balance it, but a joint needs more than its effort limit
+
+  bool operator==(const HoldingScore&) const = default;
+};
+
 /// The judge's result for one solution.
 ///
 /// The verdict is the *first* failure in the benchmark's order. The maximum violations cover every waypoint that could
@@ -29,19 +38,22 @@ struct Evaluation {
   /// Value of a figure that was not computed.
   static constexpr double kNotEvaluated = std::numeric_limits<double>::quiet_NaN();
 
-  Verdict literal = Verdict::kSuccess;  ///< the original evaluator's rule: self-collision of the last pair only
-  Verdict strict = Verdict::kSuccess;   ///< every listed pair: all contacts and all colliding link pairs count
-  Verdict solid = Verdict::kSuccess;    ///< physical rule (solid bodies): also pairs that the original ignores,
-                                        ///< containment and steps
-  int failed_waypoint = -1;             ///< waypoint of the failure by the most lenient failing rule; -1: none
-  std::string detail;                   ///< description of that failure: foot, joint or link, and magnitude; empty for
-                                        ///< a success
+  Verdict literal = Verdict::kSuccess;   ///< the original evaluator's rule: self-collision of the last pair only
+  Verdict strict = Verdict::kSuccess;    ///< every listed pair: all contacts and all colliding link pairs count
+  Verdict solid = Verdict::kSuccess;     ///< solid bodies: also pairs that the original ignores, containment, steps and
+                                         ///< touching contacts
+  Verdict physical = Verdict::kSuccess;  ///< the solid rule, and static equilibrium within friction and effort limits
+  int failed_waypoint = -1;              ///< waypoint of the failure by the most lenient failing rule; -1: none
+  std::string detail;                    ///< description of that failure: foot, joint or link, and magnitude; empty for
+                                         ///< a success
 
   /// Largest value of each check over all waypoints that were evaluated, by the most lenient rule that counts it;
   /// within tolerance, too. A check that was never made has none (no waypoint had the right size, or phase A failed).
   std::vector<Violation> violations;
 
   InterpolationScore interpolation;  ///< set by tasks scored between waypoints; independent of the verdict
+  HoldingScore holding;              ///< of the waypoints; empty if one failed in phase A
+  HoldingScore holding_halfway;      ///< half way between waypoints, with the contacts of both; not part of a verdict
 
   /// For a motion with an unsolved window: the failure of that window's best point by the most lenient failing rule, or
   /// success if none fails. Empty if no window is unsolved, or the window was not started.
@@ -55,7 +67,7 @@ struct Evaluation {
 
   /// Returns the largest value of a check by `rule`, in the unit of the check; NaN if it was not made.
   double Largest(Verdict check, Rule rule) const;
-  /// Returns the largest contact depth by the physical rule, m: with the scene, between links, and inside closed
+  /// Returns the largest contact depth by the solid rule, m: with the scene, between links, and inside closed
   /// bodies; NaN if collisions were not checked.
   double SolidDepth_m() const;
 
@@ -69,8 +81,9 @@ struct Evaluation {
 ///
 /// Phase A, waypoint by waypoint: size, finite numbers, foot poses, COM, joint limits. Kinematics use the joints
 /// clamped to their limits, the limit test the raw vector. Phase B, only if A passed everywhere: environment,
-/// self-collision; for the physical rule also containment and the step from the previous waypoint. Phase C: cost per
-/// waypoint, W = num_waypoints, depending on the task (legopt/types/task.h):
+/// self-collision; for the solid rule also containment, the step from the previous waypoint and touching contacts; for
+/// the physical rule static equilibrium and torques. Phase C: cost per waypoint, W = num_waypoints, depending on the
+/// task (legopt/types/task.h):
 ///
 ///     torques:      1/W sum_w sum_i tau_i^2        tau: gravity torques with the base held fixed, N m
 ///     joint steps:  1/W sum_w |q_w - q_{w-1}|^2    raw joint values, base excluded

@@ -57,7 +57,7 @@ Evaluation JobRunner::JudgeUnsolved(Task task, const ProblemDefinition& problem,
     evaluation = judge_.EvaluatePart(task, problem, window.first_stance, window.waypoints);
     evaluation.window = evaluation.first_failure();
   }
-  evaluation.literal = evaluation.strict = evaluation.solid = Verdict::kWindowUnsolved;
+  evaluation.literal = evaluation.strict = evaluation.solid = evaluation.physical = Verdict::kWindowUnsolved;
   evaluation.cost = Evaluation::kNotEvaluated;
   evaluation.num_waypoints = NumWaypoints(task, static_cast<int>(problem.stances.size()));
   evaluation.detail = DescribeUnsolved(solve, evaluation.detail);

@@ -36,17 +36,22 @@ RobotModel::RobotModel(std::string name, std::vector<Link> links, std::vector<Jo
     Joint& joint = joints_[static_cast<size_t>(j)];
     if (joint.leader >= 0) joint.dof = joints_[static_cast<size_t>(joint.leader)].dof;
   }
-  IntersectLimits();
+  CollectLimits();
   for (const Link& link : links_) total_mass_ += link.mass;
   BuildBodies();
 }
 
-void RobotModel::IntersectLimits() {
+void RobotModel::CollectLimits() {
   lower_.resize(num_dofs());
   upper_.resize(num_dofs());
+  effort_.resize(num_dofs());
+  velocity_.resize(num_dofs());
   for (int dof = 0; dof < num_dofs(); ++dof) {
-    lower_[dof] = joints_[static_cast<size_t>(dof_joint(dof))].lower;
-    upper_[dof] = joints_[static_cast<size_t>(dof_joint(dof))].upper;
+    const Joint& joint = joints_[static_cast<size_t>(dof_joint(dof))];
+    lower_[dof] = joint.lower;
+    upper_[dof] = joint.upper;
+    effort_[dof] = joint.effort;
+    velocity_[dof] = joint.velocity;
   }
   for (const Joint& joint : joints_) {
     if (joint.leader < 0 || joint.dof < 0 || joint.multiplier == 0.0) continue;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -48,6 +49,8 @@ enum class JointType {
 
 /// Joint with X_parent_child(q) = origin * Motion(axis, q), where Motion is a rotation (rad) or a translation (m).
 struct Joint {
+  static constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+
   std::string name;
   JointType type = JointType::kFixed;
   int parent_link = -1;  ///< index into links()
@@ -60,6 +63,8 @@ struct Joint {
   int dof = -1;             ///< degree of freedom, the leader's for a follower; -1 for fixed joints
   double lower = 0.0;       ///< rad or m; -infinity when unlimited
   double upper = 0.0;       ///< rad or m; +infinity when unlimited
+  double effort = kNoLimit;    ///< largest |torque| or |force|, N m or N, > 0; kNoLimit if the file gives none
+  double velocity = kNoLimit;  ///< largest |velocity|, rad/s or m/s, > 0; kNoLimit if the file gives none
 };
 
 /// Kinematic tree of a floating-base robot: links, joints and degrees of freedom in depth-first order, children in the
@@ -108,6 +113,11 @@ class RobotModel {
   /// Lower joint limits per degree of freedom, rad or m, -infinity if unlimited.
   const Eigen::VectorXd& lower_limits() const { return lower_; }
   const Eigen::VectorXd& upper_limits() const { return upper_; }  ///< upper joint limits, +infinity if unlimited
+  /// Largest absolute torques (forces) per degree of freedom, N m or N, of the joint that moves independently; infinite
+  /// if the file gives none.
+  const Eigen::VectorXd& effort_limits() const { return effort_; }
+  /// Largest absolute velocities per degree of freedom, rad/s or m/s, as effort_limits().
+  const Eigen::VectorXd& velocity_limits() const { return velocity_; }
 
   /// Moves the joints of a configuration or tangent-sized vector into their limits; the base stays.
   void ClampJoints(Eigen::Ref<Eigen::VectorXd> x) const;
@@ -142,7 +152,7 @@ class RobotModel {
   const Eigen::Isometry3d& link_in_body(int link) const { return link_in_body_[static_cast<size_t>(link)]; }
 
  private:
-  void IntersectLimits();
+  void CollectLimits();
   void BuildBodies();
 
   std::string name_;
@@ -151,7 +161,7 @@ class RobotModel {
   std::vector<Joint> joints_;
   std::vector<int> dof_joints_;
   std::vector<int> moving_joints_;
-  Eigen::VectorXd lower_, upper_;
+  Eigen::VectorXd lower_, upper_, effort_, velocity_;
   double total_mass_ = 0.0;
   std::vector<int> link_body_;
   std::vector<int> body_parent_;

@@ -22,12 +22,13 @@ namespace legopt {
 enum class Rule : std::uint8_t {
   kLiteral,  ///< original evaluator's rule
   kStrict,   ///< every listed pair of links, and every contact
-  kSolid     ///< physical rule: bodies are solid, links do not jump
+  kSolid,    ///< bodies are solid, contacts touch, links do not jump
+  kPhysical  ///< friction and the joints' efforts hold the robot
 };
 
 template <>
-inline constexpr auto kEnumNames<Rule> =
-    MakeEnumNames<Rule>({{Rule::kLiteral, "literal"}, {Rule::kStrict, "strict"}, {Rule::kSolid, "solid"}});
+inline constexpr auto kEnumNames<Rule> = MakeEnumNames<Rule>(
+    {{Rule::kLiteral, "literal"}, {Rule::kStrict, "strict"}, {Rule::kSolid, "solid"}, {Rule::kPhysical, "physical"}});
 
 /// Success, or the check that failed first, in the order of the checks. kChecks describes each.
 enum class Verdict : std::uint8_t {
@@ -44,6 +45,8 @@ enum class Verdict : std::uint8_t {
   kContainment,
   kStep,
   kTouch,
+  kEquilibrium,
+  kTorque,
 };
 
 /// Tolerances of the benchmark: larger values fail, equal ones pass (docs/explanation/judge.md#order-and-tolerances).
@@ -72,6 +75,9 @@ inline constexpr double kPartOutlineShare = 0.9;
 /// robot's size: the diagonal of Dataset::robot_bounds (docs/explanation/judge.md#solid-rule).
 inline constexpr double kStepShare = 1.0;
 
+/// Share of a joint's effort limit that a posture may need under Rule::kPhysical.
+inline constexpr double kTorqueTolerance = 1.001;
+
 /// How the page marks a check that failed.
 enum class CheckDrawing : std::uint8_t {
   kNone,     ///< only its text
@@ -98,7 +104,7 @@ struct CheckDescription {
   std::string_view unit;        ///< of the measure; empty: the check passes or fails without a number
   double tolerance = 0;         ///< largest value that passes, in the unit; of kStep in robot sizes
   /// What is measured by each rule, in the order of Rule; empty: as by the rule before, or not at all.
-  std::array<std::string_view, 3> measures;
+  std::array<std::string_view, 4> measures;
   CheckDrawing drawing = CheckDrawing::kNone;
 
   constexpr bool measured() const { return !unit.empty(); }
@@ -197,7 +203,21 @@ inline constexpr std::array kChecks = {
         kTouchTolerance_m,
         {"", "",
          "gap between link and scene that 75 % of a sole's patch do not exceed; of a point: its gap, at most 0.001 m"},
-        CheckDrawing::kNone}};
+        CheckDrawing::kNone},
+    CheckDescription{Verdict::kEquilibrium,
+                     "equilibrium",
+                     "contact forces within friction balance the robot's weight",
+                     "m",
+                     kComTolerance_m,
+                     {"", "", "", "horizontal distance of the centre of mass outside the equilibrium polygon"},
+                     CheckDrawing::kNone},
+    CheckDescription{Verdict::kTorque,
+                     "torque",
+                     "joints hold the robot within their effort limits",
+                     "of the limit",
+                     kTorqueTolerance,
+                     {"", "", "", "largest share of an effort limit, for the contact forces that make it least"},
+                     CheckDrawing::kNone}};
 
 /// Returns the tolerance of a check with its unit, as in "0.001 m"; empty for a check without a number.
 std::string ToleranceText(const CheckDescription& check);

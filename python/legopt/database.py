@@ -16,7 +16,7 @@ from .rows import Rows
 from .trace import decode_history, decode_trace
 from .waypoints import TIMED_TASKS, Waypoints, decode_waypoint
 
-RULES = ["literal", "strict", "solid"]
+RULES = ["literal", "strict", "solid", "physical"]
 
 _RULE = "SELECT rule FROM experiments WHERE :id IS NULL OR experiment_id = :id"
 
@@ -100,8 +100,7 @@ class Database:
         RequestError for an unknown experiment or rule, or results without a verdict by the rule."""
         number = None if experiment is None else self._experiment(experiment)
         rule = self._rule(rule, number)
-        if rule == "solid":
-            self._require_solid_verdicts(number)
+        self._require_verdicts(rule, number)
         jobs = self._file.select(_JOBS.format(rule=rule, results=self._result_columns()), {"experiment": number})
         choices: dict[tuple[int, int], str] = {}
         for known in {job["experiment_id"] for job in jobs}:
@@ -133,8 +132,7 @@ class Database:
         sides = {found.experiment_a, found.experiment_b}
         rule = min((self._rule(rule, side) for side in sides), key=RULES.index)
         for side in sides:
-            if rule == "solid":
-                self._require_solid_verdicts(side)
+            self._require_verdicts(rule, side)
         return pairs.read_pairs(self._file, found, task, initialization, rule)
 
     def waypoints(self, job: int) -> Waypoints:
@@ -247,14 +245,16 @@ class Database:
             raise RequestError(f"'{rule}' is no rule; {suggest(rule, RULES)}")
         return rule
 
-    def _require_solid_verdicts(self, experiment: int | None) -> None:
-        without = self._file.select("SELECT experiment_id FROM results JOIN cells USING (cell_id) WHERE "
-                                    "verdict_solid IS NULL AND (:id IS NULL OR experiment_id = :id) LIMIT 1",
+    def _require_verdicts(self, rule: str, experiment: int | None) -> None:
+        if rule not in ("solid", "physical"):  # all results have the others
+            return
+        without = self._file.select(f"SELECT experiment_id FROM results JOIN cells USING (cell_id) WHERE "
+                                    f"verdict_{rule} IS NULL AND (:id IS NULL OR experiment_id = :id) LIMIT 1",
                                     {"id": experiment})
         if without:
-            raise RequestError(f"experiment {without[0]['experiment_id']} has results of a release without the solid "
+            raise RequestError(f"experiment {without[0]['experiment_id']} has results of a release without the {rule} "
                                "rule; judge their solutions again: 'legopt export', then 'legopt evaluate FILE --rule "
-                               "solid'")
+                               f"{rule}'")
 
 
 def _flags(**given: object) -> list[str]:

@@ -20,7 +20,7 @@ from .rows import Rows
 from .schema_digests import SCHEMA_DIGESTS
 
 APPLICATION_ID = 0x4C474F50  # "LGOP"
-SCHEMA_VERSION = 13
+SCHEMA_VERSION = 14
 _OLDEST_UPGRADABLE = 9
 _OLDEST_SQLITE = (3, 37)  # the first that supports STRICT tables; earlier ones report a malformed schema
 

@@ -56,7 +56,7 @@ legopt_msg::result_request ResultOf(const legopt_msg::lease& lease, std::int64_t
   result.solver_status = "converged_feasible";
   result.verdict_literal = "success";
   result.verdict_strict = "success";
-  result.verdict_solid = "success";
+  result.verdict_solid = result.verdict_physical = "success";
   result.failed_waypoint = -1;
   result.wall_us = 1000;
   result.cost = 400;

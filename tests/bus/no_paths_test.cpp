@@ -55,6 +55,7 @@ const std::map<std::string, std::string> kTexts = {
     {"result_request.verdict_literal", "word"},
     {"result_request.verdict_strict", "word"},
     {"result_request.verdict_solid", "word"},
+    {"result_request.verdict_physical", "word"},
     {"result_request.verdict_detail", "shown"},
     {"result_request.window_verdict", "word"},
     {"status_reply.json", "json"},

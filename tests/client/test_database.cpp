@@ -27,7 +27,7 @@ db::ResultRecord RecordOf(const TestResult& result, int num_waypoints) {
   record.wall_us = result.wall_us;
   record.cpu_us = result.cpu_us < 0 ? result.wall_us : result.cpu_us;
   record.involuntary_context_switches = result.switches;
-  record.verdict_literal = record.verdict_strict = record.verdict_solid = verdict;
+  record.verdict_literal = record.verdict_strict = record.verdict_solid = record.verdict_physical = verdict;
   record.verdict_detail = success ? "" : "made up";
   record.cost = success ? result.cost : std::nan("");
   record.num_waypoints = num_waypoints;

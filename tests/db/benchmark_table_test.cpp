@@ -57,7 +57,7 @@ class BenchmarkTable : public testing::Test {
     ResultRecord r = SampleResult(cost);
     r.verdict_literal = literal;
     r.verdict_strict = strict;
-    r.verdict_solid = solid;
+    r.verdict_solid = r.verdict_physical = solid;
     r.verdict_detail = literal == Verdict::kSuccess ? "" : "foot l_foot off by 2.0 mm";
     r.wall_us = wall_us;
     r.num_waypoints = num_waypoints;
@@ -110,7 +110,7 @@ TEST_F(BenchmarkTable, InterpolationCoversTheSolvedMotions) {
   const auto finish = [this](std::int64_t job_id, Verdict strict, double scene_m, double self_m, double share) {
     ResultRecord r = SampleResult(0.1);
     r.verdict_strict = strict;
-    r.verdict_solid = strict == Verdict::kSuccess ? Verdict::kStep : strict;
+    r.verdict_solid = r.verdict_physical = strict == Verdict::kSuccess ? Verdict::kStep : strict;
     r.num_waypoints = 4;
     r.windows = r.windows_solved = 1;
     r.interpolation_environment_depth_m = scene_m;
@@ -169,10 +169,12 @@ TEST_F(BenchmarkTable, JobListNamesEverything) {
   EXPECT_EQ(columns,
             "job_id experiment_id method multi_starts sample_size incremental collision task initialization problem_id "
             "repetition state attempts taken_from solver_status verdict_literal verdict_strict verdict_solid "
-            "windows_solved windows "
+            "verdict_physical windows_solved windows "
             "cost time_s "
             "wall_us cpu_us iterations restarts starts term_evaluations collision_queries solid_depth_m longest_step_m "
-            "interpolation_environment_depth_m interpolation_self_depth_m interpolation_free_share worker hostname "
+            "interpolation_environment_depth_m interpolation_self_depth_m interpolation_free_share "
+            "holding_postures holding_without_equilibrium holding_over_torque halfway_postures "
+            "halfway_without_equilibrium halfway_over_torque worker hostname "
             "processor build_id ");
   EXPECT_EQ(jobs.rows.at(0), (Row{Int(2),
                                   Int(1),
@@ -247,7 +249,7 @@ TEST_F(BenchmarkTable, DisagreementsOfSolverAndJudgeAndOfTheRules) {
   Finish(2, Verdict::kSuccess, Verdict::kSelfCollision, 500, 3'000, 1);
   Finish(3, Verdict::kCom, Verdict::kCom, std::nan(""), 3'000, 1);  // the solver reports converged_feasible
   ResultRecord jumps = SampleResult();
-  jumps.verdict_solid = Verdict::kStep;
+  jumps.verdict_solid = jumps.verdict_physical = Verdict::kStep;
   Apply({LeaseJob{4, 1, 904, 1, 1}, AcceptResult{4, 1, jumps, "", "", 2}});
   EXPECT_EQ(Query("SELECT job_id FROM disagreements ORDER BY job_id").rows,
             (std::vector<Row>{{Int(2)}, {Int(3)}, {Int(4)}}));

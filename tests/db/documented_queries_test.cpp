@@ -74,7 +74,7 @@ class DocumentedDatabase : public testing::Test {
     solved.trace = {1, 2, 3};
     solved.wall_us = 9000;
     ResultRecord failed = SampleResult();
-    failed.verdict_literal = failed.verdict_strict = failed.verdict_solid = Verdict::kCom;
+    failed.verdict_literal = failed.verdict_strict = failed.verdict_solid = failed.verdict_physical = Verdict::kCom;
     store_->Apply(std::vector<StoreOp>{CreateExperiment{e}, PutWorker{SampleWorker(1)}, LeaseJob{1, 1, 71, 1, 1},
                                        AcceptResult{1, 1, solved, "", "", 2}, LeaseJob{2, 1, 72, 1, 1},
                                        AcceptResult{2, 1, failed, "", "", 2}, LeaseJob{3, 1, 73, 1, 1},

@@ -8,36 +8,39 @@ namespace {
 
 using Row = std::vector<Value>;
 
-ResultRecord ResultWith(Verdict literal, Verdict strict, Verdict solid) {
+ResultRecord ResultWith(Verdict literal, Verdict strict, Verdict solid, Verdict physical) {
   ResultRecord result = SampleResult();
   result.verdict_literal = literal;
   result.verdict_strict = strict;
   result.verdict_solid = solid;
+  result.verdict_physical = physical;
   return result;
 }
 
-// Returns an experiment with four finished jobs and four queued ones. Three finished jobs count as solved by the
-// original evaluator's rule, two by every listed pair, and one by the physical rule.
+// Returns an experiment with five finished jobs and five queued ones. Four finished jobs count as solved by the
+// original evaluator's rule, three by every listed pair, two by the solid rule, and one by the physical rule.
 std::vector<StoreOp> ExperimentOf(Rule rule, std::int64_t id = 1) {
-  constexpr std::int64_t kJobs = 8, kCells = 2;
+  constexpr std::int64_t kJobs = 10, kCells = 2;
   const std::int64_t first = 1 + kJobs * (id - 1);
-  NewExperiment experiment = SampleExperiment(id, first, 1 + kCells * (id - 1), 4);
+  NewExperiment experiment = SampleExperiment(id, first, 1 + kCells * (id - 1), 5);
   experiment.rule = rule;
   const ResultRecord results[] = {
-      ResultWith(Verdict::kSuccess, Verdict::kSuccess, Verdict::kSuccess),
-      ResultWith(Verdict::kSuccess, Verdict::kSuccess, Verdict::kContainment),
-      ResultWith(Verdict::kSuccess, Verdict::kSelfCollision, Verdict::kSelfCollision),
-      ResultWith(Verdict::kCom, Verdict::kCom, Verdict::kCom),
+      ResultWith(Verdict::kSuccess, Verdict::kSuccess, Verdict::kSuccess, Verdict::kSuccess),
+      ResultWith(Verdict::kSuccess, Verdict::kSuccess, Verdict::kSuccess, Verdict::kTorque),
+      ResultWith(Verdict::kSuccess, Verdict::kSuccess, Verdict::kContainment, Verdict::kContainment),
+      ResultWith(Verdict::kSuccess, Verdict::kSelfCollision, Verdict::kSelfCollision, Verdict::kSelfCollision),
+      ResultWith(Verdict::kCom, Verdict::kCom, Verdict::kCom, Verdict::kCom),
   };
   std::vector<StoreOp> ops{CreateExperiment{experiment}, PutWorker{SampleWorker(1)}};
-  for (std::int64_t i = 0; i < 4; ++i) {
+  for (std::int64_t i = 0; i < 5; ++i) {
     ops.emplace_back(LeaseJob{first + i, 1, 700 + first + i, 1, 10});
     ops.emplace_back(AcceptResult{first + i, 1, results[i], "", "", 20});
   }
   return ops;
 }
 
-constexpr std::pair<Rule, std::int64_t> kSolvedByRule[] = {{Rule::kLiteral, 3}, {Rule::kStrict, 2}, {Rule::kSolid, 1}};
+constexpr std::pair<Rule, std::int64_t> kSolvedByRule[] = {
+    {Rule::kLiteral, 4}, {Rule::kStrict, 3}, {Rule::kSolid, 2}, {Rule::kPhysical, 1}};
 
 class ExperimentRule : public StoreConformance {};
 
@@ -64,7 +67,7 @@ TEST_P(ExperimentRule, OfTheReusingExperimentCountsForAReusedResult) {
   search.seed = 1;
   search.wall_limit_us = 60'000'000;
   search.memory_limit_bytes = 1 << 30;
-  for (int problem = 0; problem < 4; ++problem) search.problems.push_back({problem, 0});
+  for (int problem = 0; problem < 5; ++problem) search.problems.push_back({problem, 0});
   for (const auto& [rule, solved] : kSolvedByRule) {
     search.rule = rule;
     EXPECT_EQ(std::ranges::count_if(store().FindKnownResults(search), &KnownResult::solved), solved) << ToString(rule);
@@ -82,10 +85,10 @@ TEST(ExperimentRuleViews, CountByTheExperimentsRule) {
     ReadOnlyDatabase database(path);
     const std::string word(ToString(rule));
     EXPECT_EQ(database.Query("SELECT rule, posture_good_n, posture_good_solved FROM benchmark_table").rows,
-              (std::vector<Row>{{word, std::int64_t{4}, solved}}));
+              (std::vector<Row>{{word, std::int64_t{5}, solved}}));
     EXPECT_EQ(database.Query("SELECT rule, solved FROM experiment_list").rows, (std::vector<Row>{{word, solved}}));
     EXPECT_EQ(database.Query("SELECT rule, count(*) FROM failures GROUP BY 1").rows,
-              (std::vector<Row>{{word, 4 - solved}}));
+              (std::vector<Row>{{word, 5 - solved}}));
     EXPECT_EQ(database
                   .Query("SELECT b.rule FROM benchmark_table AS t JOIN benchmark_cells AS b ON b.rule = t.rule AND "
                          "b.initialization = 'good' AND b.solved = t.posture_good_solved AND b.cost IS "

@@ -33,7 +33,7 @@ ResultRecord DistinctValues() {
     }
   });
   record.solver_status = SolveStatus::kNumericalFailure;
-  record.verdict_literal = record.verdict_strict = record.verdict_solid = Verdict::kWindowUnsolved;
+  record.verdict_literal = record.verdict_strict = record.verdict_solid = record.verdict_physical = Verdict::kWindowUnsolved;
   record.window_verdict = Verdict::kStep;
   std::swap(record.windows, record.windows_solved);  // the larger one is the total
   return record;
@@ -106,7 +106,9 @@ TEST_F(ResultColumns, AreNullWhereThereIsNothing) {
   EXPECT_EQ(null, (std::set<std::string>{"solver_cost", "failed_waypoint", "windows", "windows_solved",
                                          "interpolation_environment_depth_m", "interpolation_self_depth_m",
                                          "interpolation_free_share", "trace", "starts", "term_evaluations",
-                                         "collision_queries", "window_verdict"}));
+                                         "collision_queries", "window_verdict", "holding_postures",
+                                         "holding_without_equilibrium", "holding_over_torque", "halfway_postures",
+                                         "halfway_without_equilibrium", "halfway_over_torque"}));
 }
 
 TEST_F(ResultColumns, AreKeptOfALateResult) {
@@ -133,11 +135,13 @@ TEST_F(ResultColumns, AreKeptOfALateResult) {
 TEST_F(ResultColumns, AreShownInTheirOrder) {
   EXPECT_EQ(ShownResultColumns(),
             "solver_status, iterations, restarts, starts, term_evaluations, collision_queries, solver_cost, "
-            "solver_violation, verdict_literal, verdict_strict, verdict_solid, verdict_detail, failed_waypoint, "
-            "num_waypoints, "
+            "solver_violation, verdict_literal, verdict_strict, verdict_solid, verdict_physical, verdict_detail, "
+            "failed_waypoint, num_waypoints, "
             "cost, time_s, wall_us, cpu_us, "
             "involuntary_context_switches, peak_memory_bytes, windows, windows_solved, window_verdict, "
-            "interpolation_environment_depth_m, interpolation_self_depth_m, interpolation_free_share, attempt, "
+            "interpolation_environment_depth_m, interpolation_self_depth_m, interpolation_free_share, "
+            "holding_postures, holding_without_equilibrium, holding_over_torque, halfway_postures, "
+            "halfway_without_equilibrium, halfway_over_torque, attempt, "
             "length(trace) AS trace_bytes");
 }
 
@@ -150,10 +154,15 @@ TEST(ResultFault, NamesTheColumnAndItsRange) {
   EXPECT_EQ(FaultOf(SampleResult()), "");
   EXPECT_EQ(fault(&ResultRecord::peak_memory_bytes, -1), "peak_memory_bytes is negative");
   EXPECT_EQ(fault(&ResultRecord::num_waypoints, 0), "num_waypoints is below 1");
-  EXPECT_EQ(fault(&ResultRecord::verdict_solid, Verdict::kContainment), "");
+  EXPECT_EQ(fault(&ResultRecord::verdict_solid, Verdict::kContainment),
+            "a success by the physical rule that is none by the solid one");
   EXPECT_EQ(fault(&ResultRecord::verdict_strict, Verdict::kContainment),
-            "verdict 'containment' by another rule than the solid one");
-  EXPECT_EQ(fault(&ResultRecord::verdict_literal, Verdict::kStep), "verdict 'step' by another rule than the solid one");
+            "verdict 'containment' by a more lenient rule than the solid one");
+  EXPECT_EQ(fault(&ResultRecord::verdict_literal, Verdict::kStep),
+            "verdict 'step' by a more lenient rule than the solid one");
+  EXPECT_EQ(fault(&ResultRecord::verdict_physical, Verdict::kTorque), "");
+  EXPECT_EQ(fault(&ResultRecord::verdict_solid, Verdict::kTorque),
+            "verdict 'torque' by a more lenient rule than the physical one");
   EXPECT_EQ(fault(&ResultRecord::verdict_strict, Verdict::kSelfCollision),
             "a success by the solid rule that is none by the strict one");
   EXPECT_EQ(fault(&ResultRecord::interpolation_free_share, 1.01), "interpolation_free_share is not within 0 .. 1");
@@ -202,7 +211,7 @@ TEST_F(ResultColumns, ViolationsAreStoredInTheirTable) {
 
 ResultRecord UnsolvedResult() {
   ResultRecord record = SampleResult();
-  record.verdict_literal = record.verdict_strict = record.verdict_solid = Verdict::kWindowUnsolved;
+  record.verdict_literal = record.verdict_strict = record.verdict_solid = record.verdict_physical = Verdict::kWindowUnsolved;
   record.window_verdict = Verdict::kFootPose;
   record.windows = 3;
   record.windows_solved = 1;

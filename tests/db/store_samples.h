@@ -62,7 +62,7 @@ inline ResultRecord SampleResult(double cost = 400) {
   r.cpu_us = 1900;
   r.verdict_literal = Verdict::kSuccess;
   r.verdict_strict = Verdict::kSuccess;
-  r.verdict_solid = Verdict::kSuccess;
+  r.verdict_solid = r.verdict_physical = Verdict::kSuccess;
   r.cost = cost;
   r.waypoint_size = 3;
   r.waypoints = {1.5, -2.25, 1e-300};

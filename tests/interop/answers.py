@@ -8,6 +8,7 @@ JUDGES_FIGURES = (
     "cost", "interpolation_environment_depth_m", "interpolation_self_depth_m", "interpolation_free_share")
 NO_SOLVER = {"solver_status": "not_run", "solver_cost": NAN, "solver_violation": NAN}
 FINISHED = 0
+HELD = {"holding": "holding", "halfway": "holding_halfway"}  # prefix of fields: object in evaluate's JSON
 
 
 def dataset_facts(legopt, folder):
@@ -45,13 +46,16 @@ class Answers:
         return {
             "outcome": FINISHED, **NO_SOLVER,
             "verdict_literal": judged["verdict_literal"], "verdict_strict": judged["verdict_strict"],
-            "verdict_solid": judged["verdict_solid"], "verdict_detail": judged["detail"],
+            "verdict_solid": judged["verdict_solid"], "verdict_physical": judged["verdict_physical"],
+            "verdict_detail": judged["detail"],
             "failed_waypoint": -1 if failed is None else failed,
             **{name: NAN if judged[name] is None else judged[name] for name in JUDGES_FIGURES},
             "violations": [
                 {"check": value["check"], "rule": value["rule"], "subject": value["subject"], "value": value["value"],
                  "waypoint": -1 if value["waypoint"] is None else value["waypoint"]}
                 for value in judged["violations"] if value["value"] is not None],
+            **{f"{name}_{count}": judged[place][count] for name, place in HELD.items()
+               for count in ("postures", "without_equilibrium", "over_torque")},
             "num_waypoints": len(waypoints), "waypoint_size": len(waypoints[0]),
             "waypoints": [number for waypoint in waypoints for number in waypoint],
         }

@@ -239,7 +239,8 @@ class EndpointTest(unittest.IsolatedAsyncioTestCase):
         await report(REFUSED, second, {**no_answer(FINISHED, ""), "verdict_literal": "excellent"})
 
         _, third = await self.lease(endpoint, told)
-        verdict = {"verdict_literal": "not_finite", "verdict_strict": "not_finite", "verdict_solid": "not_finite"}
+        verdict = {"verdict_literal": "not_finite", "verdict_strict": "not_finite", "verdict_solid": "not_finite",
+                   "verdict_physical": "not_finite"}
         large = {**no_answer(FINISHED, ""), **verdict, "trace": bytes(300_000)}
         endpoint = self.endpoint(deployment, lost=0.1, repeated=0.1, damaged=0.1)
         await report(ACCEPTED, third, large)

@@ -146,7 +146,7 @@ class OlderAndOtherResults(unittest.TestCase):
             self.assertIsNone(db.unsolved_window(1))
         path = self.changed(
             "UPDATE results SET verdict_literal = 'window_unsolved', verdict_strict = 'window_unsolved', verdict_solid = "
-            "'window_unsolved', cost = NULL, window_verdict = 'foot_pose' WHERE job_id = 1",
+            "'window_unsolved', verdict_physical = 'window_unsolved', cost = NULL, window_verdict = 'foot_pose' WHERE job_id = 1",
             "INSERT INTO unsolved_waypoints SELECT 1, 10, x FROM waypoints WHERE job_id = 1 AND waypoint = 0")
         with legopt.open(path) as db:
             window = db.unsolved_window(1)

@@ -24,7 +24,7 @@ legopt_msg::result_request DistinctReport() {
   request.solver_status = "time_limit";
   request.verdict_literal = "success";
   request.verdict_strict = "self_collision";
-  request.verdict_solid = "containment";
+  request.verdict_solid = request.verdict_physical = "containment";
   request.window_verdict = "joint_limit";
   request.waypoints = {1, 2};
   request.unsolved = {3, 4};

@@ -29,7 +29,7 @@ inline legopt_msg::result_request ResultFor(std::int64_t worker_id, const legopt
   result.wall_us = 2000;
   result.verdict_literal = "success";
   result.verdict_strict = "success";
-  result.verdict_solid = "success";
+  result.verdict_solid = result.verdict_physical = "success";
   result.cost = static_cast<double>(lease.job_id) + lease.attempt / 100.0;  // identifies the attempt of a result
   result.num_waypoints = 1;
   result.waypoint_size = 2;

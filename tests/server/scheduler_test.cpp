@@ -313,7 +313,7 @@ TEST_F(SchedulerTest, ALateResultWithAnUnknownWordIsRefusedAndNotKept) {
   EXPECT_EQ(reply.message, "the worker sent an illegal result: verdict_strict '' is unknown");
   EXPECT_EQ(store_.num_stale(), 0);
   EXPECT_EQ(scheduler_->counters().results_refused, 1U);
-  late.verdict_strict = late.verdict_solid = "com";
+  late.verdict_strict = late.verdict_solid = late.verdict_physical = "com";
   EXPECT_EQ(StatusOf(Deliver(late)), ResultStatus::kStale);
   EXPECT_EQ(store_.num_stale(), 1);
 }

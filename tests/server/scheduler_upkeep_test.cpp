@@ -20,7 +20,7 @@ class SchedulerUpkeep : public SchedulerTest {
   void FinishStopped(const legopt_msg::lease& lease, const std::string& verdict = "com") {
     auto result = ResultFor(worker_ids_[kFirst], lease);
     result.solver_status = "time_limit";
-    result.verdict_literal = result.verdict_strict = result.verdict_solid = verdict;
+    result.verdict_literal = result.verdict_strict = result.verdict_solid = result.verdict_physical = verdict;
     EXPECT_EQ(StatusOf(Deliver(result)), ResultStatus::kAccepted);
   }
 
@@ -65,8 +65,8 @@ TEST_F(SchedulerUpkeep, TheSpecsRuleDecidesWhatIsSolved) {
     Submit(spec, rule);
     for (int i = 0; i < 3; ++i) {
       auto result = ResultFor(worker_ids_[kFirst], LeaseOne(kFirst));
-      if (i >= 1) result.verdict_solid = "containment";
-      if (i == 2) result.verdict_strict = result.verdict_solid = "self_collision";
+      if (i >= 1) result.verdict_solid = result.verdict_physical = "containment";
+      if (i == 2) result.verdict_strict = result.verdict_solid = result.verdict_physical = "self_collision";
       EXPECT_EQ(StatusOf(Deliver(result)), ResultStatus::kAccepted);
     }
     EXPECT_EQ(ToString(Summary(experiment).rule), rule);

@@ -32,7 +32,7 @@ legopt_msg::result_request Success(const legopt_msg::lease& lease, microseconds 
   result.cpu_us = wall.count();
   result.verdict_literal = "success";
   result.verdict_strict = "success";
-  result.verdict_solid = "success";
+  result.verdict_solid = result.verdict_physical = "success";
   result.cost = static_cast<double>(lease.job_id);
   result.num_waypoints = 1;
   result.waypoint_size = kNumbers;

@@ -55,13 +55,14 @@ export interface Pair {
 export interface Jobs {
   job: number[]; method: number[]; column: number[]; problem: number[]; repetition: number[]; state: string[];
   status: (string | null)[]; literal: (string | null)[]; strict: (string | null)[]; solid: (string | null)[];
+  physical: (string | null)[];
   cost: (number | null)[]; wall_us: (number | null)[]; cpu_us: (number | null)[]; contended: boolean[];
   iterations: (number | null)[]; restarts: (number | null)[]; term_evaluations: (number | null)[];
   failed_waypoint: (number | null)[]; detail: (string | null)[];
 }
 export interface Experiment {
   place: string; newest_result_utc?: string | null; id: number; name: string; state: string; unfinished: number;
-  dataset: { name: string; hash: string; split: string }; rule: 'literal' | 'strict' | 'solid'; seed: number; repetitions: number;
+  dataset: { name: string; hash: string; split: string }; rule: 'literal' | 'strict' | 'solid' | 'physical'; seed: number; repetitions: number;
   submitted_utc: string; origin: string; build_ids: string;
   table: { rows: TableRow[]; jobs: number; finished: number; origins: Record<string, unknown>[]; other_rule?: OtherRule };
   statistics: { columns: { task: string; initialization: string; common: number; complete: number; left_out?: string[]; reference?: string | null; informative?: number | null; cochran_q: number | null; cochran_p: number | null }[]; rows: Statistics[] };

@@ -26,7 +26,7 @@ function subjectOf(page: Page, experiment: Experiment, e: number, job: number): 
     .map((k) => ({ job: jobs.job[k], label: `${jobs.job[k]}: ${experiment.methods[jobs.method[k]].choice}, ${words(experiment.columns[jobs.column[k]].initialization)}, ${words(verdictOf(jobs, rule, k))}` }));
   const facts: [string, string][] = [
     ['outcome, which counts', `${words(verdictOf(jobs, rule, i))} (judge, ${rule} rule)`], ['solver reported', `${words(jobs.status[i] ?? 'nothing')}; this does not count: the judge evaluates the solution`],
-    ['literal / strict / solid', [jobs.literal[i], jobs.strict[i], jobs.solid[i]].map((v) => words(v ?? '\u2013')).join(' / ')],
+    ['literal / strict / solid / physical', [jobs.literal[i], jobs.strict[i], jobs.solid[i], jobs.physical[i]].map((v) => words(v ?? '\u2013')).join(' / ')],
     ...(jobs.detail[i] ? [['judge', jobs.detail[i]!] as [string, string]] : []),
     ['cost, time', `${number(jobs.cost[i])}, ${jobs.wall_us[i] === null ? '\u2013' : time(jobs.wall_us[i]! / 1e3)}${jobs.contended[i] ? ' (contended)' : ''}, ${number(jobs.iterations[i])} iterations, ${number(jobs.restarts[i])} restarts`],
   ];
@@ -73,7 +73,7 @@ function viewSubject(page: Page, state: State): Subject {
   }
   const row = page.jobs.find((job) => job.job === Number(state.job)) ?? page.jobs[0], said = (key: string) => (row[key] === null ? '\u2013' : words(String(row[key])));
   const facts: [string, string][] = [
-    ['verdicts, which count', `${said('literal')} / ${said('strict')} / ${said('solid')} (judge, literal / strict / solid rule)`], ['solver reported', `${said('status')}; this does not count: the judge evaluates the solution`],
+    ['verdicts, which count', `${['literal', 'strict', 'solid', 'physical'].map(said).join(' / ')} (judge, literal / strict / solid / physical rule)`], ['solver reported', `${said('status')}; this does not count: the judge evaluates the solution`],
     ...(row.detail ? [['judge', String(row.detail)] as [string, string]] : []),
     ['cost, time', `${number(row.cost as number | null)}, ${time((row.wall_us as number) / 1e3)}, ${said('iterations')} iterations`],
     ['experiment', `${row.experiment_id} '${row.experiment}', dataset ${row.dataset} (${String(row.dataset_hash).slice(0, 12)}), seed ${row.seed}, build ${row.build_id}`],

@@ -25,7 +25,7 @@ const geometryOf = (dataset: Dataset) => {
   return geometries.get(dataset)!;
 };
 
-const RULES = ['literal', 'strict', 'solid'];
+const RULES = ['literal', 'strict', 'solid', 'physical'];
 /** Whether a pair is a collision by a rule: each rule includes the previous one. */
 const failsBy = (rule: string) => (overlap: Overlap) => overlap.fails !== null && RULES.indexOf(overlap.fails) <= RULES.indexOf(rule);
 

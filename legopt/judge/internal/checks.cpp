@@ -119,7 +119,31 @@ void CheckTouch(const CheckedWaypoint& waypoint, CheckRecorder& recorder) {
                    });
 }
 
+/// Equilibrium and torques come from the same forces.
+void CheckHolding(const CheckedWaypoint& waypoint, CheckRecorder& recorder) {
+  const Holding holding = waypoint.holding.Measure(waypoint.stance, waypoint.kinematics);
+  recorder.CountHolding(holding);
+  recorder.Measure(Verdict::kEquilibrium, Rule::kPhysical, holding.distance_m, !holding.balanced(), [&] {
+    return CheckFinding{"centre of mass", EquilibriumText(holding.distance_m, waypoint.holding.slide())};
+  });
+  if (!holding.balanced()) return;
+  recorder.Measure(Verdict::kTorque, Rule::kPhysical, holding.torque_ratio, !holding.within_torques(), [&] {
+    const RobotModel& robot = waypoint.dataset.robot();
+    const Joint& joint = robot.joints()[static_cast<std::size_t>(robot.dof_joint(holding.dof))];
+    return CheckFinding{joint.name, TorqueText(joint, holding.torque_ratio)};
+  });
+}
+
 }  // namespace
+
+void Count(const Holding& holding, HoldingScore* score) {
+  ++score->postures;
+  if (!holding.balanced()) {
+    ++score->without_equilibrium;
+  } else if (!holding.within_torques()) {
+    ++score->over_torque;
+  }
+}
 
 void CheckLimits(const CheckedWaypoint& waypoint, CheckRecorder& recorder) {
   const RobotModel& robot = waypoint.dataset.robot();
@@ -152,10 +176,12 @@ std::span<const WaypointCheck> PoseChecks() {
 }
 
 std::span<const WaypointCheck> BodyChecks() {
-  static constexpr std::array kChecksOfBodies = {
-      WaypointCheck{Verdict::kEnvironmentCollision, &CheckEnvironment},
-      WaypointCheck{Verdict::kSelfCollision, &CheckSelf}, WaypointCheck{Verdict::kContainment, &CheckContainment},
-      WaypointCheck{Verdict::kStep, &CheckStep}, WaypointCheck{Verdict::kTouch, &CheckTouch}};
+  static constexpr std::array kChecksOfBodies = {WaypointCheck{Verdict::kEnvironmentCollision, &CheckEnvironment},
+                                                 WaypointCheck{Verdict::kSelfCollision, &CheckSelf},
+                                                 WaypointCheck{Verdict::kContainment, &CheckContainment},
+                                                 WaypointCheck{Verdict::kStep, &CheckStep},
+                                                 WaypointCheck{Verdict::kTouch, &CheckTouch},
+                                                 WaypointCheck{Verdict::kEquilibrium, &CheckHolding}};
   return kChecksOfBodies;
 }
 

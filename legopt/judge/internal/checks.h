@@ -10,6 +10,7 @@
 #include "legopt/dataset/contact.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/geometry/internal/exact_collision.h"
+#include "legopt/judge/internal/holding_probe.h"
 #include "legopt/judge/internal/touch.h"
 #include "legopt/judge/judge.h"
 #include "legopt/robot/kinematics.h"
@@ -22,6 +23,9 @@ struct CheckFinding {
   std::string subject;  ///< contact, joint, link or pair
   std::string detail;   ///< subject, value and tolerance
 };
+
+/// Adds a posture to a score.
+void Count(const Holding& holding, HoldingScore* score);
 
 /// Includes a value in the largest ones, one per check and rule. NaN counts as infinite. `subject` returns a string and
 /// is called only for a new largest value above 0.
@@ -63,6 +67,9 @@ class CheckRecorder {
     if (failed) Fail(check, rule, describe().detail);
   }
 
+  /// Counts a posture.
+  void CountHolding(const Holding& holding) { Count(holding, &evaluation_->holding); }
+
   /// Records a failure by `rule` and stricter ones, unless they failed before. Its detail is kept unless a later
   /// waypoint fails by a more lenient rule.
   void Fail(Verdict check, Rule rule, const std::string& detail);
@@ -82,6 +89,7 @@ struct CheckedWaypoint {
   const Kinematics* previous;    ///< at the waypoint before; null at the first one
   ExactCollision& collision;
   TouchProbe& touch;
+  HoldingProbe& holding;
 };
 
 /// How a check is measured.

@@ -89,4 +89,22 @@ std::string ComErrorText(double distance_m, double tolerance_m) {
          LengthText(tolerance_m) + ")";
 }
 
+std::string EquilibriumText(double distance_m, const std::optional<SlideProof>& slide) {
+  if (slide) {
+    const Eigen::Vector3d along = -slide->direction.normalized();
+    return "no forces within friction hold these contacts in any posture: the robot slides along (" +
+           NumberText(along.x()) + ", " + NumberText(along.y()) + ", " + NumberText(along.z()) + ")";
+  }
+  if (!std::isfinite(distance_m)) return "no forces within friction hold these contacts in any posture";
+  return "no forces within friction balance the weight: the centre of mass is " + LengthText(distance_m) +
+         " outside the equilibrium polygon (tolerance " + LengthText(kComTolerance_m) + ")";
+}
+
+std::string TorqueText(const Joint& joint, double ratio) {
+  constexpr double kPercent = 100.0;
+  const std::string unit = joint.type == JointType::kPrismatic ? " N" : " N m";
+  return joint.name + " needs at least " + NumberText(kPercent * ratio) + " % of its limit of " +
+         NumberText(joint.effort) + unit;
+}
+
 }  // namespace legopt

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,8 @@
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/problem_definition.h"
 #include "legopt/robot/kinematics.h"
+#include "legopt/robot/robot_model.h"
+#include "legopt/statics/equilibrium_polygon.h"
 
 namespace legopt {
 
@@ -50,5 +53,10 @@ std::string PoseErrorText(const std::string& link, const ContactPoseError& error
 std::string TouchText(const std::string& contact, ContactKind kind, double gap_m);
 /// Describes the distance of the centre of mass from the support polygon.
 std::string ComErrorText(double distance_m, double tolerance_m);
+/// Describes the distance of the centre of mass from the equilibrium polygon (holding_probe.h), and how a stance slides
+/// that no posture holds.
+std::string EquilibriumText(double distance_m, const std::optional<SlideProof>& slide);
+/// Describes the torque of a joint as a share of its limit.
+std::string TorqueText(const Joint& joint, double ratio);
 
 }  // namespace legopt

@@ -38,7 +38,8 @@ WaypointInspector::WaypointInspector(std::shared_ptr<const Dataset> dataset)
       kinematics_(dataset_->robot()),
       previous_(dataset_->robot()),
       collision_(dataset_->robot(), dataset_->scene(), dataset_->collision_model()),
-      touch_(*dataset_, collision_) {}
+      touch_(*dataset_, collision_),
+      holding_(*dataset_) {}
 
 /// Clamps the joints to their limits, as for a verdict.
 bool WaypointInspector::SetState(const Eigen::VectorXd& x, Kinematics* kinematics) const {
@@ -89,7 +90,8 @@ void WaypointInspector::ListValues(const Stance& stance, const Eigen::VectorXd& 
                                  .kinematics = kinematics_,
                                  .previous = has_previous ? &previous_ : nullptr,
                                  .collision = collision_,
-                                 .touch = touch_};
+                                 .touch = touch_,
+                                 .holding = holding_};
   for (const auto checks : {PoseChecks(), BodyChecks()}) {
     for (const WaypointCheck& check : checks) {
       const CheckDrawing drawing = DescriptionOf(check.check).drawing;

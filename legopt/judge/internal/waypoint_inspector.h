@@ -10,6 +10,7 @@
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/problem_definition.h"
 #include "legopt/geometry/internal/exact_collision.h"
+#include "legopt/judge/internal/holding_probe.h"
 #include "legopt/judge/internal/touch.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/types/check.h"
@@ -94,6 +95,7 @@ class WaypointInspector {
   Kinematics previous_;  ///< state at the previous waypoint
   ExactCollision collision_;
   TouchProbe touch_;
+  HoldingProbe holding_;
 };
 
 }  // namespace legopt

@@ -120,7 +120,11 @@ Joint MakeJoint(const urdf::Joint& source) {
   }
   joint.lower = -std::numeric_limits<double>::infinity();
   joint.upper = std::numeric_limits<double>::infinity();
-  if (joint.type == JointType::kContinuous || source.limits == nullptr) return joint;
+  if (source.limits == nullptr) return joint;
+  // Many files have 0 where a limit is not known.
+  if (source.limits->effort > 0.0) joint.effort = source.limits->effort;
+  if (source.limits->velocity > 0.0) joint.velocity = source.limits->velocity;
+  if (joint.type == JointType::kContinuous) return joint;
   joint.lower = source.limits->lower;
   joint.upper = source.limits->upper;
   return joint;

@@ -1,0 +1,181 @@
+#include "legopt/statics/equilibrium_polygon.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "legopt/dataset/contact.h"
+#include "legopt/statics/internal/linear_program.h"
+
+namespace legopt {
+namespace {
+
+constexpr int kFixedRows = 4;  // three forces, and the moment about the vertical axis
+constexpr int kReachRows = 2;
+
+/// A point of the polygon's boundary, furthest in a direction.
+struct Extreme {
+  Eigen::Vector2d direction;  ///< unit
+  Eigen::Vector2d position;   ///< relative to the origin of moments, m
+};
+
+/// Searches extreme positions of the centre of mass.
+class PositionProgram {
+ public:
+  explicit PositionProgram(const StanceForces& forces) : forces_(forces), num_generators_(forces.num_generators()) {
+    const auto num_bounds = static_cast<Eigen::Index>(forces.bounds().size());
+    const Eigen::Index rows = kFixedRows + kReachRows + num_bounds;
+    A_.setZero(rows, num_generators_ + kReachRows + num_bounds);
+    b_.setZero(rows);
+    upper_.setConstant(A_.cols(), LinearProgramSolver::kInfinity);
+    A_.topLeftCorner(3, num_generators_) = forces.directions();
+    A_.row(3).head(num_generators_) = forces.moments().row(2);
+    b_[2] = 1.0;
+    // position + slack = reach, with slack in [0, 2 reach]
+    A_.row(4).head(num_generators_) = -forces.moments().row(1);
+    A_.row(5).head(num_generators_) = forces.moments().row(0);
+    for (Eigen::Index i = 0; i < kReachRows; ++i) {
+      A_(kFixedRows + i, num_generators_ + i) = 1.0;
+      b_[kFixedRows + i] = kPolygonReach_m;
+      upper_[num_generators_ + i] = 2.0 * kPolygonReach_m;
+    }
+    for (Eigen::Index i = 0; i < num_bounds; ++i) AddBound(i);
+    status_ = solver_.Constrain(A_, b_, upper_);
+  }
+
+  LinearProgramStatus status() const { return status_; }
+  const Eigen::VectorXd& multipliers() const { return solver_.multipliers(); }
+
+  /// Returns the furthest position in a direction, with the multipliers of the program; empty if it was not found.
+  std::optional<Extreme> Furthest(const Eigen::Vector2d& direction) {
+    cost_.setZero(A_.cols());
+    cost_.head(num_generators_) =
+        (direction.x() * forces_.moments().row(1) - direction.y() * forces_.moments().row(0)).transpose();
+    if (solver_.Minimize(cost_) != LinearProgramStatus::kOptimal) return std::nullopt;
+    const Eigen::Vector3d moment = forces_.moments() * solver_.x().head(num_generators_);
+    return Extreme{direction, Eigen::Vector2d(-moment.y(), moment.x())};
+  }
+
+ private:
+  void AddBound(Eigen::Index index) {
+    const StanceForces::NormalBound& bound = forces_.bounds()[static_cast<size_t>(index)];
+    const Eigen::Index row = kFixedRows + kReachRows + index;
+    for (int l = 0; l < num_generators_; ++l) {
+      if (forces_.surface_of(l) == bound.surface) A_(row, l) = 1.0;
+    }
+    A_(row, num_generators_ + kReachRows + index) = 1.0;
+    b_[row] = bound.maximum;
+  }
+
+  const StanceForces& forces_;
+  int num_generators_;
+  Eigen::MatrixXd A_;
+  Eigen::VectorXd b_, upper_, cost_;
+  LinearProgramSolver solver_;
+  LinearProgramStatus status_ = LinearProgramStatus::kStalled;
+};
+
+/// Returns the point where the supporting lines of two neighbours meet; the middle of the chord if they are parallel.
+Eigen::Vector2d MeetingPoint(const Extreme& a, const Extreme& b) {
+  constexpr double kParallel = 1e-12;
+  const double determinant = a.direction.x() * b.direction.y() - a.direction.y() * b.direction.x();
+  if (std::abs(determinant) < kParallel) return 0.5 * (a.position + b.position);
+  const double height_a = a.direction.dot(a.position), height_b = b.direction.dot(b.position);
+  return Eigen::Vector2d(height_a * b.direction.y() - height_b * a.direction.y(),
+                         height_b * a.direction.x() - height_a * b.direction.x()) /
+         determinant;
+}
+
+/// Returns the largest distance by which the polygon may lie outside of the chord from `a` to `b`, counter-clockwise,
+/// and the chord's outward normal in `normal`.
+double Uncertainty(const Extreme& a, const Extreme& b, Eigen::Vector2d* normal) {
+  const Eigen::Vector2d chord = b.position - a.position;
+  *normal = a.direction + b.direction;
+  if (chord.norm() > kPolygonAccuracy_m * kPolygonAccuracy_m) *normal = Eigen::Vector2d(chord.y(), -chord.x());
+  if (!(normal->norm() > 0.0)) return 0.0;
+  normal->normalize();
+  return normal->dot(MeetingPoint(a, b) - a.position);
+}
+
+/// Cuts the largest uncertainty until none is left. `extremes`: in the order of their directions, counter-clockwise.
+void Complete(PositionProgram* program, std::vector<Extreme>* extremes) {
+  constexpr size_t kMaxCorners = 400;
+  std::vector<bool> done(extremes->size(), false);
+  while (extremes->size() < kMaxCorners) {
+    double largest = kPolygonAccuracy_m;
+    size_t worst = extremes->size();
+    Eigen::Vector2d normal, worst_normal;
+    for (size_t i = 0; i < extremes->size(); ++i) {
+      if (done[i]) continue;
+      const double outside = Uncertainty((*extremes)[i], (*extremes)[(i + 1) % extremes->size()], &normal);
+      if (!(outside > largest)) continue;
+      largest = outside;
+      worst = i;
+      worst_normal = normal;
+    }
+    if (worst == extremes->size()) return;
+    const std::optional<Extreme> found = program->Furthest(worst_normal);
+    constexpr double kShareOfAccuracy = 1e-2;
+    if (!found ||
+        worst_normal.dot(found->position - (*extremes)[worst].position) < kShareOfAccuracy * kPolygonAccuracy_m) {
+      done[worst] = true;  // the chord is an edge
+      continue;
+    }
+    extremes->insert(extremes->begin() + static_cast<std::ptrdiff_t>(worst) + 1, *found);
+    done.insert(done.begin() + static_cast<std::ptrdiff_t>(worst) + 1, false);
+  }
+}
+
+std::optional<SlideProof> ProofOf(const StanceForces& forces, const Eigen::VectorXd& multipliers) {
+  const Eigen::Vector4d y = multipliers.head<kFixedRows>();
+  const double scale = y.cwiseAbs().maxCoeff();
+  if (!(scale > 0.0)) return std::nullopt;
+  const SlideProof proof = CheckedProof(forces, y.head<3>() / scale, y[3] / scale);
+  return IsProof(proof) ? std::optional(proof) : std::nullopt;
+}
+
+}  // namespace
+
+SlideProof CheckedProof(const StanceForces& forces, const Eigen::Vector3d& direction, double turn) {
+  SlideProof proof{
+      .direction = direction, .turn = turn, .margin = direction.z(), .largest = -LinearProgramSolver::kInfinity};
+  std::vector<double> largest_of_bound(forces.bounds().size(), 0.0);
+  for (int l = 0; l < forces.num_generators(); ++l) {
+    const double product = direction.dot(forces.directions().col(l)) + turn * forces.moments()(2, l);
+    const int surface = forces.surface_of(l);
+    const auto bound = std::find_if(forces.bounds().begin(), forces.bounds().end(),
+                                    [&](const StanceForces::NormalBound& b) { return b.surface == surface; });
+    if (bound == forces.bounds().end()) {
+      proof.largest = std::max(proof.largest, product);
+    } else {
+      double& largest = largest_of_bound[static_cast<size_t>(bound - forces.bounds().begin())];
+      largest = std::max(largest, product);
+    }
+  }
+  for (size_t i = 0; i < largest_of_bound.size(); ++i) proof.margin -= forces.bounds()[i].maximum * largest_of_bound[i];
+  return proof;
+}
+
+bool IsProof(const SlideProof& proof) { return proof.largest <= kProofRounding && proof.margin >= kProofMargin; }
+
+EquilibriumPolygon ComputeEquilibriumPolygon(const StanceForces& forces) {
+  PositionProgram program(forces);
+  EquilibriumPolygon result;
+  if (program.status() != LinearProgramStatus::kOptimal) {
+    if (program.status() == LinearProgramStatus::kInfeasible) result.slide = ProofOf(forces, program.multipliers());
+    return result;
+  }
+  static const std::array<Eigen::Vector2d, 4> kFirstDirections = {Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1),
+                                                                  Eigen::Vector2d(-1, 0), Eigen::Vector2d(0, -1)};
+  std::vector<Extreme> extremes;
+  for (const Eigen::Vector2d& direction : kFirstDirections) {
+    if (const std::optional<Extreme> extreme = program.Furthest(direction)) extremes.push_back(*extreme);
+  }
+  if (extremes.size() == kFirstDirections.size()) Complete(&program, &extremes);
+  std::vector<Eigen::Vector2d> positions;
+  for (const Extreme& extreme : extremes) positions.push_back(extreme.position + forces.origin_W().head<2>());
+  result.corners = ConvexHull2d(std::move(positions));
+  return result;
+}
+
+}  // namespace legopt

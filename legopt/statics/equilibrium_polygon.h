@@ -1,0 +1,59 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "legopt/statics/stance_forces.h"
+
+namespace legopt {
+
+/// Proof that no forces of a stance balance the robot's weight, wherever its centre of mass is.
+///
+/// y = (u, w) with |y|_inf = 1. For every generator, y . a_l = u . v_l + w (p_l x v_l)_z. If y . a_l <= 0 for all
+/// generators, a force balance sum lambda v = e_z, sum lambda (p x v)_z = 0 would give u_z <= 0; so u_z > 0 excludes
+/// one. With bounded normal forces, u_z must exceed the sum over their contacts of bound * max(0, max y . a_l).
+/// Seen as a motion: pushed along u, and turned by w about the vertical axis through the origin of moments, the robot
+/// slides down.
+struct SlideProof {
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< u
+  double turn = 0.0;                                    ///< w, 1/m
+  double margin = 0.0;                                  ///< u_z - sum of the bounds' parts, > 0 for a proof
+  double largest = 0.0;  ///< largest y . a_l of generators without a bound; 0 up to rounding for a proof
+};
+
+/// Margin that a proof must have, and rounding that its generators may show.
+inline constexpr double kProofMargin = 1e-3;
+inline constexpr double kProofRounding = 1e-12;
+
+/// Computes the figures of a proof from the generators alone, without any solver.
+SlideProof CheckedProof(const StanceForces& forces, const Eigen::Vector3d& direction, double turn);
+
+/// Returns true if the figures prove that the stance cannot be held.
+bool IsProof(const SlideProof& proof);
+
+/// Horizontal positions of the centre of mass that a stance can hold.
+struct EquilibriumPolygon {
+  /// Corners in the world, m, counter-clockwise: each has forces that a linear program found, so that every inner point
+  /// has some, too. One or two corners if all positions coincide or are collinear; empty if there is none.
+  std::vector<Eigen::Vector2d> corners;
+  std::optional<SlideProof> slide;  ///< set if `corners` is empty and a proof was found
+};
+
+/// Distance from the mean contact point up to which positions are searched: stances between opposite walls hold the
+/// centre of mass at any place.
+inline constexpr double kPolygonReach_m = 3.0;
+/// Distance up to which the corners approximate the exact polygon from within.
+inline constexpr double kPolygonAccuracy_m = 1e-4;
+
+/// Computes the equilibrium polygon
+///
+///     P = { (-m_y, m_x) : sum lambda v = e_z, m = sum lambda (p x v), m_z = 0, lambda >= 0, normal forces in bounds }
+///
+/// by one linear program per corner: where the polygon is known least exactly, the furthest point is searched, until
+/// no point is further outside than kPolygonAccuracy_m. The height of the centre of mass does not matter. Thread-safe.
+///
+/// Source: Bretl, Lall, Testing Static Equilibrium for Legged Robots, IEEE T-RO 24(4), 2008.
+EquilibriumPolygon ComputeEquilibriumPolygon(const StanceForces& forces);
+
+}  // namespace legopt

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <Eigen/Dense>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace legopt {
+
+/// How the search of a linear program ended.
+enum class LinearProgramStatus : std::uint8_t {
+  kOptimal,     ///< x is optimal, and y proves it
+  kInfeasible,  ///< no x satisfies the constraints, and y proves it
+  kUnbounded,   ///< the objective has no lower bound
+  kStalled      ///< too many pivots, which no program of a stance needs
+};
+
+/// Dense primal simplex method with bounded variables:
+///
+///     min c . x   s.t.  A x = b,  0 <= x <= upper
+///
+/// for programs of up to a few hundred columns, such as the forces of a stance. Two phases; Dantzig's rule, and Bland's
+/// after a series of pivots without progress. Basic variables and multipliers are computed again from the final basis,
+/// so that they do not carry the rounding of the pivots. Deterministic: the same program gives the same bits.
+///
+/// Contains workspaces: not thread-safe. Scale the program such that its numbers are of order 1: a value below
+/// kFeasibilityTolerance counts as 0.
+///
+/// Source: Chvatal, Linear Programming, 1983, chapters 3 and 8.
+class LinearProgramSolver {
+ public:
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  /// Sum of infeasibilities up to which phase 1 counts as successful.
+  static constexpr double kFeasibilityTolerance = 1e-9;
+
+  /// Replaces the constraints and searches a feasible point. `A`: m x n; `b`: m; `upper`: n, > 0 or infinity. Returns
+  /// kOptimal (x() is feasible), kInfeasible or kStalled.
+  ///
+  /// If infeasible, y = multipliers() has y . b > sum over bounded columns of upper_j max(0, y . A_j) and, up to
+  /// rounding, y . A_j <= 0 for all other columns: no x can satisfy y . A x = y . b.
+  LinearProgramStatus Constrain(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& upper);
+
+  /// Minimises c . x from the present basis. Only after Constrain returned kOptimal. `c`: n.
+  LinearProgramStatus Minimize(const Eigen::VectorXd& c);
+
+  const Eigen::VectorXd& x() const { return x_; }            ///< n
+  const Eigen::VectorXd& multipliers() const { return y_; }  ///< m: rate of the optimum per unit of b
+  double objective() const { return objective_; }            ///< c . x
+  int pivots() const { return pivots_; }                     ///< of the last call
+
+ private:
+  /// Largest step of the entering column.
+  struct Step {
+    double length = 0.0;
+    int row = -1;  ///< whose basic variable reaches a bound; -1: the entering variable reaches its other bound
+    bool to_upper = false;
+  };
+
+  Eigen::Index rows() const { return b_.size(); }
+  Eigen::Index columns() const { return upper_.size(); }
+  void SetInitialBasis();
+  LinearProgramStatus Iterate(const Eigen::VectorXd& cost, double artificial_cost);
+  void ComputeReducedCosts(const Eigen::VectorXd& cost, double artificial_cost);
+  Eigen::Index EnteringColumn(bool first_index) const;
+  Step LargestStep(Eigen::Index column, double direction) const;
+  void Move(Eigen::Index column, double direction, const Step& step);
+  void Pivot(Eigen::Index column, int row);
+  void Refine(const Eigen::VectorXd& cost, double artificial_cost);
+  double UpperOfBasic(Eigen::Index row) const;
+
+  Eigen::MatrixXd A_;
+  Eigen::VectorXd b_, upper_;
+  Eigen::MatrixXd tableau_;        ///< inverse of the basis times A
+  Eigen::VectorXd values_;         ///< of the basic variables
+  Eigen::VectorXd reduced_;        ///< reduced costs
+  Eigen::VectorXd sign_;           ///< of each row's artificial variable
+  std::vector<int> basis_;         ///< per row: a column, or columns() + row of an artificial variable
+  std::vector<char> in_basis_;     ///< per column
+  std::vector<char> at_upper_;     ///< per column outside the basis
+  double artificial_upper_ = 0.0;  ///< infinite in phase 1, 0 in phase 2
+  Eigen::VectorXd x_, y_;
+  Eigen::VectorXd no_cost_;
+  Eigen::MatrixXd basis_matrix_;
+  Eigen::VectorXd basis_cost_, right_side_, factors_of_rows_, pivot_row_;
+  Eigen::PartialPivLU<Eigen::MatrixXd> factors_;
+  double objective_ = 0.0;
+  int pivots_ = 0;
+};
+
+}  // namespace legopt

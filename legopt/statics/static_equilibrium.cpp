@@ -1,0 +1,198 @@
+#include "legopt/statics/static_equilibrium.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace legopt {
+namespace {
+
+constexpr Eigen::Index kBalanceRows = 6;
+
+/// A finite effort limit > 0.
+bool IsLimited(double limit) { return std::isfinite(limit) && limit > 0.0; }
+
+}  // namespace
+
+StaticEquilibrium::StaticEquilibrium(const RobotModel& robot, double gravity_m_s2)
+    : robot_(robot),
+      gravity_m_s2_(gravity_m_s2),
+      weight_N_(robot.total_mass() * gravity_m_s2),
+      gravity_torques_(robot.num_dofs()),
+      jacobian_(3, robot.tangent_size()),
+      com_jacobian_(3, robot.tangent_size()) {}
+
+void StaticEquilibrium::SetBalanceRows(const StanceForces& forces, const Eigen::Vector3d& com_W, double tolerance,
+                                       Eigen::Index torque_rows, Eigen::Index columns) {
+  const Eigen::Index L = forces.num_generators();
+  const auto num_bounds = static_cast<Eigen::Index>(forces.bounds().size());
+  const Eigen::Index rows = kBalanceRows + num_bounds + torque_rows;
+  const Eigen::Index first_slack = L + columns;
+  A_.setZero(rows, first_slack + rows);
+  b_.setZero(rows);
+  upper_.setConstant(A_.cols(), LinearProgramSolver::kInfinity);
+  const Eigen::Vector3d com = com_W - forces.origin_W();
+  for (Eigen::Index l = 0; l < L; ++l) {
+    A_.block<3, 1>(0, l) = forces.directions().col(l);
+    A_.block<3, 1>(3, l) = forces.moments().col(l) - com.cross(forces.directions().col(l));
+  }
+  b_[2] = 1.0;
+  // value + slack = right side + tolerance, with slack in [0, 2 tolerance]
+  b_.head<kBalanceRows>().array() += tolerance;
+  upper_.segment(first_slack, kBalanceRows).setConstant(2.0 * tolerance);
+  for (Eigen::Index i = 0; i < num_bounds; ++i) {
+    const StanceForces::NormalBound& bound = forces.bounds()[static_cast<size_t>(i)];
+    for (int l = 0; l < forces.num_generators(); ++l) {
+      if (forces.surface_of(l) == bound.surface) A_(kBalanceRows + i, l) = 1.0;
+    }
+    b_[kBalanceRows + i] = bound.maximum;
+  }
+  for (Eigen::Index i = 0; i < rows; ++i) A_(i, first_slack + i) = 1.0;
+}
+
+double StaticEquilibrium::Imbalance(const StanceForces& forces, const Eigen::Vector3d& com_W) {
+  if (forces.num_generators() == 0) return 1.0;
+  // The imbalance s is 1 - r: at r = 0, no force at all balances within it.
+  SetBalanceRows(forces, com_W, 0.0, kBalanceRows, 1);
+  const Eigen::Index L = forces.num_generators(), first_slack = L + 1, rows = b_.size();
+  const Eigen::Index first = rows - kBalanceRows;
+  A_.bottomRows(kBalanceRows).leftCols(L) = -A_.topLeftCorner(kBalanceRows, L);
+  b_.tail(kBalanceRows) = -b_.head(kBalanceRows);
+  const double largest = std::max(1.0, b_.cwiseAbs().maxCoeff());
+  for (Eigen::Index i = 0; i < kBalanceRows; ++i) {
+    for (const Eigen::Index row : {i, first + i}) {
+      A_(row, L) = 1.0;  // value + r + slack = right side + largest
+      b_[row] += largest;
+      upper_[first_slack + row] = LinearProgramSolver::kInfinity;
+    }
+  }
+  upper_[L] = largest;
+  cost_.setZero(A_.cols());
+  cost_[L] = -1.0;
+  if (solver_.Constrain(A_, b_, upper_) != LinearProgramStatus::kOptimal ||
+      solver_.Minimize(cost_) != LinearProgramStatus::kOptimal) {
+    return largest;
+  }
+  return std::max(0.0, largest - solver_.x()[L]);
+}
+
+void StaticEquilibrium::SetTorqueRows(const StanceForces& forces, const Kinematics& kinematics) {
+  const int n = robot_.num_dofs();
+  kinematics.GravityTorques(gravity_m_s2_, gravity_torques_);
+  Eigen::MatrixXd& all = shares_;
+  all.setZero(n, forces.num_generators());
+  int last_point = -1;
+  for (int l = 0; l < forces.num_generators(); ++l) {
+    const int point = forces.point_of(l);
+    if (point != last_point) {
+      const StanceForces::Point& where = forces.points()[static_cast<size_t>(point)];
+      kinematics.PointJacobian(where.link, where.position_W, jacobian_);
+      last_point = point;
+    }
+    all.col(l).noalias() = jacobian_.leftCols(n).transpose() * forces.directions().col(l);
+  }
+  loaded_.clear();
+  for (int dof = 0; dof < n; ++dof) {
+    const double limit = robot_.effort_limits()[dof];
+    if (!IsLimited(limit) || all.row(dof).isZero(0.0)) continue;
+    const auto index = static_cast<Eigen::Index>(loaded_.size());
+    all.row(index) = all.row(dof) * (weight_N_ / limit);
+    loaded_.push_back(dof);
+  }
+}
+
+TorqueRatio StaticEquilibrium::ComputeTorqueRatio(const StanceForces& forces, const Kinematics& kinematics) {
+  TorqueRatio result;
+  SetTorqueRows(forces, kinematics);
+  const auto m = static_cast<Eigen::Index>(loaded_.size());
+  const Eigen::Index L = forces.num_generators();
+  SetBalanceRows(forces, kinematics.com(), kBalanceTolerance, 2 * m, 1);
+  const Eigen::Index first = b_.size() - 2 * m;
+  const Eigen::VectorXd& limits = robot_.effort_limits();
+  // t = kLargestTorqueRatio - r, so that the slacks of the torque rows are feasible at first
+  for (Eigen::Index i = 0; i < m; ++i) {
+    const int dof = loaded_[static_cast<size_t>(i)];
+    const double gravity = gravity_torques_[dof] / limits[dof];
+    A_.row(first + 2 * i).head(L) = -shares_.row(i);
+    A_.row(first + 2 * i + 1).head(L) = shares_.row(i);
+    A_(first + 2 * i, L) = A_(first + 2 * i + 1, L) = 1.0;
+    b_[first + 2 * i] = kLargestTorqueRatio - gravity;
+    b_[first + 2 * i + 1] = kLargestTorqueRatio + gravity;
+  }
+  upper_[L] = kLargestTorqueRatio;
+  cost_.setZero(A_.cols());
+  cost_[L] = -1.0;
+  if (solver_.Constrain(A_, b_, upper_) != LinearProgramStatus::kOptimal ||
+      solver_.Minimize(cost_) != LinearProgramStatus::kOptimal) {
+    result.ratio = LinearProgramSolver::kInfinity;
+    return result;
+  }
+  const Eigen::VectorXd lambda = solver_.x().head(L);
+  result.torques = gravity_torques_;
+  for (Eigen::Index i = 0; i < m; ++i) {
+    const int dof = loaded_[static_cast<size_t>(i)];
+    result.torques[dof] -= shares_.row(i).dot(lambda) * limits[dof];
+  }
+  for (int dof = 0; dof < robot_.num_dofs(); ++dof) {
+    if (!IsLimited(limits[dof])) continue;
+    const double ratio = std::abs(result.torques[dof]) / limits[dof];
+    if (!(ratio > result.ratio)) continue;
+    result.ratio = ratio;
+    result.dof = dof;
+  }
+  result.forces_N.assign(forces.points().size(), Eigen::Vector3d::Zero());
+  for (int l = 0; l < forces.num_generators(); ++l) {
+    result.forces_N[static_cast<size_t>(forces.point_of(l))] += weight_N_ * lambda[l] * forces.directions().col(l);
+  }
+  return result;
+}
+
+double StaticEquilibrium::ResistedPush_N(const StanceForces& forces, const Kinematics& kinematics) {
+  SetTorqueRows(forces, kinematics);
+  kinematics.ComJacobian(com_jacobian_);
+  const auto m = static_cast<Eigen::Index>(loaded_.size());
+  const Eigen::Index L = forces.num_generators();
+  const Eigen::VectorXd& limits = robot_.effort_limits();
+  double least = LinearProgramSolver::kInfinity;
+  constexpr int kDirections = 8;
+  constexpr double kLargestPush = 10.0;  // weights
+  for (int k = 0; k < kDirections; ++k) {
+    const double angle = 2.0 * std::numbers::pi * k / kDirections;
+    const Eigen::Vector3d push(std::cos(angle), std::sin(angle), 0.0);
+    // Joints that no contact loads carry the push and gravity alone.
+    const Eigen::VectorXd push_torques =
+        weight_N_ * (com_jacobian_.leftCols(robot_.num_dofs()).transpose() * push);  // per weight of push
+    double bound = kLargestPush;
+    for (int dof = 0; dof < robot_.num_dofs(); ++dof) {
+      if (!IsLimited(limits[dof]) || std::find(loaded_.begin(), loaded_.end(), dof) != loaded_.end()) continue;
+      const double gravity = gravity_torques_[dof], rate = -push_torques[dof];
+      if (std::abs(gravity) > limits[dof]) return -LinearProgramSolver::kInfinity;
+      if (rate > 0.0) bound = std::min(bound, (limits[dof] - gravity) / rate);
+      if (rate < 0.0) bound = std::min(bound, (limits[dof] + gravity) / -rate);
+    }
+    SetBalanceRows(forces, kinematics.com(), kBalanceTolerance, 2 * m, 1);
+    const Eigen::Index first = b_.size() - 2 * m;
+    A_.block<3, 1>(0, L) = push;
+    for (Eigen::Index i = 0; i < m; ++i) {
+      const int dof = loaded_[static_cast<size_t>(i)];
+      const double gravity = gravity_torques_[dof] / limits[dof], rate = -push_torques[dof] / limits[dof];
+      A_.row(first + 2 * i).head(L) = -shares_.row(i);
+      A_.row(first + 2 * i + 1).head(L) = shares_.row(i);
+      A_(first + 2 * i, L) = rate;
+      A_(first + 2 * i + 1, L) = -rate;
+      b_[first + 2 * i] = 1.0 - gravity;
+      b_[first + 2 * i + 1] = 1.0 + gravity;
+    }
+    upper_[L] = std::max(bound, 1e-12);
+    cost_.setZero(A_.cols());
+    cost_[L] = -1.0;
+    if (solver_.Constrain(A_, b_, upper_) != LinearProgramStatus::kOptimal ||
+        solver_.Minimize(cost_) != LinearProgramStatus::kOptimal) {
+      return -LinearProgramSolver::kInfinity;
+    }
+    least = std::min(least, solver_.x()[L]);
+  }
+  return least * weight_N_;
+}
+
+}  // namespace legopt

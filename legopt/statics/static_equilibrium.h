@@ -1,0 +1,70 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "legopt/robot/kinematics.h"
+#include "legopt/statics/internal/linear_program.h"
+#include "legopt/statics/stance_forces.h"
+
+namespace legopt {
+
+/// Slack of the balance of forces (in units of the weight) and moments (weight times 1 m) in torques and pushes, which
+/// corresponds to the judge's 1 mm for the centre of mass.
+inline constexpr double kBalanceTolerance = 1e-3;
+
+/// Largest torque ratio that is computed; more counts as this.
+inline constexpr double kLargestTorqueRatio = 1e3;
+
+/// The smallest torques that hold a posture.
+struct TorqueRatio {
+  /// t*: max over joints of |tau_j| / limit_j, minimised over the contact forces; infinite if no forces balance the
+  /// robot, 0 for a robot without effort limits.
+  double ratio = 0.0;
+  int dof = -1;                           ///< degree of freedom with that ratio; -1: none
+  std::vector<Eigen::Vector3d> forces_N;  ///< at StanceForces::points(), in the world; empty without equilibrium
+  Eigen::VectorXd torques;                ///< n, N m or N, of these forces; empty without equilibrium
+};
+
+/// Static equilibrium of a posture with given contacts. All programs demand, with moments about the centre of mass,
+///
+///     sum_k f_k = M g e_z,    sum_k (p_k - c) x f_k = 0,    f_k in the friction pyramid of its contact
+///     tau_j = g_j(q) - sum_k [J_k(q)^T f_k]_j                 g: Kinematics::GravityTorques, J: Jacobian of point k
+///
+/// A workspace: not thread-safe. Source: docs/explanation/judge.md#physical-rule.
+class StaticEquilibrium {
+ public:
+  /// `robot` must outlive this object. `gravity_m_s2` > 0.
+  StaticEquilibrium(const RobotModel& robot, double gravity_m_s2);
+
+  /// Returns s*: the smallest s for which all forces (weight) and moments (weight times 1 m) balance within +-s, with
+  /// the centre of mass at `com_W`, m. 0: equilibrium. At most 1, the weight itself.
+  double Imbalance(const StanceForces& forces, const Eigen::Vector3d& com_W);
+
+  /// Computes the torque ratio with balance within kBalanceTolerance. `kinematics`: after Update().
+  TorqueRatio ComputeTorqueRatio(const StanceForces& forces, const Kinematics& kinematics);
+
+  /// Returns the largest force, N, that may push the centre of mass in each of 8 horizontal directions while contacts
+  /// and effort limits still balance it; negative if the posture cannot be held as it is.
+  double ResistedPush_N(const StanceForces& forces, const Kinematics& kinematics);
+
+ private:
+  /// Torques of loaded joints as linear functions of the generators, in shares of their limits.
+  void SetTorqueRows(const StanceForces& forces, const Kinematics& kinematics);
+  /// Sets the rows of balance and bounds; `columns` follow the generators. Returns the first column of the slacks.
+  void SetBalanceRows(const StanceForces& forces, const Eigen::Vector3d& com_W, double tolerance,
+                      Eigen::Index torque_rows, Eigen::Index columns);
+
+  const RobotModel& robot_;
+  double gravity_m_s2_;
+  double weight_N_;
+  std::vector<int> loaded_;  ///< degrees of freedom with a limit that contacts load
+  Eigen::VectorXd gravity_torques_;
+  Eigen::MatrixXd jacobian_, shares_;  ///< shares_: loaded x generators
+  Eigen::MatrixXd A_;
+  Eigen::VectorXd b_, upper_, cost_;
+  Eigen::MatrixXd com_jacobian_;
+  LinearProgramSolver solver_;
+};
+
+}  // namespace legopt

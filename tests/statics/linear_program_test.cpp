@@ -1,0 +1,154 @@
+// Random programs against GLPK, proofs of infeasibility, degenerate and cycling programs.
+#include "legopt/statics/internal/linear_program.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/statics/reference_program.h"
+
+namespace legopt {
+namespace {
+
+constexpr double kInfinity = LinearProgramSolver::kInfinity;
+
+struct Program {
+  Eigen::MatrixXd A;
+  Eigen::VectorXd b, upper, c;
+};
+
+/// Small integers, so that many programs are degenerate, redundant or infeasible.
+Program RandomProgram(std::mt19937_64& random) {
+  const auto integer = [&](int low, int high) { return std::uniform_int_distribution<int>(low, high)(random); };
+  const int m = integer(1, 6), n = integer(2, 14);
+  Program program;
+  program.A.setZero(m, n);
+  program.b.setZero(m);
+  program.c.setZero(n);
+  program.upper.setConstant(n, kInfinity);
+  for (int i = 0; i < m; ++i) {
+    for (int j = 0; j < n; ++j) program.A(i, j) = integer(0, 2) == 0 ? 0.0 : integer(-3, 3);
+    program.b[i] = integer(-4, 6);
+  }
+  if (m > 1 && integer(0, 3) == 0) {
+    program.A.row(1) = program.A.row(0);
+    program.b[1] = program.b[0];
+  }
+  for (int j = 0; j < n; ++j) {
+    program.c[j] = integer(-3, 5);
+    if (integer(0, 2) == 0) program.upper[j] = integer(1, 4);
+  }
+  return program;
+}
+
+test::ReferenceProgram ForGlpk(const Program& program) {
+  return {.A = program.A, .lower = program.b, .upper = program.b, .columns_upper = program.upper, .c = program.c};
+}
+
+void ExpectFeasible(const Program& program, const Eigen::VectorXd& x) {
+  EXPECT_LT((program.A * x - program.b).cwiseAbs().maxCoeff(), 1e-9);
+  for (Eigen::Index j = 0; j < x.size(); ++j) {
+    EXPECT_GE(x[j], 0.0);
+    EXPECT_LE(x[j], program.upper[j]);
+  }
+}
+
+void ExpectProof(const Program& program, const Eigen::VectorXd& y) {
+  double bounded = 0.0;
+  for (Eigen::Index j = 0; j < program.upper.size(); ++j) {
+    const double product = y.dot(program.A.col(j));
+    if (std::isfinite(program.upper[j])) {
+      bounded += program.upper[j] * std::max(0.0, product);
+    } else {
+      EXPECT_LT(product, 1e-9);
+    }
+  }
+  EXPECT_GT(y.dot(program.b), bounded + 1e-6);
+}
+
+TEST(LinearProgram, AgreesWithGlpkAndProvesInfeasibility) {
+  std::mt19937_64 random(7);
+  LinearProgramSolver solver;
+  int optimal = 0, infeasible = 0, unbounded = 0;
+  for (int trial = 0; trial < 3'000; ++trial) {
+    SCOPED_TRACE(trial);
+    const Program program = RandomProgram(random);
+    const std::optional<double> expected = test::MinimumByGlpk(ForGlpk(program));
+    const LinearProgramStatus feasible = solver.Constrain(program.A, program.b, program.upper);
+    if (!expected) {
+      ASSERT_EQ(feasible, LinearProgramStatus::kInfeasible);
+      ExpectProof(program, solver.multipliers());
+      ++infeasible;
+      continue;
+    }
+    ASSERT_EQ(feasible, LinearProgramStatus::kOptimal);
+    ExpectFeasible(program, solver.x());
+    const LinearProgramStatus status = solver.Minimize(program.c);
+    if (std::isinf(*expected)) {
+      EXPECT_EQ(status, LinearProgramStatus::kUnbounded);
+      ++unbounded;
+      continue;
+    }
+    ASSERT_EQ(status, LinearProgramStatus::kOptimal);
+    EXPECT_NEAR(solver.objective(), *expected, 1e-7);
+    EXPECT_NEAR(solver.objective(), program.c.dot(solver.x()), 1e-12);
+    ExpectFeasible(program, solver.x());
+    ++optimal;
+  }
+  EXPECT_GT(optimal, 500);
+  EXPECT_GT(infeasible, 300);
+  EXPECT_GT(unbounded, 300);
+}
+
+TEST(LinearProgram, MultipliersAreRatesOfTheOptimum) {
+  Program program;
+  program.A.resize(2, 4);
+  program.A << 1, 1, 1, 0, 1, 3, 0, 1;
+  program.b = Eigen::Vector2d(4, 6);
+  program.upper.setConstant(4, kInfinity);
+  program.c.setZero(4);
+  program.c.head<2>() << -3, -5;
+  LinearProgramSolver solver;
+  ASSERT_EQ(solver.Constrain(program.A, program.b, program.upper), LinearProgramStatus::kOptimal);
+  ASSERT_EQ(solver.Minimize(program.c), LinearProgramStatus::kOptimal);
+  EXPECT_NEAR(solver.objective(), -14.0, 1e-12);  // at (3, 1)
+  EXPECT_NEAR(solver.multipliers()[0], -2.0, 1e-12);
+  EXPECT_NEAR(solver.multipliers()[1], -1.0, 1e-12);
+}
+
+TEST(LinearProgram, ProgramThatCyclesUnderDantzigsRule) {
+  // Beale, 1955; optimum -0.05.
+  Program program;
+  program.A.resize(3, 7);
+  program.A << 0.25, -60, -0.04, 9, 1, 0, 0, 0.5, -90, -0.02, 3, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1;
+  program.b = Eigen::Vector3d(0, 0, 1);
+  program.upper.setConstant(7, kInfinity);
+  program.c.setZero(7);
+  program.c.head<4>() << -0.75, 150, -0.02, 6;
+  LinearProgramSolver solver;
+  ASSERT_EQ(solver.Constrain(program.A, program.b, program.upper), LinearProgramStatus::kOptimal);
+  ASSERT_EQ(solver.Minimize(program.c), LinearProgramStatus::kOptimal);
+  EXPECT_NEAR(solver.objective(), -0.05, 1e-12);
+}
+
+TEST(LinearProgram, SecondObjectiveStartsFromTheFirstOptimum) {
+  std::mt19937_64 random(3);
+  LinearProgramSolver solver, fresh;
+  int compared = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    Program program = RandomProgram(random);
+    program.upper = program.upper.cwiseMin(10.0);  // bounded
+    if (solver.Constrain(program.A, program.b, program.upper) != LinearProgramStatus::kOptimal) continue;
+    ASSERT_EQ(solver.Minimize(program.c), LinearProgramStatus::kOptimal);
+    ASSERT_EQ(solver.Minimize(-program.c), LinearProgramStatus::kOptimal);
+    ASSERT_EQ(fresh.Constrain(program.A, program.b, program.upper), LinearProgramStatus::kOptimal);
+    ASSERT_EQ(fresh.Minimize(-program.c), LinearProgramStatus::kOptimal);
+    EXPECT_NEAR(solver.objective(), fresh.objective(), 1e-9);
+    ++compared;
+  }
+  EXPECT_GT(compared, 50);
+}
+
+}  // namespace
+}  // namespace legopt
