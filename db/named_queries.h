@@ -32,6 +32,7 @@ enum class Query {
   kExportedResultCount,
   kExportedResults,
   kFailureCauses,
+  kHoldingOfExperiment,
   kInterpolationOfExperiment,
   kJobDetails,
   kJobHeading,

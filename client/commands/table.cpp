@@ -24,6 +24,7 @@ struct TableOptions {
   std::vector<std::string> columns;
   OutputOptions output;
   bool interpolation = false;
+  bool holding = false;
   bool statistics = false;
   bool profile = false;
   std::optional<double> charge_s;
@@ -42,6 +43,10 @@ std::string RenderTable(const TableOptions& options, ResultSource* source) {
   }
   if (options.interpolation) {
     return RenderInterpolationTable(ReadInterpolationTable(*source, options.selection), options.format, style);
+  }
+  if (options.holding) {
+    const Listing listing = ReadHolding(*source, options.selection);
+    return RenderTable(KeepColumns(TableOf(listing), style.columns), options.format, style.layout);
   }
   if (options.statistics) {
     const auto table = ReadStatisticsTable(*source, options.selection, ChargeMs(options.charge_s));
@@ -63,9 +68,9 @@ std::string RenderTable(const TableOptions& options, ResultSource* source) {
 std::string RenderPlot(const TableOptions& options, ResultSource* source) {
   CheckPlotOptions(options.plot, options.format == TableFormat::kText);
   if (!options.plot.any()) return {};
-  if (options.interpolation) {
-    throw ClientError(ExitCode::kUsage,
-                      "performance profiles are of solves: give --plot and --svg without --interpolation");
+  if (options.interpolation || options.holding) {
+    throw ClientError(ExitCode::kUsage, "performance profiles are of solves: give --plot and --svg without " +
+                                            std::string(options.holding ? "--holding" : "--interpolation"));
   }
   const StatisticsTable table = ReadStatisticsTable(*source, options.selection);
   return DrawPlot(ProfilePlot(table), options.plot, LayoutOf(options.output));
@@ -97,17 +102,25 @@ void AddTableCommand(const app::Command& program, Invocation* invocation) {
           .AddFlag("--interpolation", options->interpolation,
                    "Show collisions between the waypoints of the solved " + std::string(kInterpolatedTask.plural))
           .Excludes(paper);
+  const auto holding = command
+                           .AddFlag("--holding", options->holding,
+                                    "Show how many postures of the solved problems contacts and joints can hold, at "
+                                    "waypoints and half way between them")
+                           .Excludes(paper)
+                           .Excludes(interpolation);
   const auto statistics =
       command
           .AddFlag("--statistics", options->statistics,
                    "Print confidence intervals of success, quantiles, PAR10 and means over commonly solved problems")
           .Excludes(paper)
-          .Excludes(interpolation);
+          .Excludes(interpolation)
+          .Excludes(holding);
   command
       .AddFlag("--profile", options->profile,
                "Print performance profiles as steps, for plots with --format csv or json")
       .Excludes(paper)
       .Excludes(interpolation)
+      .Excludes(holding)
       .Excludes(statistics);
   command
       .AddOption(

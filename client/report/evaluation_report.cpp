@@ -113,6 +113,40 @@ Listing InterpolationListing(const EvaluationReport& report) {
   return listing;
 }
 
+// Returns how many postures of accepted solutions contacts and joints can hold, one line per method.
+Listing HoldingListing(const EvaluationReport& report) {
+  struct Sum {
+    int solved = 0, held = 0;
+    HoldingScore at, halfway;
+  };
+  std::map<std::string, Sum> sums;
+  for (const auto& row : report.rows) {
+    const Evaluation& e = row.evaluation;
+    if (e.by(report.rule) != Verdict::kSuccess || e.holding.postures == 0) continue;
+    Sum& sum = sums[row.method];
+    ++sum.solved;
+    if (e.holding.without_equilibrium + e.holding.over_torque == 0) ++sum.held;
+    sum.at += e.holding;
+    sum.halfway += e.holding_halfway;
+  }
+  Listing listing;
+  listing.columns = {"method",
+                     "solved",
+                     "held",
+                     "postures",
+                     "without_equilibrium",
+                     "over_torque",
+                     "halfway_postures",
+                     "halfway_without_equilibrium",
+                     "halfway_over_torque"};
+  for (const auto& [method, sum] : sums) {
+    listing.rows.push_back({method, sum.solved, sum.held, sum.at.postures, sum.at.without_equilibrium,
+                            sum.at.over_torque, sum.halfway.postures, sum.halfway.without_equilibrium,
+                            sum.halfway.over_torque});
+  }
+  return listing;
+}
+
 // Methods that omit the same problems share a line.
 Listing MissingListing(const EvaluationReport& report) {
   Listing listing;
@@ -215,18 +249,22 @@ std::string RenderJson(const EvaluationReport& report) {
   return JsonText(json) + "\n";
 }
 
-// Compares counts by the physical rule with those by a weaker one.
-std::string SolidLine(const EvaluationReport& report) {
-  if (report.rule == Rule::kSolid || report.rows.empty()) return {};
-  std::string text;
-  for (const auto& summary : report.summaries) {
-    const auto solved = std::ranges::count_if(report.rows, [&](const auto& row) {
-      return row.method == summary.method && row.posed && row.evaluation.solid == Verdict::kSuccess;
-    });
-    text += (text.empty() ? "" : "; ") + summary.method + " " + std::to_string(solved) + "/" +
-            std::to_string(summary.num_problems);
+// Compares counts by the table's rule with those by the solid and the physical one.
+std::string OtherRulesLine(const EvaluationReport& report) {
+  std::string lines;
+  for (const Rule rule : {Rule::kSolid, Rule::kPhysical}) {
+    if (rule == report.rule || report.rows.empty()) continue;
+    std::string text;
+    for (const auto& summary : report.summaries) {
+      const auto solved = std::ranges::count_if(report.rows, [&](const auto& row) {
+        return row.method == summary.method && row.posed && row.evaluation.by(rule) == Verdict::kSuccess;
+      });
+      text += (text.empty() ? "" : "; ") + summary.method + " " + std::to_string(solved) + "/" +
+              std::to_string(summary.num_problems);
+    }
+    lines += "Solved by the " + std::string(ToString(rule)) + " rule: " + text + ".\n";
   }
-  return "Solved by the solid rule: " + text + ".\n";
+  return lines;
 }
 
 // Renders the selected rows and columns of the table of methods.
@@ -243,7 +281,7 @@ std::string RenderPart(EvaluationReport report, TableFormat format, const TableS
 std::string EvaluationCaption(const EvaluationReport& report) {
   return report.file + ": " + std::string(ToString(report.task)) + ", dataset " + report.dataset + ", " +
          std::string(ToString(report.rule)) + " rule.\n" + ProblemsLine(report) + "\n" + DefinitionsLine(report) +
-         "\n" + SolidLine(report);
+         "\n" + OtherRulesLine(report);
 }
 
 std::vector<Table> TablesOf(const EvaluationReport& report, const TimeUnit& unit, bool with_solutions) {
@@ -259,6 +297,7 @@ std::vector<Table> TablesOf(const EvaluationReport& report, const TimeUnit& unit
     add("Not solved", TableOf(FailureListing(report)));
     add("Left out", TableOf(MissingListing(report)));
     add("Between waypoints", TableOf(InterpolationListing(report)));
+    add("Postures that contacts and joints can hold", TableOf(HoldingListing(report)));
   }
   if (tables.empty()) return tables;
   std::vector<std::string>& title = tables.front().title;

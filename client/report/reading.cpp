@@ -59,10 +59,10 @@ void KeepColumnsWithCells(BenchmarkTable* table) {
 void RequireVerdicts(ResultSource& source, const ExperimentInfo& experiment, Rule rule) {
   if (HasVerdicts(source, experiment.id, rule)) return;
   const std::string id = std::to_string(experiment.id);
-  throw ClientError(ExitCode::kUsage, "experiment " + id + " has results of a release without the " +
-                                          std::string(ToString(rule)) + " rule; judge their solutions again: " +
-                                          "'legopt export " + id + " --out FILE" + source.flags() +
-                                          "', then 'legopt evaluate FILE --rule " + std::string(ToString(rule)) + "'");
+  throw ClientError(ExitCode::kUsage,
+                    "experiment " + id + " has results of a release without the " + std::string(ToString(rule)) +
+                        " rule; judge their solutions again: " + "'legopt export " + id + " --out FILE" +
+                        source.flags() + "', then 'legopt evaluate FILE --rule " + std::string(ToString(rule)) + "'");
 }
 
 BenchmarkTable ReadBenchmarkTable(ResultSource& source, const TableSelection& selection) {
@@ -100,6 +100,14 @@ InterpolationTable ReadInterpolationTable(ResultSource& source, const TableSelec
   if (table.rows.empty()) RefuseInterpolation(experiment.id, " among those of " + Describe(selection.filter));
   KeepRows(selection.rows, &table.rows);
   return table;
+}
+
+Listing ReadHolding(ResultSource& source, const TableSelection& selection) {
+  const ExperimentInfo experiment = FindExperiment(source, selection.experiment);
+  RequireVerdicts(source, experiment, selection.rule);
+  const KeptCells kept(source, experiment.id, selection.filter);
+  return source.Query(db::Sql(db::Query::kHoldingOfExperiment,
+                              {{"experiment_id", experiment.id}, {"rule", selection.rule}, {"cell_ids", kept.ids()}}));
 }
 
 }  // namespace legopt::client

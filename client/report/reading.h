@@ -22,7 +22,7 @@ struct TableSelection {
 };
 
 /// Throws ClientError (kUsage) if results of the experiment have no verdict by the rule. Results of releases before the
-/// physical rule have no verdict by it, which is not a failure.
+/// rules have no verdict by them, which is not a failure.
 void RequireVerdicts(ResultSource& source, const ExperimentInfo& experiment, Rule rule);
 
 /// Reads the benchmark table of an experiment. Throws the errors of FindExperiment, KeptCells and KeepRows,
@@ -32,5 +32,9 @@ BenchmarkTable ReadBenchmarkTable(ResultSource& source, const TableSelection& se
 /// Reads the interpolation table of an experiment. Throws the errors of ReadBenchmarkTable, and ClientError (kUsage)
 /// without solutions of the task.
 InterpolationTable ReadInterpolationTable(ResultSource& source, const TableSelection& selection);
+
+/// Reads how many postures of the accepted solutions contacts and joints can hold (view holding_cells), by cell. Throws
+/// the errors of FindExperiment, KeptCells and RequireVerdicts.
+Listing ReadHolding(ResultSource& source, const TableSelection& selection);
 
 }  // namespace legopt::client

@@ -90,8 +90,8 @@ struct ExperimentInfo {
   std::string dataset_name;
   std::string dataset_hash;
   Split split = Split::kAll;  ///< subset of its problems
-  /// Rule that counts successes: the rule of its suite; by default the physical rule, or the original evaluator's rule
-  /// if results of an old release have no verdict by the physical rule.
+  /// Rule that counts successes: the rule of its suite; by default the solid rule, or the original evaluator's rule
+  /// if results of an old release have no verdict by the solid rule.
   Rule rule = Rule::kSolid;
 };
 /// Returns the experiment with this id, or the newest without one. Throws ClientError (kUsage) if it does not exist.

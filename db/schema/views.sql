@@ -132,6 +132,28 @@ LEFT JOIN results AS r ON r.cell_id = c.cell_id
 WHERE c.task = 'motion'
 GROUP BY c.cell_id, u.rule;
 
+-- Static equilibrium of the solutions of a cell that one rule accepts, as far as it was tested. held: solutions all of
+-- whose postures contacts and joints can hold; sums over these solutions of the numbers in the table results.
+DROP VIEW IF EXISTS holding_cells;
+CREATE VIEW holding_cells AS
+SELECT c.experiment_id, c.cell_id, c.method_id, m.name AS method, m.multi_starts, m.sample_size, m.incremental,
+  m.collision, c.task, c.initialization, u.rule, c.num_jobs AS n, count(r.job_id) AS solved,
+  count(r.holding_postures) AS tested,
+  count(*) FILTER (WHERE r.holding_without_equilibrium = 0 AND r.holding_over_torque = 0) AS held,
+  sum(r.holding_postures) AS postures, sum(r.holding_without_equilibrium) AS without_equilibrium,
+  sum(r.holding_over_torque) AS over_torque, sum(r.halfway_postures) AS halfway_postures,
+  sum(r.halfway_without_equilibrium) AS halfway_without_equilibrium, sum(r.halfway_over_torque) AS halfway_over_torque,
+  (SELECT max(v.value) FROM violations AS v JOIN results AS t USING (job_id) WHERE t.cell_id = c.cell_id
+   AND v.check_name = 'torque') AS largest_torque_ratio
+FROM cells AS c
+JOIN methods AS m USING (method_id)
+JOIN (SELECT 'literal' AS rule UNION ALL SELECT 'strict' UNION ALL SELECT 'solid'
+  UNION ALL SELECT 'physical') AS u
+LEFT JOIN results AS r ON r.cell_id = c.cell_id
+  AND CASE u.rule WHEN 'literal' THEN r.verdict_literal WHEN 'strict' THEN r.verdict_strict
+    WHEN 'solid' THEN r.verdict_solid ELSE r.verdict_physical END = 'success'
+GROUP BY c.cell_id, u.rule;
+
 -- One row per job, with its result and worker.
 DROP VIEW IF EXISTS job_list;
 CREATE VIEW job_list AS

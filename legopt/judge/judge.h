@@ -27,7 +27,12 @@ struct HoldingScore {
   int without_equilibrium = 0;  ///< no forces within friction balance the weight
   int over_torque = 0;          ///< forces balance it, but a joint needs more than its effort limit
 
-  bool operator==(const HoldingScore&) const = default;
+  HoldingScore& operator+=(const HoldingScore& other) {
+    postures += other.postures;
+    without_equilibrium += other.without_equilibrium;
+    over_torque += other.over_torque;
+    return *this;
+  }
 };
 
 /// The judge's result for one solution.

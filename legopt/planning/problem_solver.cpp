@@ -91,12 +91,13 @@ class ProblemSolver::Run {
            std::to_string(problem.id) + "/" + std::string(ToString(initialization_)) + "/" +
            std::to_string(settings_.repetition) + "/" + (task_.windowed ? std::to_string(window) + "/" : "");
   }
-  ProximityOptions Contacts() const {
-    ProximityOptions proximity;
+  ProgramOptions Contacts() const {
+    ProgramOptions proximity;
     proximity.margin_m = method_.collision_margin_m;
     proximity.range_m = method_.contact_range_m;
     proximity.continuous = method_.continuous_collision;
     proximity.continuous_weight = method_.continuous_weight;
+    proximity.physics = method_.physics;
     return proximity;
   }
   /// Returns the number of term evaluations so far.

@@ -191,6 +191,34 @@ void Kinematics::AddPointGradient(int link, const Eigen::Vector3d& p_W, const Ei
   parts.base_rotation() += base_moment;
 }
 
+void Kinematics::AddPointTorqueGradient(int link, const Eigen::Vector3d& p_W, const Eigen::Vector3d& f_W,
+                                        const Eigen::VectorXd& weights, double* row) const {
+  // For a point fixed in the link, J^T f is the gradient of f . p, so its derivative is symmetric: d2(f . p) = a_i .
+  // (dp_j x f) for i above j. A place fixed in the world does not move with the link: less a_j x dp_i . f.
+  const std::vector<int>& chain = model_->body_chain(model_->link_body(link));
+  const TangentView<double> parts(row, model_->tangent_size());
+  Eigen::Vector3d axes = Eigen::Vector3d::Zero();
+  for (size_t lower = 0; lower < chain.size(); ++lower) {
+    const auto j = static_cast<size_t>(chain[lower]) - 1;
+    const BodyJoint& joint = body_joints_[j];
+    const Eigen::Vector3d rate =
+        joint.kind == AxisKind::kPrismatic ? axis_W_[j] : Eigen::Vector3d(axis_W_[j].cross(p_W - origin_[j + 1]));
+    const Eigen::Vector3d turned = rate.cross(f_W);
+    const double weight = weights[joint.dof] * joint.multiplier;
+    if (joint.kind != AxisKind::kPrismatic) axes += weight * axis_W_[j];
+    for (size_t upper = 0; upper <= lower; ++upper) {
+      const auto i = static_cast<size_t>(chain[upper]) - 1;
+      const BodyJoint& other = body_joints_[i];
+      if (other.kind == AxisKind::kPrismatic) continue;  // a translation does not turn the joints below it
+      const double entry = axis_W_[i].dot(turned);
+      row[other.dof] += weight * other.multiplier * entry;
+      if (upper != lower) row[joint.dof] += weights[other.dof] * other.multiplier * joint.multiplier * entry;
+    }
+    parts.base_rotation() += weight * turned;
+  }
+  AddPointGradient(link, p_W, f_W.cross(axes), -1.0, row);
+}
+
 void Kinematics::PointJacobian(int link, const Eigen::Vector3d& p_W, Eigen::Ref<Eigen::MatrixXd> jacobian) const {
   jacobian.setZero();
   for (const int body : model_->body_chain(model_->link_body(link))) {

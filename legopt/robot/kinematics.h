@@ -40,6 +40,11 @@ class Kinematics {
   void AddPointGradient(int link, const Eigen::Vector3d& p_W, const Eigen::Vector3d& n_W, double scale,
                         double* row) const;
 
+  /// Adds d(w . J^T f)/dx to `row` (n + 6 doubles): J is the Jacobian of the point of `link` that is at p_W, a place
+  /// fixed in the world, as in PointJacobian; f_W is a constant force, w has one weight per degree of freedom.
+  void AddPointTorqueGradient(int link, const Eigen::Vector3d& p_W, const Eigen::Vector3d& f_W,
+                              const Eigen::VectorXd& weights, double* row) const;
+
   /// Computes the Jacobian (3 x n+6) of the point p_W fixed in `link`, world axes.
   void PointJacobian(int link, const Eigen::Vector3d& p_W, Eigen::Ref<Eigen::MatrixXd> jacobian) const;
 

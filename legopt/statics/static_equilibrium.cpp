@@ -20,7 +20,8 @@ StaticEquilibrium::StaticEquilibrium(const RobotModel& robot, double gravity_m_s
       weight_N_(robot.total_mass() * gravity_m_s2),
       gravity_torques_(robot.num_dofs()),
       jacobian_(3, robot.tangent_size()),
-      com_jacobian_(3, robot.tangent_size()) {}
+      com_jacobian_(3, robot.tangent_size()),
+      gravity_jacobian_(robot.num_dofs(), robot.tangent_size()) {}
 
 void StaticEquilibrium::SetBalanceRows(const StanceForces& forces, const Eigen::Vector3d& com_W, double tolerance,
                                        Eigen::Index torque_rows, Eigen::Index columns) {
@@ -101,18 +102,16 @@ void StaticEquilibrium::SetTorqueRows(const StanceForces& forces, const Kinemati
   }
 }
 
-TorqueRatio StaticEquilibrium::ComputeTorqueRatio(const StanceForces& forces, const Kinematics& kinematics) {
-  TorqueRatio result;
+bool StaticEquilibrium::MinimizeRatio(const StanceForces& forces, const Kinematics& kinematics, double tolerance) {
   SetTorqueRows(forces, kinematics);
   const auto m = static_cast<Eigen::Index>(loaded_.size());
   const Eigen::Index L = forces.num_generators();
-  SetBalanceRows(forces, kinematics.com(), kBalanceTolerance, 2 * m, 1);
+  SetBalanceRows(forces, kinematics.com(), tolerance, 2 * m, 1);
   const Eigen::Index first = b_.size() - 2 * m;
-  const Eigen::VectorXd& limits = robot_.effort_limits();
   // t = kLargestTorqueRatio - r, so that the slacks of the torque rows are feasible at first
   for (Eigen::Index i = 0; i < m; ++i) {
     const int dof = loaded_[static_cast<size_t>(i)];
-    const double gravity = gravity_torques_[dof] / limits[dof];
+    const double gravity = gravity_torques_[dof] / robot_.effort_limits()[dof];
     A_.row(first + 2 * i).head(L) = -shares_.row(i);
     A_.row(first + 2 * i + 1).head(L) = shares_.row(i);
     A_(first + 2 * i, L) = A_(first + 2 * i + 1, L) = 1.0;
@@ -122,20 +121,90 @@ TorqueRatio StaticEquilibrium::ComputeTorqueRatio(const StanceForces& forces, co
   upper_[L] = kLargestTorqueRatio;
   cost_.setZero(A_.cols());
   cost_[L] = -1.0;
-  if (solver_.Constrain(A_, b_, upper_) != LinearProgramStatus::kOptimal ||
-      solver_.Minimize(cost_) != LinearProgramStatus::kOptimal) {
+  return solver_.Constrain(A_, b_, upper_) == LinearProgramStatus::kOptimal &&
+         solver_.Minimize(cost_) == LinearProgramStatus::kOptimal;
+}
+
+bool StaticEquilibrium::IsLoadedRatioBelow(const StanceForces& forces, const Kinematics& kinematics, double tolerance,
+                                           double ratio) {
+  SetTorqueRows(forces, kinematics);
+  const auto m = static_cast<Eigen::Index>(loaded_.size());
+  const Eigen::Index L = forces.num_generators();
+  SetBalanceRows(forces, kinematics.com(), tolerance, m, 0);
+  const Eigen::Index first = b_.size() - m;
+  for (Eigen::Index i = 0; i < m; ++i) {
+    const int dof = loaded_[static_cast<size_t>(i)];
+    // -share of the contacts + slack = ratio - share of gravity, with slack in [0, 2 ratio]
+    A_.row(first + i).head(L) = -shares_.row(i);
+    b_[first + i] = ratio - gravity_torques_[dof] / robot_.effort_limits()[dof];
+    upper_[L + first + i] = 2.0 * ratio;
+  }
+  return solver_.Constrain(A_, b_, upper_) == LinearProgramStatus::kOptimal;
+}
+
+void StaticEquilibrium::ComputeLoadedRatio(const StanceForces& forces, const Kinematics& kinematics, double tolerance,
+                                           bool with_gradient, LoadedRatio* result) {
+  if (!MinimizeRatio(forces, kinematics, tolerance)) {
+    result->ratio = LinearProgramSolver::kInfinity;
+    return;
+  }
+  const int n = robot_.num_dofs();
+  const Eigen::Index L = forces.num_generators(), m = static_cast<Eigen::Index>(loaded_.size());
+  result->ratio = kLargestTorqueRatio - solver_.x()[L];
+  if (!with_gradient) return;
+  // The rate of the optimum is that of y . (b - A x) at fixed x, y. The torque rows are -+ tau_j / limit_j.
+  const Eigen::VectorXd& y = solver_.multipliers();
+  const Eigen::Index first = y.size() - 2 * m;
+  weights_.setZero(n);
+  for (Eigen::Index i = 0; i < m; ++i) {
+    const int dof = loaded_[static_cast<size_t>(i)];
+    weights_[dof] = (y[first + 2 * i + 1] - y[first + 2 * i]) / robot_.effort_limits()[dof];
+  }
+  result->gradient.resize(robot_.tangent_size());
+  kinematics.GravityTorqueJacobian(gravity_m_s2_, gravity_jacobian_);
+  result->gradient.noalias() = gravity_jacobian_.transpose() * weights_;
+  const Eigen::VectorXd negative = -weights_;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (size_t k = 0; k < forces.points().size(); ++k) {
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();  // in weights
+    for (int e = 0; e < kPyramidEdges; ++e) {
+      const auto l = static_cast<Eigen::Index>(k) * kPyramidEdges + e;
+      force += solver_.x()[l] * forces.directions().col(l);
+    }
+    sum += force;
+    if (force.isZero(0.0)) continue;
+    const StanceForces::Point& point = forces.points()[k];
+    kinematics.AddPointTorqueGradient(point.link, point.position_W, weight_N_ * force, negative,
+                                      result->gradient.data());
+  }
+  // The moments about the centre of mass change by -dc x sum of the forces.
+  kinematics.ComJacobian(com_jacobian_);
+  result->gradient.noalias() += com_jacobian_.transpose() * sum.cross(y.segment<3>(3));
+}
+
+TorqueRatio StaticEquilibrium::ComputeTorqueRatio(const StanceForces& forces, const Kinematics& kinematics) {
+  TorqueRatio result;
+  if (!MinimizeRatio(forces, kinematics, kBalanceTolerance)) {
     result.ratio = LinearProgramSolver::kInfinity;
     return result;
   }
+  const auto m = static_cast<Eigen::Index>(loaded_.size());
+  const Eigen::Index L = forces.num_generators();
+  const Eigen::VectorXd& limits = robot_.effort_limits();
+  constexpr double kLargestForce = 1e3;  // weights
+  result.proven_ratio =
+      std::max(0.0, kLargestTorqueRatio + DualBound(A_, b_, upper_, cost_, solver_.multipliers(), kLargestForce));
   const Eigen::VectorXd lambda = solver_.x().head(L);
   result.torques = gravity_torques_;
   for (Eigen::Index i = 0; i < m; ++i) {
     const int dof = loaded_[static_cast<size_t>(i)];
     result.torques[dof] -= shares_.row(i).dot(lambda) * limits[dof];
   }
+  const auto contacts_load = [&](int dof) { return std::find(loaded_.begin(), loaded_.end(), dof) != loaded_.end(); };
   for (int dof = 0; dof < robot_.num_dofs(); ++dof) {
     if (!IsLimited(limits[dof])) continue;
     const double ratio = std::abs(result.torques[dof]) / limits[dof];
+    if (!contacts_load(dof)) result.proven_ratio = std::max(result.proven_ratio, ratio);
     if (!(ratio > result.ratio)) continue;
     result.ratio = ratio;
     result.dof = dof;

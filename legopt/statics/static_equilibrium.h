@@ -16,11 +16,21 @@ inline constexpr double kBalanceTolerance = 1e-3;
 /// Largest torque ratio that is computed; more counts as this.
 inline constexpr double kLargestTorqueRatio = 1e3;
 
+/// Largest joint torque, as a share of its limit, of the joints that contacts load.
+struct LoadedRatio {
+  double ratio = 0.0;        ///< smallest possible value, as TorqueRatio; infinite without equilibrium
+  Eigen::VectorXd gradient;  ///< n + 6: derivative of the ratio, with points fixed in the world; if it was requested
+};
+
 /// The smallest torques that hold a posture.
 struct TorqueRatio {
   /// t*: max over joints of |tau_j| / limit_j, minimised over the contact forces; infinite if no forces balance the
   /// robot, 0 for a robot without effort limits.
   double ratio = 0.0;
+  /// Lower bound of the ratio for all forces of up to 1,000 weights, from the multipliers alone (DualBound): proves
+  /// that a joint must exceed its limit if it is above 1. Equal to the ratio up to rounding if contacts load that
+  /// joint.
+  double proven_ratio = 0.0;
   int dof = -1;                           ///< degree of freedom with that ratio; -1: none
   std::vector<Eigen::Vector3d> forces_N;  ///< at StanceForces::points(), in the world; empty without equilibrium
   Eigen::VectorXd torques;                ///< n, N m or N, of these forces; empty without equilibrium
@@ -44,11 +54,22 @@ class StaticEquilibrium {
   /// Computes the torque ratio with balance within kBalanceTolerance. `kinematics`: after Update().
   TorqueRatio ComputeTorqueRatio(const StanceForces& forces, const Kinematics& kinematics);
 
+  /// Returns true if forces with balance within `tolerance` exist for which no loaded joint needs more than `ratio` of
+  /// its limit. In a small part of the time of ComputeLoadedRatio.
+  bool IsLoadedRatioBelow(const StanceForces& forces, const Kinematics& kinematics, double tolerance, double ratio);
+
+  /// Computes the ratio of the joints that contacts load, with balance within `tolerance`. The gradient follows from
+  /// the multipliers of the linear program; where its optimal basis changes, it is one of several.
+  void ComputeLoadedRatio(const StanceForces& forces, const Kinematics& kinematics, double tolerance,
+                          bool with_gradient, LoadedRatio* result);
+
   /// Returns the largest force, N, that may push the centre of mass in each of 8 horizontal directions while contacts
   /// and effort limits still balance it; negative if the posture cannot be held as it is.
   double ResistedPush_N(const StanceForces& forces, const Kinematics& kinematics);
 
  private:
+  /// Minimises the ratio of loaded joints over the forces; returns false without equilibrium.
+  bool MinimizeRatio(const StanceForces& forces, const Kinematics& kinematics, double tolerance);
   /// Torques of loaded joints as linear functions of the generators, in shares of their limits.
   void SetTorqueRows(const StanceForces& forces, const Kinematics& kinematics);
   /// Sets the rows of balance and bounds; `columns` follow the generators. Returns the first column of the slacks.
@@ -63,7 +84,8 @@ class StaticEquilibrium {
   Eigen::MatrixXd jacobian_, shares_;  ///< shares_: loaded x generators
   Eigen::MatrixXd A_;
   Eigen::VectorXd b_, upper_, cost_;
-  Eigen::MatrixXd com_jacobian_;
+  Eigen::MatrixXd com_jacobian_, gravity_jacobian_;
+  Eigen::VectorXd weights_;
   LinearProgramSolver solver_;
 };
 

@@ -47,7 +47,7 @@ inline constexpr auto kEnumNames<ContinuousCollision> =
 enum class PairSelection : std::uint8_t {
   kReference,  ///< pairs that do not touch in the dataset's reference pose, as in the original evaluator; if the
                ///< dataset has sampled pairs, those that collide in some samples
-  kAll         ///< all pairs that joint motion can separate, as in the physical rule
+  kAll         ///< all pairs that joint motion can separate, as in the solid rule
 };
 
 template <>
@@ -58,7 +58,7 @@ inline constexpr auto kEnumNames<PairSelection> =
 enum class UncheckedReason : std::uint8_t {
   kAdjacent,  ///< at most one moving joint lies between them
   kAlways,    ///< they are in collision in more than 95 % of the sampled postures
-  kNever,     ///< their hulls are apart in all sampled postures; the physical rule compares them nevertheless
+  kNever,     ///< their hulls are apart in all sampled postures; the solid rule compares them nevertheless
   kStanding,  ///< they overlap wherever the robot stands, with at most three moving joints between them
   kUser       ///< excluded by hand
 };

@@ -82,7 +82,7 @@ BENCHMARK(BM_SurfaceStanding)->Arg(0)->Arg(30)->Arg(50)->ArgName("margin_mm")->U
 BENCHMARK(BM_SurfaceGoodStart)->Arg(30)->Arg(50)->ArgName("margin_mm")->Unit(benchmark::kMicrosecond);
 BENCHMARK(BM_SurfaceInCollision)->Arg(30)->Arg(50)->ArgName("margin_mm")->Unit(benchmark::kMicrosecond);
 
-/// Judges by the original evaluator's rule and by every listed pair; with `solid`, by the physical rule as well.
+/// Judges by the original evaluator's rule and by every listed pair; with `solid`, by the solid rule as well.
 void RunJudge(benchmark::State& state, std::vector<Kinematics> World::*postures, bool solid) {
   const World* world = SharedWorld(state);
   if (world == nullptr) return;

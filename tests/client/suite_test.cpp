@@ -109,7 +109,7 @@ TEST(Suite, WrongWordsForRuleAndPairsAreNamed) {
   EXPECT_THAT(FaultOf(std::string(kSmall) + "pairs: some\n"), HasSubstr("reference"));
 }
 
-// Suites of the paper's experiments count by the original evaluator's rule; all others by the physical rule.
+// Suites of the paper's experiments count by the original evaluator's rule; all others by the solid rule.
 TEST(Suite, EmbeddedSuitesOfThePaperHaveTheOriginalEvaluatorsRule) {
   const std::set<std::string> paper = {"table1", "table1-short", "paper", "fidelity"};
   const auto folder = std::filesystem::path(SourceFolder()) / "data" / "suites";

@@ -24,7 +24,7 @@ std::string JointXml(const std::string& name, const std::string& type, const std
                      const std::string& limit) {
   return "<joint name='" + name + "' type='" + type + "'><parent link='" + parent + "'/><child link='" + child +
          "'/><origin xyz='" + xyz + "'/><axis xyz='" + axis + "'/>" +
-         (limit.empty() ? "" : "<limit " + limit + " effort='1' velocity='1'/>") + "</joint>\n";
+         (limit.empty() ? "" : "<limit " + limit + " effort='100' velocity='10'/>") + "</joint>\n";
 }
 
 std::string RobotXml() {

@@ -47,7 +47,7 @@ class BenchmarkTable : public testing::Test {
 
   void Apply(const std::vector<StoreOp>& ops) { store_->Apply(ops); }
 
-  // Finishes a job whose verdict by the physical rule equals that by every listed pair.
+  // Finishes a job whose verdict by the solid rule equals that by every listed pair.
   void Finish(std::int64_t job_id, Verdict literal, Verdict strict, double cost, std::int64_t wall_us,
               int num_waypoints) {
     Finish(job_id, literal, strict, strict, cost, wall_us, num_waypoints);
@@ -128,11 +128,42 @@ TEST_F(BenchmarkTable, InterpolationCoversTheSolvedMotions) {
   const std::vector<Row> expected{
       {Text("literal"), Text("good"), Int(1), Int(1), Int(1), Int(0), 0.75, 0.004, 0.0},
       {Text("literal"), Text("in_collision"), Int(1), Int(1), Int(1), Int(1), 1.0, 0.0005, 0.0001},
+      {Text("physical"), Text("good"), Int(1), Int(0), Int(0), Int(0), kNull, kNull, kNull},
+      {Text("physical"), Text("in_collision"), Int(1), Int(0), Int(0), Int(0), kNull, kNull, kNull},
       {Text("solid"), Text("good"), Int(1), Int(0), Int(0), Int(0), kNull, kNull, kNull},
       {Text("solid"), Text("in_collision"), Int(1), Int(0), Int(0), Int(0), kNull, kNull, kNull},
       {Text("strict"), Text("good"), Int(1), Int(1), Int(1), Int(0), 0.75, 0.004, 0.0},
       {Text("strict"), Text("in_collision"), Int(1), Int(0), Int(0), Int(0), kNull, kNull, kNull}};
   EXPECT_EQ(Query(columns).rows, expected);
+}
+
+TEST_F(BenchmarkTable, HeldPosturesAreSumsOverAcceptedSolutions) {
+  const auto finish = [&](std::int64_t job, Verdict strict, int without_equilibrium, int over_torque) {
+    ResultRecord r = SampleResult();
+    r.verdict_strict = strict;
+    r.verdict_solid = strict;
+    r.verdict_physical =
+        without_equilibrium + over_torque > 0 && strict == Verdict::kSuccess ? Verdict::kTorque : strict;
+    r.holding_postures = 10;
+    r.holding_without_equilibrium = without_equilibrium;
+    r.holding_over_torque = over_torque;
+    r.halfway_postures = 9;
+    r.halfway_without_equilibrium = 4;
+    Apply({LeaseJob{job, 1, 900 + job, 1, 10}, AcceptResult{job, 1, r, "", "", 20}});
+  };
+  finish(1, Verdict::kSuccess, 0, 0);
+  finish(2, Verdict::kSuccess, 1, 2);
+  finish(3, Verdict::kSelfCollision, 0, 5);
+  const auto row = [&](const char* rule) {
+    return Query(
+               "SELECT solved, tested, held, postures, without_equilibrium, over_torque, halfway_postures, "
+               "halfway_without_equilibrium, halfway_over_torque FROM holding_cells WHERE cell_id = 1 AND rule = '" +
+               std::string(rule) + "'")
+        .rows.at(0);
+  };
+  EXPECT_EQ(row("literal"), (Row{Int(3), Int(3), Int(1), Int(30), Int(1), Int(7), Int(27), Int(12), Int(0)}));
+  EXPECT_EQ(row("solid"), (Row{Int(2), Int(2), Int(1), Int(20), Int(1), Int(2), Int(18), Int(8), Int(0)}));
+  EXPECT_EQ(row("physical"), (Row{Int(1), Int(1), Int(1), Int(10), Int(0), Int(0), Int(9), Int(4), Int(0)}));
 }
 
 TEST_F(BenchmarkTable, CellsOfAllRulesWithFinishedJobs) {
@@ -141,13 +172,13 @@ TEST_F(BenchmarkTable, CellsOfAllRulesWithFinishedJobs) {
   const QueryResult cells = Query(
       "SELECT experiment, method_id, multi_starts, sample_size, incremental, rule, n, finished, solved, cost, time_s "
       "FROM benchmark_cells WHERE task = 'posture' AND initialization = 'good' AND multi_starts = 10 ORDER BY rule");
-  ASSERT_EQ(cells.rows.size(), 3U);
+  ASSERT_EQ(cells.rows.size(), 4U);
   EXPECT_EQ(cells.rows[0], (Row{Text("sample"), Int(1), Int(10), Int(100), Int(0), Text("literal"), Int(2), Int(2),
                                 Int(2), 450.0, 0.002}));
-  EXPECT_EQ(cells.rows[1], (Row{Text("sample"), Int(1), Int(10), Int(100), Int(0), Text("solid"), Int(2), Int(2),
-                                Int(1), 400.0, 0.001}));
-  EXPECT_EQ(cells.rows[2], (Row{Text("sample"), Int(1), Int(10), Int(100), Int(0), Text("strict"), Int(2), Int(2),
-                                Int(1), 400.0, 0.001}));
+  for (int i = 1; const char* rule : {"physical", "solid", "strict"}) {
+    EXPECT_EQ(cells.rows[static_cast<size_t>(i++)], (Row{Text("sample"), Int(1), Int(10), Int(100), Int(0), Text(rule),
+                                                         Int(2), Int(2), Int(1), 400.0, 0.001}));
+  }
   EXPECT_EQ(Query("SELECT sum(finished), sum(n) FROM benchmark_cells WHERE rule = 'literal'").rows[0],
             (Row{Int(2), Int(12)}));
 }
@@ -194,6 +225,7 @@ TEST_F(BenchmarkTable, JobListNamesEverything) {
                                   Text("success"),
                                   Text("success"),
                                   Text("success"),
+                                  Text("success"),
                                   kNull,
                                   kNull,
                                   500.0,
@@ -207,6 +239,12 @@ TEST_F(BenchmarkTable, JobListNamesEverything) {
                                   kNull,
                                   0.0,
                                   0.0,
+                                  kNull,
+                                  kNull,
+                                  kNull,
+                                  kNull,
+                                  kNull,
+                                  kNull,
                                   kNull,
                                   kNull,
                                   kNull,
@@ -241,7 +279,7 @@ TEST_F(BenchmarkTable, ViewsDistinguishMethodsOfOneName) {
     }
     EXPECT_EQ(has("problem_id"), has("repetition")) << name;
   }
-  EXPECT_EQ(views, 6);
+  EXPECT_EQ(views, 7);
 }
 
 TEST_F(BenchmarkTable, DisagreementsOfSolverAndJudgeAndOfTheRules) {

@@ -23,7 +23,7 @@
 namespace legopt::db {
 namespace {
 
-constexpr int kReleased[] = {9, 10, 11, 12};
+constexpr int kReleased[] = {9, 10, 11, 12, 13};
 
 // Without comments and white space, in which new and upgraded files differ. No quoted text of the schema has either.
 std::string WithoutComments(const std::string& sql) { return std::regex_replace(sql, std::regex("--[^\n]*|\\s+"), ""); }
@@ -220,7 +220,7 @@ INSTANTIATE_TEST_SUITE_P(Versions, Released, testing::ValuesIn(kReleased),
 INSTANTIATE_TEST_SUITE_P(Versions, DeathInAnUpgrade, testing::Values(kReleased[0], kReleased[std::size(kReleased) - 1]),
                          [](const auto& parameter) { return "Version" + std::to_string(parameter.param); });
 
-// The fixtures' first experiment has a result without a verdict by the physical rule, which version 7 introduced.
+// The fixtures' first experiment has a result without a verdict by the solid rule, which version 7 introduced.
 TEST_P(Released, ExperimentsWithoutSolidVerdictsKeepTheOriginalRule) {
   const auto store = OpenSqliteStore(path_);
   const OpenState state = store->LoadOpenState();
@@ -239,7 +239,7 @@ TEST(Migrations, EveryVersionBeforeThisOneHasAFixture) {
 TEST(Migrations, TheSchemaChangesOnlyWithItsVersion) {
   const TemporaryFolder folder;
   { OpenSqliteStore(folder / "results.sqlite"); }
-  EXPECT_EQ(SchemaVersion(), 13);
+  EXPECT_EQ(SchemaVersion(), 14);
   EXPECT_EQ(Blake2bHex(Schema(folder / "results.sqlite"), 16), "c4f90129883a5e5d417b0cd76b804dbd")
       << "db/schema/tables.sql or views.sql has changed: add db/schema/upgrade_from_N.sql (it may be empty if only "
          "views "

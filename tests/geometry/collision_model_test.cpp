@@ -115,7 +115,7 @@ TEST(LinkPairs, TouchingInTheReferencePoseIsIgnoredForGood) {
   EXPECT_EQ(model->pair_status(robot.FindLink("base"), robot.FindLink("hand")), PairStatus::kIgnoredReferencePose);
 }
 
-// The original evaluator ignores every pair that touches in one pose; the physical rule ignores only pairs that no
+// The original evaluator ignores every pair that touches in one pose; the solid rule ignores only pairs that no
 // pose separates.
 TEST(LinkPairs, PhysicalRuleUsesAllSeparablePairs) {
   const RobotModel robot = Chain();

@@ -57,6 +57,22 @@ constexpr const char* kRobot = "robot.urdf";
 
 TEST_F(Plausibility, ASoundRobotGetsNoWord) { EXPECT_EQ(WordsWith(kRobot, "tiny", "tiny"), ""); }
 
+TEST_F(Plausibility, EffortsThatNoMotorHas) {
+  const std::string words = WordsWith(kRobot, "effort='100'", "effort='1e5'");
+  EXPECT_THAT(words, HasSubstr("efforts: "));
+  EXPECT_THAT(words, HasSubstr("1e+05 N m"));
+}
+
+TEST_F(Plausibility, UnknownEffortsAreSaidWithoutAWarning) {
+  test::ReplaceInFile(synthetic_.path() / kRobot, "effort='100'", "effort='0'");
+  WriteManifestHashes(synthetic_.path());
+  const std::vector<DatasetDiagnostic> findings = CheckPlausibility(*Dataset::Load(synthetic_.path()));
+  EXPECT_EQ(Words(findings), "");
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].check, "efforts");
+  EXPECT_THAT(findings[0].message, HasSubstr("no effort limit"));
+}
+
 TEST_F(Plausibility, LimitsInDegrees) {
   const std::string words = WordsWith(kRobot, "lower='-0.6' upper='2'", "lower='-35' upper='126'");
   EXPECT_THAT(words, HasSubstr("l_shoulder (-35 .. 126)"));

@@ -312,7 +312,7 @@ TEST_F(JudgeTest, DetailIsOfTheMostLenientRuleThatFails) {
   std::vector<Eigen::VectorXd> waypoints(4, test::StandingUpright());
   waypoints[3][kLeftShoulder] = 1.2;  // into the column, by all rules
   ProblemDefinition far = posture_;
-  Shift({-4, 0, 0}, &far, &waypoints[0]);  // a jump to the next stance, by the physical rule
+  Shift({-4, 0, 0}, &far, &waypoints[0]);  // a jump to the next stance, by the solid rule
   waypoints[1] = waypoints[0];
   const ProblemDefinition jump{.id = 1, .stances = {far.stances[0], posture_.stances[0]}};
   const Evaluation evaluation = judge_.Evaluate(Task::kMotion, jump, waypoints);

@@ -97,7 +97,7 @@ TEST_F(Slots, AbsentRowsRestWhereTheyLeave) {
   up[test::kSyntheticDofs + 2] = 1.0;
   ASSERT_TRUE(slotted_.Evaluate(up.data()));
   const double absent = program_->terms().back()->AbsentRow();
-  EXPECT_NEAR(absent, ProximityOptions{}.margin_m - ProximityOptions{}.range_m, 1e-12);
+  EXPECT_NEAR(absent, ProgramOptions{}.margin_m - ProgramOptions{}.range_m, 1e-12);
   EXPECT_EQ(slotted_.row_values().back(), absent);
 }
 

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <random>
 #include <string>
 
@@ -162,6 +163,8 @@ TEST(TorqueRatio, ItsForcesBalanceTheRobotAndGiveItsTorques) {
     EXPECT_LE(moment.cwiseAbs().maxCoeff(), slack);
     EXPECT_LT((torques - result.torques).cwiseAbs().maxCoeff(), 1e-6);
     EXPECT_NEAR((torques.cwiseAbs().array() / robot.effort_limits().array()).maxCoeff(), result.ratio, 1e-9);
+    EXPECT_LE(result.proven_ratio, result.ratio + 1e-9);
+    EXPECT_GT(result.proven_ratio, result.ratio - 1e-8) << "the multipliers alone prove it";
   }
   EXPECT_GT(held, 50);
 }
@@ -184,6 +187,44 @@ TEST(TorqueRatio, AgreesWithGlpk) {
     EXPECT_NEAR(ratio, *expected, 1e-6) << trial;
   }
   EXPECT_GT(held, 150);
+}
+
+TEST(LoadedRatio, GradientIsTheRateOfTheOptimum) {
+  const RobotModel robot = TwoLegs();
+  Kinematics kinematics(robot);
+  StaticEquilibrium equilibrium(robot, kGravity);
+  std::mt19937_64 random(6);
+  std::optional<StanceForces> forces;
+  const auto ratio_at = [&](const Eigen::VectorXd& x, LoadedRatio* result, bool with_gradient) {
+    kinematics.Update(x);
+    equilibrium.ComputeLoadedRatio(*forces, kinematics, 1e-4, with_gradient, result);
+    return result->ratio;
+  };
+  int compared = 0, smooth = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    const Eigen::VectorXd x = RandomPosture(robot, random);
+    kinematics.Update(x);
+    forces.emplace(Soles(robot, kinematics, 0.6));
+    LoadedRatio result, moved;
+    if (!std::isfinite(ratio_at(x, &result, true))) continue;
+    for (int j = 0; j < robot.tangent_size(); ++j) {
+      constexpr double kStep = 1e-6;
+      Eigen::VectorXd dx = Eigen::VectorXd::Zero(robot.tangent_size()), next(x.size());
+      dx[j] = kStep;
+      Retract(x, dx, next);
+      const double above = ratio_at(next, &moved, false);
+      Retract(x, -dx, next);
+      const double below = ratio_at(next, &moved, false);
+      if (!std::isfinite(above) || !std::isfinite(below)) continue;
+      ++compared;
+      const double forwards = (above - result.ratio) / kStep, backwards = (result.ratio - below) / kStep;
+      if (std::abs(forwards - backwards) > 1e-3) continue;  // the optimal basis changes here
+      ++smooth;
+      EXPECT_NEAR(result.gradient[j], (above - below) / (2.0 * kStep), 1e-4) << trial << " " << j;
+    }
+  }
+  EXPECT_GT(compared, 300);
+  EXPECT_GT(smooth, compared * 8 / 10);
 }
 
 TEST(ResistedPush, OfALevelStanceIsItsLeverOverItsHeight) {

@@ -126,7 +126,7 @@ struct ExactCollision::Impl {
   }
 
   std::shared_ptr<const CollisionModel> model;
-  std::vector<LinkPair> ignored;  ///< pairs of the physical rule that the original evaluator ignores
+  std::vector<LinkPair> ignored;  ///< pairs of the solid rule that the original evaluator ignores
   Culling culling;
   int num_links;
   TrimeshWorld world;

@@ -29,7 +29,7 @@ enum class Culling {
 ///
 /// *Literal* depths (the original evaluator's rule, docs/explanation/judge.md#literal-and-strict-rule) use the first
 /// 255 contacts per pair of geometries. *Strict* depths use all contacts: if there are more than 255, all crossing
-/// triangles by the same rule (trimesh_world.h). *Solid* depths (physical rule) always use all crossing triangles. ODE
+/// triangles by the same rule (trimesh_world.h). *Solid* depths (solid rule) always use all crossing triangles. ODE
 /// merges contacts within a cell of 0.1 mm, which may lower a depth by up to 0.01 mm, and finds crossing triangles in
 /// single precision. Depths are therefore uncertain by micrometres where they jump because another pair of triangles
 /// starts to touch, and at slivers less than a micrometre high.
@@ -99,7 +99,7 @@ class ExactCollision {
     int link = -1;
     int other_link = -1;      ///< > link; -1: the other one is `object`
     int object = -1;          ///< index into Scene::objects; -1: the other one is `other_link`
-    bool ignored = false;     ///< pair in PairSelection::kAll but not in kReference: only the physical rule checks it
+    bool ignored = false;     ///< pair in PairSelection::kAll but not in kReference: only the solid rule checks it
     double literal_m = -1.0;  ///< largest contact depth by the original evaluator's rule; negative: surfaces are
                               ///< separate
     double depth_m = -1.0;    ///< largest depth of all contacts; negative: surfaces are separate

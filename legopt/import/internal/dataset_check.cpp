@@ -31,6 +31,7 @@ class PlausibilityCheck {
     CheckSizes();
     CheckLimits();
     CheckMasses();
+    CheckEfforts();
     const std::string file = dataset_.robot_file().string();
     for (UrdfDiagnostic& remark : ReviewUrdf(CheckUrdf(ReadUrdfFile(file), file))) {
       Warn("robot", remark.field, remark.value, remark.message, remark.fix);
@@ -108,6 +109,33 @@ class PlausibilityCheck {
     if (without.empty()) return;
     Warn("robot", without, "0 kg", "have shapes, but no mass: balance and torques are those of a lighter robot",
          "give them <inertial> elements");
+  }
+
+  /// Efforts decide by the physical rule. Files often have 0 or a large number where a limit is not known.
+  void CheckEfforts() {
+    constexpr double kLargest_Nm = 2e3;
+    std::string unknown, large;
+    int num_unknown = 0;
+    const RobotModel& robot = dataset_.robot();
+    for (int dof = 0; dof < robot.num_dofs(); ++dof) {
+      const Joint& joint = robot.joints()[static_cast<size_t>(robot.dof_joint(dof))];
+      if (joint.effort == Joint::kNoLimit) {
+        unknown += (unknown.empty() ? "" : ", ") + joint.name;
+        ++num_unknown;
+      } else if (joint.type != JointType::kPrismatic && joint.effort > kLargest_Nm) {
+        large += (large.empty() ? "" : ", ") + joint.name + " (" + FormatGeneral(joint.effort, 4) + " N m)";
+      }
+    }
+    if (!unknown.empty()) {
+      findings_.push_back({DatasetDiagnostic::Severity::kInfo, "efforts", "",
+                           num_unknown == robot.num_dofs() ? "all joints" : unknown, "",
+                           "have no effort limit in the URDF: the physical rule permits any torque there",
+                           "give <limit> an effort in N m (N of a prismatic joint)"});
+    }
+    if (!large.empty()) {
+      Warn("efforts", large, "", "have implausible effort limits: the physical rule permits such torques",
+           "give <limit> the joint's largest torque in N m");
+    }
   }
 
   const Dataset& dataset_;

@@ -125,7 +125,7 @@ constexpr int kMinPiecesOfSeveral = 4;
 }  // namespace
 
 PathSolver::PathSolver(const Dataset& dataset, CollisionQuery& query, Solver& solver, Task task,
-                       const ProximityOptions& proximity)
+                       const ProgramOptions& proximity)
     : dataset_(&dataset),
       query_(&query),
       solver_(&solver),
@@ -307,7 +307,7 @@ PathSolution PathSolver::Solve(const WaypointPath& start, const std::function<Mu
   pieces = std::max(pieces, 2);
   Sweep sweep = Sweep::kWithScene;
   double step_m = kSweepStep_m;
-  ProximityOptions proximity = proximity_;
+  ProgramOptions proximity = proximity_;
   for (int k = 0; k < kMaxTries && !solution.feasible && !IsStopped(solution.status); ++k) {
     points = k == 0 ? PointsOf(start, pieces) : Subdivided(points, pieces * static_cast<int>(start.num_segments()));
     const auto program =

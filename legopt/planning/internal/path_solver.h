@@ -107,7 +107,7 @@ class PathSolver {
  public:
   /// All arguments must outlive this object. `proximity` is the same as in the motion's own programs.
   PathSolver(const Dataset& dataset, CollisionQuery& query, Solver& solver, Task task,
-             const ProximityOptions& proximity);
+             const ProgramOptions& proximity);
 
   /// Solves for the path from the points of `start`. `attempts` returns the settings used for windows, with generator
   /// and perturb for this program's points.
@@ -135,7 +135,7 @@ class PathSolver {
   CollisionQuery* query_;
   Solver* solver_;
   Task task_;
-  ProximityOptions proximity_;
+  ProgramOptions proximity_;
   PathClearance clearance_;
   Kinematics kinematics_;
   Eigen::VectorXd x_;

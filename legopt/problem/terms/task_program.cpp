@@ -8,13 +8,14 @@
 #include <limits>
 
 #include "legopt/dataset/contact.h"
+#include "legopt/problem/terms/internal/statics_terms.h"
 #include "legopt/problem/terms/internal/transition_terms.h"
 #include "legopt/problem/terms/internal/waypoint_terms.h"
 
 namespace legopt {
 
 WaypointProgram::WaypointProgram(const Dataset& dataset, CollisionQuery& query,
-                                 std::span<const WaypointConstraints> demands, const ProximityOptions& proximity)
+                                 std::span<const WaypointConstraints> demands, const ProgramOptions& proximity)
     : dataset_(&dataset), robot_(&dataset.robot()) {
   for (const WaypointConstraints& demand : demands) {
     stances_.push_back(demand.stance != nullptr ? *demand.stance : Stance{});
@@ -25,7 +26,7 @@ WaypointProgram::WaypointProgram(const Dataset& dataset, CollisionQuery& query,
 }
 
 void WaypointProgram::AddConstraints(const Dataset& dataset, const WaypointConstraints& demand, int waypoint,
-                                     const ProximityOptions& proximity) {
+                                     const ProgramOptions& proximity) {
   WaypointState& state = states_.back();
   const Stance& stance = *demand.stance;
   ContactPoseTerm::Weights weights;
@@ -46,9 +47,18 @@ void WaypointProgram::AddConstraints(const Dataset& dataset, const WaypointConst
     }
   }
   if (demand.balanced) {
-    terms_.push_back(std::make_unique<ComTerm>(waypoint, state, Edges(TargetSupportPolygon(dataset, stance))));
+    std::vector<HalfPlane> edges = proximity.physics == Physics::kNone ? Edges(TargetSupportPolygon(dataset, stance))
+                                                                       : EquilibriumEdges(dataset, stance);
+    terms_.push_back(std::make_unique<ComTerm>(waypoint, state, std::move(edges)));
   }
+  if (proximity.physics == Physics::kEffort) AddTorqueLimits(dataset, stance, waypoint);
   terms_.push_back(std::make_unique<CollisionTerm>(waypoint, state, margin_m, proximity.relaxed_margin_m));
+}
+
+void WaypointProgram::AddTorqueLimits(const Dataset& dataset, const Stance& stance, int waypoint) {
+  WaypointState& state = states_.back();
+  terms_.push_back(std::make_unique<FreeTorqueTerm>(waypoint, state, dataset, stance));
+  terms_.push_back(std::make_unique<LoadedTorqueTerm>(waypoint, state, dataset, stance));
 }
 
 void WaypointProgram::SetPoint(Eigen::Ref<const Eigen::VectorXd> x) {
@@ -133,7 +143,7 @@ double SumOfTransitions(const RobotModel& robot, std::span<const Eigen::VectorXd
 struct TermInputs {
   const Dataset& dataset;
   CollisionQuery& query;
-  const ProximityOptions& proximity;
+  const ProgramOptions& proximity;
   std::span<const WaypointConstraints> demands;  ///< one entry per waypoint of the program
 };
 
@@ -231,7 +241,7 @@ std::vector<StanceWindow> StanceWindows(Task task, int num_stances) {
 }
 
 std::unique_ptr<WaypointProgram> MakeTaskProgram(Task task, const Dataset& dataset, CollisionQuery& query,
-                                                 std::span<const Stance> stances, const ProximityOptions& proximity,
+                                                 std::span<const Stance> stances, const ProgramOptions& proximity,
                                                  bool fixed_first) {
   std::vector<WaypointConstraints> demands;
   for (const Stance& stance : stances) {
@@ -246,7 +256,7 @@ std::unique_ptr<WaypointProgram> MakeTaskProgram(Task task, const Dataset& datas
 
 std::unique_ptr<WaypointProgram> MakePathProgram(const Dataset& dataset, CollisionQuery& query,
                                                  std::span<const Stance* const> stances, PathEnds ends, int pieces,
-                                                 bool balanced, const ProximityOptions& proximity, double step_m,
+                                                 bool balanced, const ProgramOptions& proximity, double step_m,
                                                  Sweep sweep) {
   constexpr int kVelocityUnit = 0;
   const auto ways = stances.size() - 1;

@@ -13,18 +13,20 @@
 #include "legopt/problem/terms/internal/transition_terms.h"
 #include "legopt/problem/terms/internal/waypoint_terms.h"
 #include "legopt/types/collision.h"
+#include "legopt/types/physics.h"
 #include "legopt/types/task.h"
 
 namespace legopt {
 
-/// Treatment of collisions in a program. Metres.
-struct ProximityOptions {
+/// Treatment of collisions and physics in a program. Metres.
+struct ProgramOptions {
   double margin_m = 5e-4;  ///< distance to keep
   double relaxed_margin_m =
       -5e-4;              ///< relaxed margin, if nothing else helps: half of the depth that the judge tolerates
   double range_m = 0.03;  ///< pairs nearer than this become rows; > margin_m
   ContinuousCollision continuous = ContinuousCollision::kPreferred;  ///< used by programs with transitions
   double continuous_weight = 1e2;                                    ///< weight of the preference, per metre, > 0
+  Physics physics = Physics::kNone;                                  ///< at waypoints, beyond the task's balance
 };
 
 /// Constraints of one waypoint of a chain besides its joint limits.
@@ -36,7 +38,8 @@ struct WaypointConstraints {
 };
 
 /// A chain of waypoints of one robot, each constrained by a stance: one pose term per foot, the centre of mass over the
-/// support polygon of the targets, collision, joint limits as bounds. The task adds its own terms (task_program.h).
+/// support polygon of the targets, static equilibrium if the options ask for it, collision, joint limits as bounds. The
+/// task adds its own terms (task_program.h).
 ///
 /// A workspace. The dataset and the collision query, which must use the dataset's collision model, must outlive it. One
 /// thread.
@@ -44,7 +47,7 @@ class WaypointProgram : public Program {
  public:
   /// Adds the constraints of all waypoints; `demands` and their stances need not outlive the call.
   WaypointProgram(const Dataset& dataset, CollisionQuery& query, std::span<const WaypointConstraints> demands,
-                  const ProximityOptions& proximity);
+                  const ProgramOptions& proximity);
 
   /// Adds a term before the existing ones. It may refer to the states.
   void Prepend(std::unique_ptr<Term> term) { terms_.insert(terms_.begin(), std::move(term)); }
@@ -84,7 +87,8 @@ class WaypointProgram : public Program {
 
  private:
   void AddConstraints(const Dataset& dataset, const WaypointConstraints& demand, int waypoint,
-                      const ProximityOptions& proximity);
+                      const ProgramOptions& proximity);
+  void AddTorqueLimits(const Dataset& dataset, const Stance& stance, int waypoint);
   bool IsFixed(Eigen::Index waypoint) const { return fixed_[static_cast<size_t>(waypoint)]; }
 
   const Dataset* dataset_;
@@ -115,7 +119,7 @@ std::vector<StanceWindow> StanceWindows(Task task, int num_stances);
 /// `stances` are those of the window. If `fixed_first`, the first waypoint does not move. Lifetimes as for
 /// WaypointProgram.
 std::unique_ptr<WaypointProgram> MakeTaskProgram(Task task, const Dataset& dataset, CollisionQuery& query,
-                                                 std::span<const Stance> stances, const ProximityOptions& proximity,
+                                                 std::span<const Stance> stances, const ProgramOptions& proximity,
                                                  bool fixed_first = false);
 
 /// Ends of a path within a continuous motion that can move: only ends of the whole motion.
@@ -132,7 +136,7 @@ struct PathEnds {
 /// the planted feet. The cost is the motion's, except for the factor `pieces`. Lifetimes as for WaypointProgram.
 std::unique_ptr<WaypointProgram> MakePathProgram(const Dataset& dataset, CollisionQuery& query,
                                                  std::span<const Stance* const> stances, PathEnds ends, int pieces,
-                                                 bool balanced, const ProximityOptions& proximity, double step_m,
+                                                 bool balanced, const ProgramOptions& proximity, double step_m,
                                                  Sweep sweep);
 
 /// Returns the optimiser's cost of a whole solution with `waypoints` (n + 7 each). `window_costs` is the sum of the

@@ -104,6 +104,7 @@ void VisitAllOptions(auto& method, auto& fields) {
   fields.Number("restart_noise_deg", method.restart_noise_deg, 0.0, 180.0);
   fields.Choice("collision", method.collision);
   fields.ChoiceWithDefault("pairs", method.pairs, PairSelection::kReference);
+  fields.ChoiceWithDefault("physics", method.physics, Physics::kNone);
   fields.Number("collision_margin_m", method.collision_margin_m, 0.0, 0.1);
   fields.Number("contact_range_m", method.contact_range_m, 1e-3, 1.0);
   fields.Choice("continuous_collision", method.continuous_collision);

@@ -15,6 +15,7 @@
 #include "legopt/solvers/solver.h"
 #include "legopt/solvers/sqp_options.h"
 #include "legopt/types/collision.h"
+#include "legopt/types/physics.h"
 
 namespace legopt {
 
@@ -147,6 +148,7 @@ struct Method {
   double restart_noise_deg = 5.0;  ///< half width of the uniform noise on every joint at a restart, [0, 180]
   SceneRepresentation collision = SceneRepresentation::kSolid;  ///< model of the obstacles
   PairSelection pairs = PairSelection::kAll;                    ///< compared link pairs
+  Physics physics = Physics::kNone;  ///< static equilibrium at waypoints beyond the task's balance
   double collision_margin_m = 5e-4;  ///< distance kept from obstacles, [0, 0.1] (guards against ODE's triangle depths)
   double contact_range_m = 0.03;     ///< pairs closer than this enter the problem, (collision_margin_m, 1]
   /// Treatment of collisions between consecutive waypoints of motions (paper, section V).

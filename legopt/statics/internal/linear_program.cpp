@@ -16,6 +16,15 @@ constexpr int kMaxPivots = 5'000;
 
 }  // namespace
 
+double DualBound(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& upper,
+                 const Eigen::VectorXd& c, const Eigen::VectorXd& y, double largest) {
+  double bound = y.dot(b);
+  for (Eigen::Index j = 0; j < c.size(); ++j) {
+    bound += std::min(0.0, c[j] - y.dot(A.col(j))) * std::min(upper[j], largest);
+  }
+  return bound;
+}
+
 LinearProgramStatus LinearProgramSolver::Constrain(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
                                                    const Eigen::VectorXd& upper) {
   CheckInvariant(A.rows() == b.size() && A.cols() == upper.size(), "the sizes of a linear program agree", A.rows(),

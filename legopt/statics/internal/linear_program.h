@@ -15,6 +15,12 @@ enum class LinearProgramStatus : std::uint8_t {
   kStalled      ///< too many pivots, which no program of a stance needs
 };
 
+/// Returns a lower bound of min c . x over the x >= 0 with A x = b, from any multipliers y, without a solver: the
+/// optimum is at least y . b + sum_j x_j (c - A^T y)_j, of which each term is least at 0 or at the column's bound.
+/// Columns without a bound count as bounded by `largest`, so that rounding does not spoil the proof.
+double DualBound(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& upper,
+                 const Eigen::VectorXd& c, const Eigen::VectorXd& y, double largest);
+
 /// Dense primal simplex method with bounded variables:
 ///
 ///     min c . x   s.t.  A x = b,  0 <= x <= upper

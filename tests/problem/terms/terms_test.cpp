@@ -10,7 +10,9 @@
 #include <span>
 #include <string>
 
+#include "legopt/dataset/internal/dataset_content.h"
 #include "legopt/problem/terms/initial_guess.h"
+#include "legopt/problem/terms/internal/statics_terms.h"
 #include "legopt/problem/terms/internal/waypoint_terms.h"
 #include "legopt/problem/terms/task_program.h"
 #include "tests/dataset/synthetic_dataset.h"
@@ -197,6 +199,55 @@ TEST(Terms, PointContactsMeetFiniteDifferences) {
   EXPECT_EQ(rows.size(), 3U);
 }
 
+TEST(Terms, StaticsMeetFiniteDifferences) {
+  const test::TemporaryFolder temporary;
+  const test::SyntheticFolder folder(temporary.path() / "dataset");
+  test::ReplaceInFile(folder.path() / "robot.urdf", "effort='100'", "effort='1.5'");
+  WriteManifestHashes(folder.path());
+  const auto dataset = Dataset::Load(folder.path());
+  CollisionQuery query(dataset->collision_model());
+  const auto program = MakeTaskProgram(Task::kPosture, *dataset, query, dataset->problems(Task::kPosture)[0].stances,
+                                       {.physics = Physics::kEffort});
+  std::vector<std::string> names;
+  for (const auto& term : program->terms()) names.push_back(term->shape().name);
+  EXPECT_EQ(names, (std::vector<std::string>{"torque cost", "foot l_foot", "foot r_foot", "centre of mass",
+                                             "torques of free joints", "torques of loaded joints", "collision"}));
+  // Not symmetric: with equal torques of both legs, the ratio would have a kink.
+  Eigen::VectorXd x = test::Leaning(0.05);
+  x[test::kLeftHip] += 0.03;
+  x[test::kLeftShoulder] = 0.4;
+  TermDerivatives(*program).CheckAt(x);
+  std::vector<double> free, loaded;
+  const auto evaluate = [&] {
+    free.clear();
+    loaded.clear();
+    program->SetPoint(x);
+    program->terms()[4]->Evaluate(free);
+    program->terms()[5]->Evaluate(loaded);
+  };
+  evaluate();
+  EXPECT_FALSE(free.empty()) << "the left shoulder";
+  ASSERT_EQ(loaded.size(), 1u) << "hips and ankles";
+  EXPECT_GT(loaded[0], kNearEffortShare - kEffortShare);
+  x[test::kBaseX] += 1.0;  // far outside of the polygon: no forces, no row
+  evaluate();
+  EXPECT_TRUE(loaded.empty());
+}
+
+TEST(Terms, TorquesFarFromTheirLimitsHaveNoRows) {
+  const test::TemporaryFolder temporary;
+  const test::SyntheticFolder folder(temporary.path() / "dataset");
+  const auto dataset = Dataset::Load(folder.path());
+  CollisionQuery query(dataset->collision_model());
+  const auto program = MakeTaskProgram(Task::kPosture, *dataset, query, dataset->problems(Task::kPosture)[0].stances,
+                                       {.physics = Physics::kEffort});
+  program->SetPoint(test::StandingUpright());
+  std::vector<double> rows;
+  program->terms()[4]->Evaluate(rows);
+  program->terms()[5]->Evaluate(rows);
+  EXPECT_TRUE(rows.empty());
+}
+
 TEST(Terms, AtlasMeetsFiniteDifferences) {
   LEGOPT_SKIP_WITHOUT_TEST_DATA();
   const auto dataset = Dataset::Load(test::LegOptFolder());
@@ -296,7 +347,7 @@ TEST(Terms, FeetAndCollisionsHaveMargins) {
   const test::SyntheticFolder folder(temporary.path() / "dataset");
   const auto dataset = Dataset::Load(folder.path());
   CollisionQuery query(dataset->collision_model());
-  const ProximityOptions contacts{.margin_m = 1e-3, .relaxed_margin_m = -2e-3, .range_m = 0.5};
+  const ProgramOptions contacts{.margin_m = 1e-3, .relaxed_margin_m = -2e-3, .range_m = 0.5};
   const auto program =
       MakeTaskProgram(Task::kMotion, *dataset, query, dataset->problems(Task::kMotion)[0].stances, contacts, true);
   const Eigen::VectorXd x = test::StandingUpright().replicate(program->num_waypoints(), 1);

@@ -77,7 +77,7 @@ class FilteredCollisionTerm : public Term {
 }  // namespace
 
 StanceProgram::StanceProgram(const Dataset& dataset, CollisionQuery& query, const Stance& stance,
-                             const ProximityOptions& proximity, ConstraintGroups left_out)
+                             const ProgramOptions& proximity, ConstraintGroups left_out)
     : whole_(dataset, query, std::array{WaypointConstraints{.stance = &stance}}, proximity) {
   const bool scene = !left_out.Has(ConstraintGroup::kEnvironment);
   const bool self = !left_out.Has(ConstraintGroup::kSelf);
@@ -112,8 +112,8 @@ SqpOptions FeasibilitySqp() {
 
 /// Options for a start: those with odd numbers use the relaxed margin, because the judge tolerates 1 mm of depth
 /// between links.
-ProximityOptions ContactsOfStart(int number) {
-  ProximityOptions proximity;
+ProgramOptions ContactsOfStart(int number) {
+  ProgramOptions proximity;
   if (number % 2 == 1) proximity.margin_m = proximity.relaxed_margin_m;
   return proximity;
 }

@@ -49,7 +49,7 @@ class ConstraintGroups {
 class StanceProgram : public Program {
  public:
   /// `proximity` is the same as for WaypointProgram; continuous collision does not apply.
-  StanceProgram(const Dataset& dataset, CollisionQuery& query, const Stance& stance, const ProximityOptions& proximity,
+  StanceProgram(const Dataset& dataset, CollisionQuery& query, const Stance& stance, const ProgramOptions& proximity,
                 ConstraintGroups left_out = {});
 
   int num_waypoints() const override { return 1; }

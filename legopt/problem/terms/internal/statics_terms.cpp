@@ -1,0 +1,126 @@
+#include "legopt/problem/terms/internal/statics_terms.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <set>
+
+#include "legopt/statics/equilibrium_polygon.h"
+#include "legopt/statics/stance_forces.h"
+
+namespace legopt {
+namespace {
+
+/// Slack of the balance in the torque ratio: less than the judge's, and enough for rounding at the polygon's edges.
+constexpr double kBalanceSlack = 1e-4;
+
+}  // namespace
+
+std::vector<HalfPlane> EquilibriumEdges(const Dataset& dataset, const Stance& stance) {
+  const EquilibriumPolygon polygon = ComputeEquilibriumPolygon(StanceForces(SurfacesOf(dataset, stance)));
+  const std::vector<Eigen::Vector2d> support = TargetSupportPolygon(dataset, stance);
+  if (polygon.corners.empty()) return Edges(support);
+  std::vector<HalfPlane> edges = Edges(polygon.corners);
+  constexpr double kInset_m = 1e-3, kShareOfWidth = 0.25;
+  double perimeter = 0.0;
+  for (size_t i = 0; i < polygon.corners.size(); ++i) {
+    perimeter += (polygon.corners[(i + 1) % polygon.corners.size()] - polygon.corners[i]).norm();
+  }
+  // Twice the area by the perimeter is at most the radius of a circle inside.
+  const double radius = perimeter > 0.0 ? 2.0 * PolygonArea(polygon.corners) / perimeter : 0.0;
+  for (HalfPlane& edge : edges) edge.offset += std::min(kInset_m, kShareOfWidth * radius);
+  const bool inside = std::ranges::all_of(polygon.corners, [&](const Eigen::Vector2d& corner) {
+    return SignedDistanceToPolygon(support, corner) <= std::min(kInset_m, kShareOfWidth * radius);
+  });
+  if (!inside) std::ranges::copy(Edges(support), std::back_inserter(edges));
+  return edges;
+}
+
+FreeTorqueTerm::FreeTorqueTerm(int waypoint, WaypointState& state, const Dataset& dataset, const Stance& stance)
+    : Term({"torques of free joints", TermKind::kInequality, waypoint, 1}),
+      state_(&state),
+      gravity_m_s2_(dataset.gravity_m_s2()),
+      torques_(dataset.robot().num_dofs()),
+      jacobian_(dataset.robot().num_dofs(), dataset.robot().tangent_size()) {
+  const RobotModel& robot = dataset.robot();
+  std::set<int> loaded;
+  for (const ContactTarget& target : stance.contacts) {
+    for (const int body : robot.body_chain(robot.link_body(dataset.contact(target.contact).link_index))) {
+      loaded.insert(robot.joints()[static_cast<size_t>(robot.body_joint(body))].dof);
+    }
+  }
+  for (int dof = 0; dof < robot.num_dofs(); ++dof) {
+    if (std::isfinite(robot.effort_limits()[dof]) && !loaded.contains(dof)) free_.push_back(dof);
+  }
+}
+
+void FreeTorqueTerm::FindNear() {
+  const Kinematics& kinematics = state_->kinematics();
+  kinematics.GravityTorques(gravity_m_s2_, torques_);
+  near_.clear();
+  for (const int dof : free_) {
+    if (std::abs(torques_[dof]) > kNearEffortShare * kinematics.model().effort_limits()[dof]) near_.push_back(dof);
+  }
+}
+
+void FreeTorqueTerm::ComputeResiduals(std::vector<double>& residuals) {
+  FindNear();
+  const Eigen::VectorXd& limits = state_->kinematics().model().effort_limits();
+  for (const int dof : near_) residuals.push_back(std::abs(torques_[dof]) / limits[dof] - kEffortShare);
+}
+
+void FreeTorqueTerm::RowKeys(int /*rows*/, std::vector<int>& keys) {
+  FindNear();
+  for (const int dof : near_) keys.push_back(2 * dof + (torques_[dof] < 0.0 ? 1 : 0));
+}
+
+void FreeTorqueTerm::ComputeModel(LinearModel& model) {
+  FindNear();
+  const Kinematics& kinematics = state_->kinematics();
+  const int size = kinematics.model().tangent_size();
+  model.Reset(static_cast<int>(near_.size()), size, 1);
+  if (near_.empty()) return;
+  kinematics.GravityTorqueJacobian(gravity_m_s2_, jacobian_);
+  for (int i = 0; i < model.rows(); ++i) {
+    const int dof = near_[static_cast<size_t>(i)];
+    const double limit = kinematics.model().effort_limits()[dof];
+    model.value(i) = std::abs(torques_[dof]) / limit - kEffortShare;
+    const double scale = std::copysign(1.0 / limit, torques_[dof]);
+    for (int j = 0; j < size; ++j) model.row(0, i)[j] = scale * jacobian_(dof, j);
+  }
+}
+
+LoadedTorqueTerm::LoadedTorqueTerm(int waypoint, WaypointState& state, const Dataset& dataset, const Stance& stance)
+    : Term({"torques of loaded joints", TermKind::kInequality, waypoint, 1}),
+      state_(&state),
+      forces_(SurfacesOf(dataset, stance)),
+      equilibrium_(dataset.robot(), dataset.gravity_m_s2()) {}
+
+void LoadedTorqueTerm::Compute(bool with_gradient) {
+  if (revision_ == state_->revision() && (has_gradient_ || !with_gradient)) return;
+  if (equilibrium_.IsLoadedRatioBelow(forces_, state_->kinematics(), kBalanceSlack, kNearEffortShare)) {
+    result_.ratio = std::numeric_limits<double>::infinity();
+    with_gradient = true;
+  } else {
+    equilibrium_.ComputeLoadedRatio(forces_, state_->kinematics(), kBalanceSlack, with_gradient, &result_);
+  }
+  revision_ = state_->revision();
+  has_gradient_ = with_gradient;
+}
+
+void LoadedTorqueTerm::ComputeResiduals(std::vector<double>& residuals) {
+  Compute(false);
+  if (std::isfinite(result_.ratio)) residuals.push_back(result_.ratio - kEffortShare);
+}
+
+void LoadedTorqueTerm::ComputeModel(LinearModel& model) {
+  Compute(true);
+  const int size = static_cast<int>(state_->kinematics().model().tangent_size());
+  if (!std::isfinite(result_.ratio)) return model.Reset(0, size, 1);
+  model.Reset(1, size, 1);
+  model.value(0) = result_.ratio - kEffortShare;
+  Eigen::Map<Eigen::VectorXd>(model.row(0, 0), size) = result_.gradient;
+}
+
+}  // namespace legopt

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <vector>
+
+#include "legopt/dataset/contact.h"
+#include "legopt/dataset/dataset.h"
+#include "legopt/dataset/problem_definition.h"
+#include "legopt/problem/program.h"
+#include "legopt/problem/terms/internal/waypoint_terms.h"
+#include "legopt/statics/static_equilibrium.h"
+
+namespace legopt {
+
+// Terms of static equilibrium at one waypoint, without variables for the contact forces. Each refers to the state of
+// its waypoint, which must outlive it. Source: docs/explanation/problem.md#physics.
+
+/// Share of an effort limit that solvers leave unused, so that their tolerance does not exceed the judge's.
+inline constexpr double kEffortShare = 0.98;
+
+/// Share of an effort limit above which a torque becomes a row.
+inline constexpr double kNearEffortShare = 0.7;
+
+/// Returns the edges of the stance's equilibrium polygon, moved inwards by up to 1 mm, so that forces with a margin
+/// hold the whole of it; none if the polygon is empty.
+std::vector<HalfPlane> EquilibriumEdges(const Dataset& dataset, const Stance& stance);
+
+/// Inequality: torques of joints that no contact of the stance loads, which gravity alone determines:
+/// +-g_j / limit_j - kEffortShare <= 0, 1. A joint has a row if it needs more than kNearEffortShare of its limit.
+class FreeTorqueTerm : public Term {
+ public:
+  FreeTorqueTerm(int waypoint, WaypointState& state, const Dataset& dataset, const Stance& stance);
+  void ComputeResiduals(std::vector<double>& residuals) override;
+  void ComputeModel(LinearModel& model) override;
+  /// Appends twice the degree of freedom, plus 1 for a negative torque.
+  void RowKeys(int rows, std::vector<int>& keys) override;
+  double AbsentRow() const override { return kNearEffortShare - kEffortShare; }
+
+ private:
+  /// Sets torques_ and near_.
+  void FindNear();
+
+  WaypointState* state_;
+  double gravity_m_s2_;
+  std::vector<int> free_;  ///< degrees of freedom
+  std::vector<int> near_;  ///< those with a row
+  Eigen::VectorXd torques_;
+  Eigen::MatrixXd jacobian_;
+};
+
+/// Inequality: the loaded joints' least torque ratio, t - kEffortShare <= 0, 1. The ratio is the optimum of a linear
+/// program (StaticEquilibrium::ComputeLoadedRatio), its gradient follows from the multipliers. Without equilibrium
+/// there is no row: the centre of mass is then outside of the polygon, whose rows lead back.
+class LoadedTorqueTerm : public Term {
+ public:
+  LoadedTorqueTerm(int waypoint, WaypointState& state, const Dataset& dataset, const Stance& stance);
+  void ComputeResiduals(std::vector<double>& residuals) override;
+  void ComputeModel(LinearModel& model) override;
+  double AbsentRow() const override { return kNearEffortShare - kEffortShare; }
+
+ private:
+  /// Sets result_; the ratio is infinite if there is no row.
+  void Compute(bool with_gradient);
+
+  WaypointState* state_;
+  StanceForces forces_;
+  StaticEquilibrium equilibrium_;
+  LoadedRatio result_;
+  std::uint64_t revision_ = 0;  ///< of the state at the last computation
+  bool has_gradient_ = false;
+};
+
+}  // namespace legopt
