@@ -33,7 +33,8 @@ ResultRecord DistinctValues() {
     }
   });
   record.solver_status = SolveStatus::kNumericalFailure;
-  record.verdict_literal = record.verdict_strict = record.verdict_solid = record.verdict_physical = Verdict::kWindowUnsolved;
+  record.verdict_literal = record.verdict_strict = record.verdict_solid = record.verdict_physical =
+      Verdict::kWindowUnsolved;
   record.window_verdict = Verdict::kStep;
   std::swap(record.windows, record.windows_solved);  // the larger one is the total
   return record;
@@ -103,12 +104,12 @@ TEST_F(ResultColumns, AreNullWhereThereIsNothing) {
     const Value value = RowOf("results", std::string(column.name)).at(0);
     if (std::holds_alternative<std::monostate>(value)) null.insert(std::string(column.name));
   });
-  EXPECT_EQ(null, (std::set<std::string>{"solver_cost", "failed_waypoint", "windows", "windows_solved",
-                                         "interpolation_environment_depth_m", "interpolation_self_depth_m",
-                                         "interpolation_free_share", "trace", "starts", "term_evaluations",
-                                         "collision_queries", "window_verdict", "holding_postures",
-                                         "holding_without_equilibrium", "holding_over_torque", "halfway_postures",
-                                         "halfway_without_equilibrium", "halfway_over_torque"}));
+  EXPECT_EQ(null,
+            (std::set<std::string>{
+                "solver_cost", "failed_waypoint", "windows", "windows_solved", "interpolation_environment_depth_m",
+                "interpolation_self_depth_m", "interpolation_free_share", "trace", "starts", "term_evaluations",
+                "collision_queries", "window_verdict", "holding_postures", "holding_without_equilibrium",
+                "holding_over_torque", "halfway_postures", "halfway_without_equilibrium", "halfway_over_torque"}));
 }
 
 TEST_F(ResultColumns, AreKeptOfALateResult) {
@@ -211,7 +212,8 @@ TEST_F(ResultColumns, ViolationsAreStoredInTheirTable) {
 
 ResultRecord UnsolvedResult() {
   ResultRecord record = SampleResult();
-  record.verdict_literal = record.verdict_strict = record.verdict_solid = record.verdict_physical = Verdict::kWindowUnsolved;
+  record.verdict_literal = record.verdict_strict = record.verdict_solid = record.verdict_physical =
+      Verdict::kWindowUnsolved;
   record.window_verdict = Verdict::kFootPose;
   record.windows = 3;
   record.windows_solved = 1;

@@ -92,7 +92,8 @@ TEST_P(StoreConformance, JobsAreCountedByTheirStates) {
   Apply({CreateExperiment{SampleExperiment(1, 1, 1, kProblems)}, CreateExperiment{SampleExperiment(2, 9, 3, kProblems)},
          PutWorker{SampleWorker(1)}});
   ResultRecord unsolved = SampleResult();
-  unsolved.verdict_literal = unsolved.verdict_strict = unsolved.verdict_solid = unsolved.verdict_physical = Verdict::kCom;
+  unsolved.verdict_literal = unsolved.verdict_strict = unsolved.verdict_solid = unsolved.verdict_physical =
+      Verdict::kCom;
   for (const std::int64_t first : {1, 9}) {
     for (std::int64_t job = first; job < first + 5; ++job) Apply({LeaseJob{job, 1, 100 + job, 1, 10}});
     Apply({AcceptResult{first, 1, SampleResult(), "", "", 20}, AcceptResult{first + 1, 1, unsolved, "", "", 21},
@@ -183,7 +184,8 @@ void StopByTheClock(Store& store) {
   ResultRecord stopped = SampleResult();
   stopped.solver_status = SolveStatus::kTimeLimit;
   ResultRecord unsolved = stopped;
-  unsolved.verdict_literal = unsolved.verdict_strict = unsolved.verdict_solid = unsolved.verdict_physical = Verdict::kCom;
+  unsolved.verdict_literal = unsolved.verdict_strict = unsolved.verdict_solid = unsolved.verdict_physical =
+      Verdict::kCom;
   store.Apply(std::vector<StoreOp>{
       LeaseJob{1, 1, 71, 1, 1}, AcceptResult{1, 1, unsolved, "", "", 2}, LeaseJob{2, 1, 72, 1, 1},
       AcceptResult{2, 1, stopped, "", "", 2}, LeaseJob{3, 1, 73, 1, 1}, AcceptResult{3, 1, SampleResult(), "", "", 2},

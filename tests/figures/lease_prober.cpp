@@ -64,7 +64,8 @@ void LeaseProber::Report(const legopt_msg::lease& lease) {
   result.attempt = lease.attempt;
   result.token = lease.token;
   result.solver_status = ToString(SolveStatus::kConvergedFeasible);
-  result.verdict_literal = result.verdict_strict = result.verdict_solid = result.verdict_physical = ToString(Verdict::kSuccess);
+  result.verdict_literal = result.verdict_strict = result.verdict_solid = result.verdict_physical =
+      ToString(Verdict::kSuccess);
   result.failed_waypoint = -1;
   result.wall_us = 1000;
   result.cost = 1;

@@ -57,7 +57,8 @@ legopt_msg::result_request StubExecutor::Execute(const legopt_msg::lease& job, s
   }
   const bool stopped = options.value("stop_problem", -1) == job.problem_id && job.attempt == 1;
   result.solver_status = stopped ? "time_limit" : "converged_feasible";
-  result.verdict_literal = result.verdict_strict = result.verdict_solid = result.verdict_physical = stopped ? "com" : "success";
+  result.verdict_literal = result.verdict_strict = result.verdict_solid = result.verdict_physical =
+      stopped ? "com" : "success";
   const auto wall = std::chrono::steady_clock::now() - start;
   constexpr std::int64_t kSame_us = 1000;  // so that identical jobs have identical results
   result.wall_us = options.value("timed", false) ? wall / std::chrono::microseconds(1) : kSame_us;
@@ -69,7 +70,8 @@ legopt_msg::result_request StubExecutor::Execute(const legopt_msg::lease& job, s
   result.windows_solved = options.value("windows_solved", result.windows);
   if (result.windows_solved < result.windows) {
     result.solver_status = "converged_infeasible";
-    result.verdict_literal = result.verdict_strict = result.verdict_solid = result.verdict_physical = "wrong_waypoint_count";
+    result.verdict_literal = result.verdict_strict = result.verdict_solid = result.verdict_physical =
+        "wrong_waypoint_count";
     result.verdict_detail = "stopped early";
     result.cost = std::nan("");
   }

@@ -222,7 +222,8 @@ legopt_msg::result_request SimulatedWorker::ResultOf(const Child& process) {
   result.verdict_solid = result.verdict_physical = "success";
   if (world().Chance(job_behaviour_.stopped)) {
     result.solver_status = "time_limit";
-    if (world().Chance(0.5)) result.verdict_literal = result.verdict_strict = result.verdict_solid = result.verdict_physical = "com";
+    if (world().Chance(0.5))
+      result.verdict_literal = result.verdict_strict = result.verdict_solid = result.verdict_physical = "com";
   }
   result.cost = CostOf(process.job_id, process.attempt);
   result.waypoint_size = 36;

@@ -49,8 +49,8 @@ std::vector<TouchedSurface> DegenerateSurfaces(std::mt19937_64& random) {
     TouchedSurface& surface = surfaces.emplace_back();
     surface.axes_W = axes_W;
     surface.friction = 0.5;
-    // Without a bound, exact arithmetic holds anything between opposite surfaces: forces of 1e16 weights make use of the
-    // rounding of the normals.
+    // Without a bound, exact arithmetic holds anything between opposite surfaces: forces of 1e16 weights make use of
+    // the rounding of the normals.
     surface.max_normal = 100.0;
     surface.points_W = std::move(points_W);
   };

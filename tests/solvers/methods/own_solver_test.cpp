@@ -136,16 +136,16 @@ TEST(OwnSolver, FaultsAreToldAllTogether) {
                      "mine.json", WithCompass());
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_STREQ(
-        error.what(),
-        "mine.json: options.contact_range_m: must be a number from 0.001 to 1.0 (got '2')\n"
-        "mine.json: options.rule: is not known (got 'shrink'); did you mean 'shrinking'? valid: shrinking, "
-        "fixed\n"
-        "mine.json: options.steps: unknown key; did you mean 'step'? valid: restart_noise_deg, collision, "
-        "pairs, collision_margin_m, contact_range_m, continuous_collision, continuous_weight, step, least_step, "
-        "max_iterations, rule, penalty, constraint_tolerance\n"
-        "mine.json: options.step: must exceed least_step (got '0.000000'); raise it\n"
-        "mine.json: sample_size: solver compass uses all terms (got '80'); leave sample_size at 100");
+    EXPECT_STREQ(error.what(),
+                 "mine.json: options.contact_range_m: must be a number from 0.001 to 1.0 (got '2')\n"
+                 "mine.json: options.rule: is not known (got 'shrink'); did you mean 'shrinking'? valid: shrinking, "
+                 "fixed\n"
+                 "mine.json: options.steps: unknown key; did you mean 'step'? valid: restart_noise_deg, collision, "
+                 "pairs, physics, collision_margin_m, contact_range_m, continuous_collision, continuous_weight, step, "
+                 "least_step, "
+                 "max_iterations, rule, penalty, constraint_tolerance\n"
+                 "mine.json: options.step: must exceed least_step (got '0.000000'); raise it\n"
+                 "mine.json: sample_size: solver compass uses all terms (got '80'); leave sample_size at 100");
   }
 }
 
