@@ -63,25 +63,17 @@ Json SolversJson() {
   return solvers;
 }
 
-const char* OptionType(const nlohmann::json& value) {
-  if (value.is_boolean()) return "boolean";
-  if (value.is_string()) return "choice";
-  return value.is_number_integer() ? "integer" : "number";
-}
-
-// Returns the options of every method: those in the canonical form that are not the solver's.
+// Returns the keys and options of every method: those that are not the solver's.
 Json CommonJson() {
   const Method defaults;
-  const nlohmann::json method = defaults.ToJson();
-  OptionLister of_solver;
+  OptionLister all, of_solver;
+  defaults.Visit(all);
   defaults.options.Visit(of_solver);
-  std::set<std::string> known = {"name", "solver", "options"};
+  std::set<std::string> known;
   for (const Json& option : of_solver.options()) known.insert(option.at("key").get<std::string>());
   Json common = Json::array();
-  for (const auto* object : {&method, &method.at("options")}) {
-    for (const auto& [key, value] : object->items()) {
-      if (!known.contains(key)) common.push_back({{"key", key}, {"type", OptionType(value)}, {"default", value}});
-    }
+  for (const Json& option : all.options()) {
+    if (!known.contains(option.at("key").get<std::string>())) common.push_back(option);
   }
   return common;
 }

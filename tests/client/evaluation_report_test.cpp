@@ -57,11 +57,28 @@ TEST(EvaluationReport, TextShowsSummaryAndFailures) {
   EXPECT_THAT(text, HasSubstr("Left out"));
 }
 
+TEST(EvaluationReport, CountsPosturesOfAcceptedSolutionsThatCanBeHeld) {
+  EvaluationReport report = ExampleReport();
+  for (JudgedRow& row : report.rows) {
+    row.evaluation.holding = {.postures = 10, .without_equilibrium = 1, .over_torque = 2};
+    row.evaluation.holding_halfway = {.postures = 9, .without_equilibrium = 4, .over_torque = 0};
+  }
+  const std::string text = RenderEvaluation(report, TableFormat::kText);
+  EXPECT_NE(text.find("Postures that contacts and joints can hold\n\n"
+                      "method  solved  held  postures  without_equilibrium  over_torque  halfway_postures  "
+                      "halfway_without_equilibrium  halfway_over_torque\n"
+                      "A            1     0        10                    1            2                 9  "
+                      "                          4                    0\n"),
+            std::string::npos)
+      << text;
+}
+
 TEST(EvaluationReport, Golden) {
   EXPECT_EQ(RenderEvaluation(ExampleReport(), TableFormat::kText), R"(s.json: posture, dataset yard, literal rule.
 The file holds 2 of the dataset's 2 problems.
 Definitions: the file's own, as in the original evaluator; they are the same as the dataset's.
 Solved by the solid rule: A 2/2; B 1/2.
+Solved by the physical rule: A 2/2; B 1/2.
 
 method  success  in file  cost  time (ms)
 A           1/2        2   396       2.00

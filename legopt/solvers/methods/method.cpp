@@ -223,6 +223,11 @@ json Method::ToJson() const {
   return description;
 }
 
+void Method::Visit(ConstOptionFields& fields) const {
+  VisitHead(*this, fields);
+  VisitAllOptions(*this, fields);
+}
+
 std::string Method::Hash() const {
   json canonical = ToJson();
   canonical.erase("name");

@@ -181,6 +181,8 @@ struct Method {
   /// `pairs: reference` (this keeps the hashes of older releases). Throws one InputError with all invalid values. Does
   /// not check whether the solver exists.
   nlohmann::json ToJson() const;
+  /// Visits all keys and options, of every method and of the solver, also those that the canonical form omits.
+  void Visit(ConstOptionFields& fields) const;
 
   /// Returns the BLAKE2b-256 of the canonical form without the name, 64 hexadecimal digits. Throws as ToJson.
   std::string Hash() const;
