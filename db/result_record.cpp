@@ -50,8 +50,7 @@ std::string FaultOfWindows(const ResultRecord& result) {
            std::to_string(result.windows) + ")";
   }
   const std::string word = "'" + std::string(ToString(Verdict::kWindowUnsolved)) + "'";
-  const auto by_rule = {result.verdict_literal, result.verdict_strict, result.verdict_solid,
-                        result.verdict_physical};
+  const auto by_rule = {result.verdict_literal, result.verdict_strict, result.verdict_solid, result.verdict_physical};
   const auto num_rules = std::ranges::count(by_rule, Verdict::kWindowUnsolved);
   if (num_rules != 0 && num_rules != std::ssize(by_rule)) return "verdict " + word + " by some rules only";
   if (num_rules != 0 && result.windows_solved == result.windows) return "verdict " + word + " with all windows solved";
@@ -104,9 +103,9 @@ std::string FaultOf(const ResultRecord& result) {
   if (!fault.empty()) return fault;
   const bool success = result.verdict_literal == Verdict::kSuccess || result.verdict_strict == Verdict::kSuccess;
   if (success && !std::isfinite(result.cost)) return "a success without a finite cost";
-  for (const auto& [rule, verdict] : {std::pair(Rule::kLiteral, result.verdict_literal),
-                                      std::pair(Rule::kStrict, result.verdict_strict),
-                                      std::pair(Rule::kSolid, result.verdict_solid)}) {
+  for (const auto& [rule, verdict] :
+       {std::pair(Rule::kLiteral, result.verdict_literal), std::pair(Rule::kStrict, result.verdict_strict),
+        std::pair(Rule::kSolid, result.verdict_solid)}) {
     const Rule first = DescriptionOf(verdict).first_rule();
     if (first > rule && first >= Rule::kSolid) {
       return "verdict '" + std::string(ToString(verdict)) + "' by a more lenient rule than the " +

@@ -118,7 +118,8 @@ inline constexpr char kFindEqualExperiments[] =
 
 inline constexpr char kFindKnownResult[] =
     "SELECT job_id, wall_us, CASE ?11 WHEN 'literal' THEN verdict_literal WHEN 'strict' THEN verdict_strict "
-    "WHEN 'solid' THEN verdict_solid ELSE verdict_physical END = 'success' FROM reusable_results WHERE experiment_id = ?1 AND method_hash = ?2 "
+    "WHEN 'solid' THEN verdict_solid ELSE verdict_physical END = 'success' FROM reusable_results WHERE experiment_id = "
+    "?1 AND method_hash = ?2 "
     "AND task = ?3 AND initialization = ?4 AND effort_limit IS nullif(?5, 0) AND wall_us <= ?6 "
     "AND peak_memory_bytes <= ?7 AND ?8 IN ('', build_id) AND problem_id = ?9 AND repetition = ?10 "
     "ORDER BY job_id LIMIT 1";

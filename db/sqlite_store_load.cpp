@@ -168,16 +168,16 @@ std::optional<OpenExperiment> SqliteStore::LoadExperiment(std::int64_t experimen
 }
 
 void SqliteStore::LoadJobs(std::int64_t first_job_id, std::int64_t num_jobs, Rule rule, OpenExperiment& open) {
-  Statement jobs(
-      connection_,
-      "SELECT j.state, j.attempts, j.returned, coalesce(a.token, 0), coalesce(a.worker_id, 0), "
-      "coalesce(a.outcome, 'running'), coalesce(r.solver_status = 'time_limit', 0), "
-      "coalesce(CASE ?3 WHEN 'literal' THEN r.solved_literal WHEN 'strict' THEN r.solved_strict "
-      "WHEN 'solid' THEN r.verdict_solid = 'success' ELSE r.verdict_physical = 'success' END, 0), coalesce(a.leased_at_us, 0), coalesce(a.ended_at_us, 0), j.cell_id, "
-      "coalesce(r.wall_us, 0), coalesce(r.num_waypoints, 0) FROM jobs AS j "
-      "LEFT JOIN attempts AS a ON a.job_id = j.job_id AND a.attempt = j.attempts "
-      "LEFT JOIN results AS r ON r.job_id = j.job_id "
-      "WHERE j.job_id >= ?1 AND j.job_id < ?2 ORDER BY j.job_id");
+  Statement jobs(connection_,
+                 "SELECT j.state, j.attempts, j.returned, coalesce(a.token, 0), coalesce(a.worker_id, 0), "
+                 "coalesce(a.outcome, 'running'), coalesce(r.solver_status = 'time_limit', 0), "
+                 "coalesce(CASE ?3 WHEN 'literal' THEN r.solved_literal WHEN 'strict' THEN r.solved_strict "
+                 "WHEN 'solid' THEN r.verdict_solid = 'success' ELSE r.verdict_physical = 'success' END, 0), "
+                 "coalesce(a.leased_at_us, 0), coalesce(a.ended_at_us, 0), j.cell_id, "
+                 "coalesce(r.wall_us, 0), coalesce(r.num_waypoints, 0) FROM jobs AS j "
+                 "LEFT JOIN attempts AS a ON a.job_id = j.job_id AND a.attempt = j.attempts "
+                 "LEFT JOIN results AS r ON r.job_id = j.job_id "
+                 "WHERE j.job_id >= ?1 AND j.job_id < ?2 ORDER BY j.job_id");
   open.jobs.reserve(static_cast<std::size_t>(num_jobs));
   jobs.BindAll(first_job_id, first_job_id + num_jobs, rule);
   for (std::int64_t last_cell = 0; jobs.Step(); last_cell = jobs.column_int(10)) {

@@ -222,9 +222,10 @@ Json JobsJson(ResultSource& source, const SolvedExperiment& experiment, const Ke
       source.Query(db::Sql(db::Query::kPageJobs, {{"experiment_id", experiment.info.id}, {"cell_ids", kept.ids()}}),
                    ResultSource::kAllRows, kNoLimit_s);
   Json jobs = Json::object();
-  for (const char* column :
-       {"job", "method", "column", "problem", "repetition", "state", "status", "literal", "strict", "solid", "physical", "cost",
-        "wall_us", "cpu_us", "contended", "iterations", "restarts", "term_evaluations", "failed_waypoint", "detail"}) {
+  for (const char* column : {"job",        "method",   "column",           "problem",         "repetition",
+                             "state",      "status",   "literal",          "strict",          "solid",
+                             "physical",   "cost",     "wall_us",          "cpu_us",          "contended",
+                             "iterations", "restarts", "term_evaluations", "failed_waypoint", "detail"}) {
     jobs[column] = Json::array();
   }
   for (std::size_t i = 0; i < rows.rows.size(); ++i) {
@@ -234,8 +235,8 @@ Json JobsJson(ResultSource& source, const SolvedExperiment& experiment, const Ke
     jobs["method"].push_back(method - methods.begin());
     jobs["column"].push_back(std::ranges::find(columns, column) - columns.begin());
     for (const char* same :
-         {"job", "problem", "repetition", "state", "status", "literal", "strict", "solid", "physical", "cost", "wall_us", "cpu_us",
-          "iterations", "restarts", "term_evaluations", "failed_waypoint", "detail"}) {
+         {"job", "problem", "repetition", "state", "status", "literal", "strict", "solid", "physical", "cost",
+          "wall_us", "cpu_us", "iterations", "restarts", "term_evaluations", "failed_waypoint", "detail"}) {
       jobs[same].push_back(Json(rows.At(i, same)));
     }
     const auto& switches = rows.At(i, "switches");

@@ -15,7 +15,7 @@ enum class Physics : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kEnumNames<Physics> = MakeEnumNames<Physics>(
-    {{Physics::kNone, "none"}, {Physics::kBalance, "balance"}, {Physics::kEffort, "effort"}});
+inline constexpr auto kEnumNames<Physics> =
+    MakeEnumNames<Physics>({{Physics::kNone, "none"}, {Physics::kBalance, "balance"}, {Physics::kEffort, "effort"}});
 
 }  // namespace legopt

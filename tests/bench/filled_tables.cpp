@@ -32,12 +32,14 @@ constexpr const char* kExperimentStatements[] = {
     "INSERT INTO attempts (job_id, attempt, worker_id, token, leased_at_us) "
     "SELECT job_id, 1, 1 + job_id % 100, job_id, 0 FROM jobs WHERE job_id > 1000000 * (?1 - 1)",
     "INSERT INTO results (job_id, cell_id, attempt, solver_status, iterations, restarts, wall_us, cpu_us, "
-    "involuntary_context_switches, peak_memory_bytes, verdict_literal, verdict_strict, verdict_solid, verdict_physical, "
+    "involuntary_context_switches, peak_memory_bytes, verdict_literal, verdict_strict, verdict_solid, "
+    "verdict_physical, "
     "verdict_detail, cost, num_waypoints, received_at_us, trace, starts, term_evaluations, collision_queries) "
     "SELECT job_id, cell_id, 1, 'converged_feasible', 20, 0, 1000 + abs(random()) % 100000, 900, 0, 1 << 20, "
     "iif(job_id % 10, 'success', 'com'), iif(job_id % 10 AND job_id % 9, 'success', 'com'), "
     "iif(job_id % 10 AND job_id % 9 AND job_id % 8, 'success', 'com'), "
-    "iif(job_id % 10 AND job_id % 9 AND job_id % 8 AND job_id % 7, 'success', 'torque'), '', 300 + abs(random()) % 200000 / 1e3, 1, 0, "
+    "iif(job_id % 10 AND job_id % 9 AND job_id % 8 AND job_id % 7, 'success', 'torque'), '', 300 + abs(random()) % "
+    "200000 / 1e3, 1, 0, "
     "randomblob(300), 1, 1000, 100 FROM jobs WHERE job_id > 1000000 * (?1 - 1)",
     "UPDATE attempts SET outcome = 'finished', ended_at_us = 1 WHERE job_id > 1000000 * (?1 - 1)",
     "UPDATE jobs SET state = 'done' WHERE job_id > 1000000 * (?1 - 1)",

@@ -105,7 +105,8 @@ TEST_F(ReplayCommand, AHistoryThatPartsIsPlaced) {
 
 TEST_F(ReplayCommand, AnotherVerdictIsAnotherResult) {
   Alter("results_are_final",
-        "UPDATE results SET verdict_literal = 'com', verdict_strict = 'com', verdict_solid = 'com', verdict_physical = 'com' WHERE job_id = 1");
+        "UPDATE results SET verdict_literal = 'com', verdict_strict = 'com', verdict_solid = 'com', verdict_physical = "
+        "'com' WHERE job_id = 1");
   const auto result = Run({"replay", "1", "--db", file_});
   EXPECT_EQ(result.exit_code, kOtherResult) << result.err;
   EXPECT_THAT(result.out, HasSubstr("literal verdict: com stored, success now"));

@@ -106,8 +106,7 @@ struct PathSolution {
 class PathSolver {
  public:
   /// All arguments must outlive this object. `proximity` is the same as in the motion's own programs.
-  PathSolver(const Dataset& dataset, CollisionQuery& query, Solver& solver, Task task,
-             const ProgramOptions& proximity);
+  PathSolver(const Dataset& dataset, CollisionQuery& query, Solver& solver, Task task, const ProgramOptions& proximity);
 
   /// Solves for the path from the points of `start`. `attempts` returns the settings used for windows, with generator
   /// and perturb for this program's points.
