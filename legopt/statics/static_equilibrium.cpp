@@ -53,7 +53,7 @@ void StaticEquilibrium::SetBalanceRows(const StanceForces& forces, const Eigen::
 
 double StaticEquilibrium::Imbalance(const StanceForces& forces, const Eigen::Vector3d& com_W) {
   if (forces.num_generators() == 0) return 1.0;
-  // The imbalance s is 1 - r: at r = 0, no force at all balances within it.
+  // The imbalance is the largest one, of no force at all, less r.
   SetBalanceRows(forces, com_W, 0.0, kBalanceRows, 1);
   const Eigen::Index L = forces.num_generators(), first_slack = L + 1, rows = b_.size();
   const Eigen::Index first = rows - kBalanceRows;
