@@ -44,8 +44,12 @@ Eigen::AlignedBox2d Contact::Patch() const {
 Eigen::Vector3d NormalOf(const ContactTarget& target) { return target.rotation.normalized().toRotationMatrix().col(2); }
 
 Eigen::Vector3d Contact::OriginTarget(const ContactTarget& target) const {
-  if (kind != ContactKind::kPoint) return target.position;
+  if (facts().shape != ContactShape::kBall) return target.position;
   return target.position + (radius_m + kPointClearance_m) * NormalOf(target);
+}
+
+double Contact::SlideOf(const ContactTarget& target) const {
+  return facts().slides ? target.slide_m.value_or(slide_m) : 0.0;
 }
 
 Eigen::Isometry3d Contact::LinkTarget(const ContactTarget& target) const {
@@ -77,6 +81,7 @@ std::optional<double> CommonSoleOffset_m(const std::vector<ContactDescription>& 
 }
 
 Contact ResolveContact(const ContactDescription& description, int link_index, const Eigen::AlignedBox3d& link_box) {
+  const bool contact_is_ball = DescriptionOf(description.kind).shape == ContactShape::kBall;
   Contact contact{.name = description.name,
                   .link = description.link,
                   .link_index = link_index,
@@ -87,9 +92,11 @@ Contact ResolveContact(const ContactDescription& description, int link_index, co
                   .box_L = link_box,
                   .friction = description.friction,
                   .max_normal_N = description.max_normal_N,
+                  .max_force_N = description.max_force_N,
+                  .slide_m = description.slide_m,
                   .nominal_position_B = Eigen::Vector3d::Zero(),
-                  .declares_points = description.points.has_value() || description.kind == ContactKind::kPoint};
-  if (description.kind == ContactKind::kPoint) {
+                  .declares_points = description.points.has_value() || contact_is_ball};
+  if (contact_is_ball) {
     contact.points_L.emplace_back(description.position);
   } else if (!description.points) {
     contact.points_L = LowerCorners(link_box);
@@ -157,8 +164,9 @@ std::vector<Eigen::Vector2d> SupportPolygon(std::span<const ContactPlacement> co
   std::vector<Eigen::Vector2d> corners;
   corners.reserve(4 * contacts.size());
   for (const ContactPlacement& placement : contacts) {
-    if (!DescriptionOf(placement.contact->kind).supports) continue;
-    const bool ball = placement.contact->kind == ContactKind::kPoint;
+    const ContactKindDescription& facts = placement.contact->facts();
+    if (!facts.supports || !placement.carries) continue;
+    const bool ball = facts.shape == ContactShape::kBall;
     for (const Eigen::Vector3d& point : placement.contact->points_L) {
       corners.emplace_back((placement.X_WL * point).head<2>());
       if (ball) corners.back() -= placement.contact->radius_m * placement.normal_W.head<2>();
@@ -167,12 +175,21 @@ std::vector<Eigen::Vector2d> SupportPolygon(std::span<const ContactPlacement> co
   return ConvexHull2d(std::move(corners));
 }
 
+bool StandsOnFeet(const Dataset& dataset, const Stance& stance) {
+  return std::ranges::all_of(stance.contacts, [&](const ContactTarget& target) {
+    return !target.carries || dataset.contact(target.contact).facts().supports;
+  });
+}
+
 std::vector<Eigen::Vector2d> TargetSupportPolygon(const Dataset& dataset, const Stance& stance) {
   std::vector<ContactPlacement> placements;
   placements.reserve(stance.contacts.size());
   for (const ContactTarget& target : stance.contacts) {
     const Contact& contact = dataset.contact(target.contact);
-    placements.push_back({.contact = &contact, .X_WL = contact.LinkTarget(target), .normal_W = NormalOf(target)});
+    placements.push_back({.contact = &contact,
+                          .X_WL = contact.LinkTarget(target),
+                          .normal_W = NormalOf(target),
+                          .carries = target.carries});
   }
   return SupportPolygon(placements);
 }

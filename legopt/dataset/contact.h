@@ -28,9 +28,11 @@ struct ContactDescription {
   Eigen::Vector3d rpy_rad = Eigen::Vector3d::Zero();   ///< its orientation: roll, pitch, yaw as in URDF
   std::optional<std::vector<Eigen::Vector3d>> points;  ///< in the contact frame, m; default for a sole: the lower
                                                        ///< corners of the link's box
-  double radius_m = 0.0;                               ///< radius of a point's ball, >= 0; 0 for other kinds
-  double friction = kDefaultFriction;                  ///< Coulomb coefficient, in (0, 2]
-  std::optional<double> max_normal_N;                  ///< bound of the sum of the normal forces, > 0
+  double radius_m = 0.0;               ///< radius of a point's ball or a rail's bar, >= 0; 0 for other kinds
+  double friction = kDefaultFriction;  ///< Coulomb coefficient, in (0, 2]; not of a rail
+  std::optional<double> max_normal_N;  ///< bound of the sum of the normal forces, > 0; not of a rail
+  double max_force_N = 0.0;            ///< of a rail: bound of each component of the force at each point, > 0
+  double slide_m = 0.0;                ///< of a rail: how far the grip may be from its target along the bar, >= 0
 
   bool operator==(const ContactDescription&) const = default;
 };
@@ -43,7 +45,10 @@ inline constexpr double kPointClearance_m = 5.5e-4;
 ///
 /// A *sole* touches with a patch: its frame must reach the target's pose. A *point* is the lowest point of a ball of
 /// `radius_m` around the frame's origin, with any orientation of the link: only the origin has a target, which is
-/// `radius_m` and a clearance above the target's position, along its normal. A point without extent has radius 0.
+/// `radius_m` and a clearance above the target's position, along its normal. A point without extent has radius 0. A
+/// *palm* is a patch that may turn about the surface's normal. A *rail* grips a bar along the x axis of its frame: the
+/// hand may turn about the bar, and slide along it by up to `slide_m`. Fingers are not modelled: the axis lies beside
+/// the link, at least the bar's radius away.
 struct Contact {
   std::string name;    ///< used by stances
   std::string link;    ///< name of the link
@@ -52,16 +57,19 @@ struct Contact {
   Eigen::Isometry3d X_LC;                 ///< contact frame C in the link frame L, m
   std::vector<Eigen::Vector3d> points_L;  ///< points that touch the surface, in the link frame, m; not empty; of a
                                           ///< point contact: the ball's centre
-  double radius_m = 0.0;                  ///< radius of a point contact's ball
+  double radius_m = 0.0;                  ///< radius of a point contact's ball, or of a rail's bar
   Eigen::AlignedBox3d box_L;              ///< AABB of the link's collision geometry in the link frame, m; not empty
   double friction = ContactDescription::kDefaultFriction;  ///< Coulomb coefficient
   std::optional<double> max_normal_N;                      ///< bound of the sum of the normal forces
+  double max_force_N = 0.0;  ///< of a rail: bound of each component of the force at each point
+  double slide_m = 0.0;      ///< of a rail: largest distance from the target along the bar
   /// Position of the frame's origin relative to the base in the nominal posture, m; set by Dataset.
   Eigen::Vector3d nominal_position_B = Eigen::Vector3d::Zero();
   /// Whether the points are declared. Else they are corners of the link's box, as in format 1, and the judge only
   /// reports whether the contact touches (docs/explanation/judge.md#touching).
   bool declares_points = false;
 
+  const ContactKindDescription& facts() const { return DescriptionOf(kind); }
   /// Height of the link frame's origin above the surface along the normal, m. Atlas: 0.082351.
   double link_height_m() const { return X_LC.inverse().translation().z(); }
   /// Returns the rectangle that contains the points, in the contact frame's xy plane, m.
@@ -71,6 +79,8 @@ struct Contact {
   Eigen::Isometry3d LinkTarget(const ContactTarget& target) const;
   /// Returns the target of the contact frame's origin in the world, m.
   Eigen::Vector3d OriginTarget(const ContactTarget& target) const;
+  /// Returns how far the grip may be from its target along the bar, m; 0 for other kinds than rails.
+  double SlideOf(const ContactTarget& target) const;
 };
 
 /// Returns the contacts of format 1: one sole per link, named like it, with the contact frame `sole_offset_m` below the
@@ -91,6 +101,7 @@ struct ContactPlacement {
   const Contact* contact = nullptr;  ///< not null; must outlive the placement
   Eigen::Isometry3d X_WL;            ///< link frame in the world
   Eigen::Vector3d normal_W;          ///< unit normal of the touched surface, in the world; used for points only
+  bool carries = true;               ///< false: no part of the polygon
 };
 
 /// Returns the normal of the touched surface: the z axis of the target's rotation, unit.
@@ -113,10 +124,14 @@ std::vector<Eigen::Vector2d> ConvexHull2d(std::vector<Eigen::Vector2d> points);
 double PolygonArea(std::span<const Eigen::Vector2d> polygon);
 
 /// Computes the benchmark's support polygon (docs/explanation/judge.md#support-polygon): hull of the points of all
-/// contacts of a supporting kind (contact_kind.h), transformed to the world by X_WL and projected onto xy. A point
-/// contact's point is the lowest one of its ball along the normal. Counter-clockwise. For a sole of format 1, the
+/// carrying contacts of a supporting kind (contact_kind.h), transformed to the world by X_WL and projected onto xy. A
+/// point contact's point is the lowest one of its ball along the normal. Counter-clockwise. For a sole of format 1, the
 /// points are the lower corners of the link's box.
 std::vector<Eigen::Vector2d> SupportPolygon(std::span<const ContactPlacement> contacts);
+
+/// Returns true if every contact of the stance that carries is of a supporting kind: balance is then demanded over the
+/// support polygon, as in the paper. Else forces decide (statics/equilibrium_polygon.h).
+bool StandsOnFeet(const Dataset& dataset, const Stance& stance);
 
 /// Computes the SupportPolygon of contacts exactly at their targets, for optimizers.
 std::vector<Eigen::Vector2d> TargetSupportPolygon(const Dataset& dataset, const Stance& stance);

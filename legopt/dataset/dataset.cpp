@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <tuple>
@@ -128,7 +129,9 @@ Dataset::Dataset(fs::path folder, DatasetDescription description, const ReadGuar
   CheckMass();
   MeasureShapes();
   ResolveContacts();
+  ResolveLimits();
   ResolvePostures();
+  ResolveFeet();
   ResolveUncheckedPairs();
   for (const TaskDescription& task : ProblemTasks()) {
     problems_[task.task] = ReadProblems(task.task, description_.problem_files[task.task]);
@@ -246,24 +249,42 @@ void Dataset::ResolveContacts() {
   }
 }
 
+void Dataset::ResolveFeet() {
+  for (const std::string& name : description_.support) feet_.push_back(contact(name));
+  if (!feet_.empty()) return;
+  std::ranges::copy_if(contacts_, std::back_inserter(feet_), [](const Contact& c) { return c.facts().supports; });
+  if (!feet_.empty()) return;
+  throw InputError({.file = file_for_errors(),
+                    .field = "contacts",
+                    .value = contacts_.front().name,
+                    .message = "no contact is of kind sole or point",
+                    .fix = "declare the robot's feet, too"});
+}
+
+int Dataset::ResolveJoint(const std::string& name, const std::string& key) const {
+  std::vector<std::string> names = DofNames(robot_);
+  const auto found = std::ranges::find(names, name);
+  if (found != names.end()) return static_cast<int>(found - names.begin());
+  throw InputError(
+      {.file = file_for_errors(),
+       .field = key,
+       .value = name,
+       .message = "the robot has no such movable joint",
+       .fix = description_.bare ? "a robot other than LegOpt's Atlas needs a dataset.yaml" : SuggestName(name, names)});
+}
+
+void Dataset::ResolveLimits() {
+  for (const auto& [name, limit] : description_.effort_limits) {
+    robot_.SetEffortLimit(ResolveJoint(name, "effort_limits"), limit);
+  }
+  for (const auto& [name, limit] : description_.velocity_limits) {
+    robot_.SetVelocityLimit(ResolveJoint(name, "velocity_limits"), limit);
+  }
+}
+
 Eigen::VectorXd Dataset::ResolveJoints(const std::map<std::string, double>& values, const std::string& key) const {
-  std::vector<std::string> joint_names;
-  for (int dof = 0; dof < robot_.num_dofs(); ++dof) {
-    joint_names.push_back(robot_.joints()[static_cast<size_t>(robot_.dof_joint(dof))].name);
-  }
   Eigen::VectorXd joints = Eigen::VectorXd::Zero(robot_.num_dofs());
-  for (const auto& [name, value] : values) {
-    const auto found = std::find(joint_names.begin(), joint_names.end(), name);
-    if (found == joint_names.end()) {
-      throw InputError({.file = file_for_errors(),
-                        .field = key,
-                        .value = name,
-                        .message = "the robot has no such movable joint",
-                        .fix = description_.bare ? "a robot other than LegOpt's Atlas needs a dataset.yaml"
-                                                 : SuggestName(name, joint_names)});
-    }
-    joints[found - joint_names.begin()] = value;
-  }
+  for (const auto& [name, value] : values) joints[ResolveJoint(name, key)] = value;
   robot_.ClampJoints(joints);
   return joints;
 }
@@ -288,7 +309,8 @@ void Dataset::ResolvePostures() {
   for (Contact& contact : contacts_) {
     const Eigen::Isometry3d& X_BL = kinematics.link_pose(contact.link_index);
     contact.nominal_position_B = X_BL * contact.X_LC.translation();
-    if (contact.kind == ContactKind::kPoint) {
+    if (!contact.facts().supports) continue;
+    if (contact.facts().shape == ContactShape::kBall) {
       nominal_sole_height_m_ = std::min(nominal_sole_height_m_, contact.nominal_position_B.z() - contact.radius_m);
       continue;
     }

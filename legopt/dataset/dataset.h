@@ -93,7 +93,7 @@ class Dataset {
   LinkRepresentation link_shapes() const { return description_.link_shapes; }
   /// Returns the options of collision_model().
   CollisionOptions collision_options(SceneRepresentation scene, PairSelection pairs) const;
-  /// z of the lowest corner of the boxes of all contacts' links, of a point contact that of its ball, relative to the
+  /// z of the lowest corner of the boxes of all feet's links, of a point contact that of its ball, relative to the
   /// base origin, with nominal joints and an upright base, m (negative; Atlas: -0.873903).
   double nominal_sole_height_m() const { return nominal_sole_height_m_; }
   const Trunk& trunk() const { return trunk_; }  ///< origin of heights, reach and initial guesses
@@ -101,6 +101,8 @@ class Dataset {
   double trunk_height_m() const { return trunk_.nominal_position_B.z() - nominal_sole_height_m_; }
 
   const std::vector<Contact>& contacts() const { return contacts_; }  ///< ordered as in dataset.yaml; not empty
+  /// The contacts on which plans walk (dataset_file.h, `support`), in that order; not empty.
+  const std::vector<Contact>& feet() const { return feet_; }
   /// Returns a contact by name. Throws InputError if the dataset has no such contact.
   const Contact& contact(const std::string& name) const;
   /// Returns the target of the *link frame* of the target's contact in the world (Contact::LinkTarget).
@@ -116,9 +118,12 @@ class Dataset {
   void CheckMass() const;
   void MeasureShapes();
   void ResolveContacts();
+  void ResolveFeet();
+  void ResolveLimits();
   void ResolvePostures();
   void ResolveTrunk(const Kinematics& nominal);
   void ResolveUncheckedPairs();
+  int ResolveJoint(const std::string& name, const std::string& key) const;
   Eigen::VectorXd ResolveJoints(const std::map<std::string, double>& values, const std::string& key) const;
   std::vector<ProblemDefinition> ReadProblems(Task task, const std::string& file) const;
   std::vector<std::string> ContactNames() const;
@@ -139,6 +144,7 @@ class Dataset {
   double nominal_sole_height_m_ = 0;
   Trunk trunk_;
   std::vector<Contact> contacts_;
+  std::vector<Contact> feet_;
 
   struct LazyCollisionModel {
     std::once_flag once;

@@ -1,14 +1,17 @@
 #include "legopt/dataset/problem_definition.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "legopt/input/json.h"
 #include "legopt/types/input_error.h"
+#include "legopt/types/nearest_name.h"
 #include "legopt/types/number_text.h"
 #include "legopt/types/task.h"
 
@@ -85,11 +88,28 @@ ContactTarget ParseContactTarget(std::string_view contact, std::string_view pose
 
 }  // namespace
 
-bool operator==(const ContactTarget& a, const ContactTarget& b) {
+bool Stance::only_poses() const {
+  return !push_N && std::ranges::all_of(contacts, [](const ContactTarget& target) { return target.only_pose(); });
+}
+
+namespace {
+
+bool HaveSamePose(const ContactTarget& a, const ContactTarget& b) {
   return a.contact == b.contact && a.position == b.position && a.rotation.coeffs() == b.rotation.coeffs();
 }
 
-bool operator==(const Stance& a, const Stance& b) { return a.contacts == b.contacts; }
+/// Returns the smaller of two values, one of them a default if only one is given.
+std::optional<double> Smaller(const std::optional<double>& a, const std::optional<double>& b) {
+  return a && b ? std::optional(std::min(*a, *b)) : a ? a : b;
+}
+
+}  // namespace
+
+bool operator==(const ContactTarget& a, const ContactTarget& b) {
+  return HaveSamePose(a, b) && a.friction == b.friction && a.slide_m == b.slide_m && a.carries == b.carries;
+}
+
+bool operator==(const Stance& a, const Stance& b) { return a.contacts == b.contacts && a.push_N == b.push_N; }
 
 bool operator==(const ProblemDefinition& a, const ProblemDefinition& b) {
   return a.id == b.id && a.stances == b.stances;
@@ -98,7 +118,12 @@ bool operator==(const ProblemDefinition& a, const ProblemDefinition& b) {
 Stance PlantedContacts(const Stance& from, const Stance& to) {
   Stance planted;
   for (const ContactTarget& target : from.contacts) {
-    if (std::ranges::find(to.contacts, target) != to.contacts.end()) planted.contacts.push_back(target);
+    const auto same = std::ranges::find_if(to.contacts, [&](const auto& other) { return HaveSamePose(target, other); });
+    if (same == to.contacts.end()) continue;
+    ContactTarget& kept = planted.contacts.emplace_back(target);
+    kept.friction = Smaller(target.friction, same->friction);
+    kept.slide_m = Smaller(target.slide_m, same->slide_m);
+    kept.carries = target.carries && same->carries;
   }
   return planted;
 }
@@ -137,6 +162,84 @@ Stance ParseStance(std::string_view text, const TextSource& source) {
   return stance;
 }
 
+namespace {
+
+using Json = nlohmann::json;
+
+/// Returns the contact of a stance that a key names.
+ContactTarget& NamedTarget(Stance& stance, const std::string& name, const TextSource& source) {
+  const auto found = std::ranges::find(stance.contacts, name, &ContactTarget::contact);
+  if (found != stance.contacts.end()) return *found;
+  std::vector<std::string> names;
+  for (const ContactTarget& target : stance.contacts) names.push_back(target.contact);
+  Fail(source, name, "the stance has no such contact", SuggestName(name, names));
+}
+
+double ReadStanceNumber(const Json& value, const TextSource& source) {
+  const double number = value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
+  if (!std::isfinite(number)) Fail(source, Dump(value), "must be a finite number", "write a number in SI units");
+  return number;
+}
+
+void SetProperty(const std::string& key, const Json& value, const TextSource& source, ContactTarget& target) {
+  if (key == "load") {
+    if (value != "touch" && value != "carry") {
+      Fail(source, Dump(value), "is no kind of load", "write \"touch\" or \"carry\"");
+    }
+    target.carries = value == "carry";
+    return;
+  }
+  const double number = ReadStanceNumber(value, source);
+  if (key == "friction") {
+    if (!IsFriction(number)) Fail(source, Dump(value), "must lie in (0, 2]", "typical values: 0.4 to 0.8");
+    target.friction = number;
+  } else {
+    if (number < 0.0) Fail(source, Dump(value), "must not be negative", "write a distance in metres");
+    target.slide_m = number;
+  }
+}
+
+}  // namespace
+
+Stance ReadStance(const Json& json, const TextSource& source) {
+  if (json.is_string()) return ParseStance(json.get_ref<const std::string&>(), source);
+  static const std::vector<std::string> kKeys = {"contacts", "friction", "load", "slide_m", "push_N"};
+  if (!json.is_object() || !json.contains("contacts") || !json["contacts"].is_string()) {
+    Fail(source, Dump(json), "must be a text, or an object with the text 'contacts'",
+         "write 'contact,qw qx qy qz px py pz,'");
+  }
+  Stance stance = ParseStance(json["contacts"].get_ref<const std::string&>(), source);
+  for (const auto& [key, value] : json.items()) {
+    const TextSource place{.file = source.file, .field = source.field + ", " + key};
+    if (key == "contacts") continue;
+    if (std::ranges::find(kKeys, key) == kKeys.end()) Fail(place, "", "unknown key", SuggestName(key, kKeys));
+    if (key == "push_N") {
+      stance.push_N = ReadStanceNumber(value, place);
+      if (!(*stance.push_N > 0.0)) Fail(place, Dump(value), "must be greater than 0", "leave it out for no push");
+      continue;
+    }
+    if (!value.is_object()) Fail(place, Dump(value), "must map contacts to values", "write {\"l_palm\": ...}");
+    for (const auto& [name, entry] : value.items()) {
+      SetProperty(key, entry, {.file = place.file, .field = place.field + "." + name},
+                  NamedTarget(stance, name, place));
+    }
+  }
+  return stance;
+}
+
+Json StanceJson(const Stance& stance) {
+  const std::string poses = FormatStance(stance);
+  if (stance.only_poses()) return poses;
+  Json json = {{"contacts", poses}};
+  for (const ContactTarget& target : stance.contacts) {
+    if (target.friction) json["friction"][target.contact] = *target.friction;
+    if (target.slide_m) json["slide_m"][target.contact] = *target.slide_m;
+    if (!target.carries) json["load"][target.contact] = "touch";
+  }
+  if (stance.push_N) json["push_N"] = *stance.push_N;
+  return json;
+}
+
 std::string FormatStance(const Stance& stance) {
   std::string text;
   for (const ContactTarget& target : stance.contacts) {
@@ -149,9 +252,11 @@ std::string FormatStance(const Stance& stance) {
   return text;
 }
 
-namespace {
+std::string StanceKey(const Stance& stance) {
+  return stance.only_poses() ? FormatStance(stance) : Dump(StanceJson(stance));
+}
 
-using Json = nlohmann::json;
+namespace {
 
 [[noreturn]] void FailProblem(const std::string& file, std::string field, std::string value, std::string message,
                               std::string fix) {
@@ -191,9 +296,7 @@ std::vector<Stance> ParseDefinition(const Json& definition, int id, const std::s
   stances.reserve(definition.size());
   for (size_t s = 0; s < definition.size(); ++s) {
     const std::string field = place + ", stance " + std::to_string(s);
-    if (!definition[s].is_string())
-      FailProblem(file, field, Dump(definition[s]), "must be a text", "write a stance string");
-    stances.push_back(ParseStance(definition[s].get_ref<const std::string&>(), {.file = file, .field = field}));
+    stances.push_back(ReadStance(definition[s], {.file = file, .field = field}));
   }
   return stances;
 }

@@ -21,11 +21,26 @@ struct ContactTarget {
   std::string contact;          ///< name of the contact
   Eigen::Vector3d position;     ///< position of the contact frame in the world, m
   Eigen::Quaterniond rotation;  ///< orientation of the contact frame in the world
+
+  // The rest is only in stances that are JSON objects (ProblemFile).
+  std::optional<double> friction = {};  ///< of this surface, in (0, 2]; default: Contact::friction
+  std::optional<double> slide_m = {};   ///< of this rail, >= 0; default: Contact::slide_m
+  bool carries = true;                  ///< false: the contact only touches, without force
+
+  /// Returns true if the target is only a pose, which a stance string expresses.
+  bool only_pose() const { return !friction && !slide_m && carries; }
 };
+
+/// Returns true for a Coulomb coefficient that files may state: (0, 2].
+constexpr bool IsFriction(double value) { return value > 0.0 && value <= 2.0; }
 
 /// Contacts that exist at the same time, in file order. The robot's other contacts are free.
 struct Stance {
   std::vector<ContactTarget> contacts;  ///< one per name; not empty when read from a file
+  std::optional<double> push_N = {};    ///< horizontal push that a posture must resist (judge.md#physical-rule), > 0
+
+  /// Returns true if a stance string expresses the stance.
+  bool only_poses() const;
 };
 
 /// One problem of a benchmark. Its task defines the number of stances.
@@ -39,7 +54,8 @@ bool operator==(const Stance& a, const Stance& b);
 bool operator==(const ProblemDefinition& a, const ProblemDefinition& b);
 
 /// Returns the contacts that stay between a waypoint of one stance and a waypoint of the next: those with the same
-/// target in both stances. In the order of `from`.
+/// target pose in both stances. In the order of `from`. They carry if they do in both, with the smaller friction and
+/// slide of the two; no push is asked for.
 Stance PlantedContacts(const Stance& from, const Stance& to);
 
 /// Returns true if the problem has the number of stances that the task requires.
@@ -57,6 +73,13 @@ struct TextSource {
   std::string field;  ///< e.g. "problem 3, stance 0"
 };
 
+/// Reads a stance: a string or an object (ProblemFile). Throws InputError as ParseStance, and for unknown keys,
+/// contacts and values.
+Stance ReadStance(const nlohmann::json& stance, const TextSource& source);
+
+/// Returns the stance as ReadStance reads it: a string if that expresses it, else an object.
+nlohmann::json StanceJson(const Stance& stance);
+
 /// Parses a LegOpt stance string: "contact,qw qx qy qz px py pz ,contact,..."; the trailing comma and spaces are
 /// optional.
 ///
@@ -66,16 +89,25 @@ struct TextSource {
 Stance ParseStance(std::string_view text, const TextSource& source);
 
 /// Formats a stance in LegOpt's form (with a trailing comma) and shortest round-trip numbers:
-/// ParseStance(FormatStance(s)) == s, bit by bit.
+/// ParseStance(FormatStance(s)) == s, bit by bit, if s has only poses.
 std::string FormatStance(const Stance& stance);
+
+/// Returns a text that is the same for equal stances only: FormatStance, or StanceJson if the stance has more than
+/// poses.
+std::string StanceKey(const Stance& stance);
 
 /// A LegOpt problem file (docs/explanation/paper.md#problem-and-solution-files):
 ///
 ///     {"robot": "atlas", "scenario": "garage", "task": "posture",
 ///      "problems": [{"id": 0, "definition": ["l_foot,qw qx qy qz px py pz ,r_foot,... ,"]}, ...]}
 ///
-/// `definition` holds one stance string (problem_definition.h) per stance. Unknown keys are ignored, so that solution
-/// files are valid problem files.
+/// `definition` holds one stance string per stance, or an object where a problem needs more:
+///
+///     {"contacts": "l_foot,... ,l_palm,... ,", "friction": {"l_palm": 0.3}, "load": {"l_palm": "touch"},
+///      "slide_m": {"l_grip": 0.2}, "push_N": 45}
+///
+/// `load` is "carry" (default) or "touch". Unknown keys of files and problems are ignored, so that solution files are
+/// valid problem files; those of stances are not, because they would change the problem.
 struct ProblemFile {
   std::string robot;                        ///< free text, may be empty
   std::string scenario;                     ///< free text, may be empty

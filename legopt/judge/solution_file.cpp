@@ -260,7 +260,7 @@ std::string FormatSolutions(const SolutionFile& file) {
   root["problems"] = Json::array();
   for (const SolvedProblem& problem : file.problems) {
     Json entry = {{"id", problem.definition.id}, {"solution", Json::array()}};
-    for (const Stance& stance : problem.definition.stances) entry["definition"].push_back(FormatStance(stance));
+    for (const Stance& stance : problem.definition.stances) entry["definition"].push_back(StanceJson(stance));
     for (const Solution& solution : problem.solutions) entry["solution"].push_back(FormatSolution(solution));
     root["problems"].push_back(std::move(entry));
   }

@@ -62,6 +62,14 @@ void RobotModel::CollectLimits() {
   }
 }
 
+void RobotModel::SetEffortLimit(int dof, double limit) {
+  joints_[static_cast<size_t>(dof_joint(dof))].effort = effort_[dof] = limit;
+}
+
+void RobotModel::SetVelocityLimit(int dof, double limit) {
+  joints_[static_cast<size_t>(dof_joint(dof))].velocity = velocity_[dof] = limit;
+}
+
 void RobotModel::BuildBodies() {
   link_body_.assign(links_.size(), 0);
   link_in_body_.assign(links_.size(), Eigen::Isometry3d::Identity());

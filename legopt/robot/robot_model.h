@@ -80,7 +80,7 @@ struct Joint {
 /// A joint that follows another one, q = m q_leader + o, has no degree of freedom of its own. The limits of a degree of
 /// freedom are the intersection of the limits of all its joints.
 ///
-/// Immutable and thread-safe.
+/// Immutable, except for the two setters, and thread-safe.
 class RobotModel {
  public:
   /// Reads a URDF. Mesh paths are relative to the file's folder; `package://NAME/rest` is searched upwards from there.
@@ -118,6 +118,11 @@ class RobotModel {
   const Eigen::VectorXd& effort_limits() const { return effort_; }
   /// Largest absolute velocities per degree of freedom, rad/s or m/s, as effort_limits().
   const Eigen::VectorXd& velocity_limits() const { return velocity_; }
+
+  /// Sets the limits of one degree of freedom, in the joint's units, > 0 or Joint::kNoLimit; only before the model is
+  /// shared.
+  void SetEffortLimit(int dof, double limit);
+  void SetVelocityLimit(int dof, double limit);
 
   /// Moves the joints of a configuration or tangent-sized vector into their limits; the base stays.
   void ClampJoints(Eigen::Ref<Eigen::VectorXd> x) const;

@@ -28,6 +28,7 @@ class PositionProgram {
     A_.setZero(rows, num_generators_ + kReachRows + num_bounds);
     b_.setZero(rows);
     upper_.setConstant(A_.cols(), LinearProgramSolver::kInfinity);
+    upper_.head(num_generators_) = forces.upper();
     A_.topLeftCorner(3, num_generators_) = forces.directions();
     A_.row(3).head(num_generators_) = forces.moments().row(2);
     b_[2] = 1.0;
@@ -142,6 +143,10 @@ SlideProof CheckedProof(const StanceForces& forces, const Eigen::Vector3d& direc
   std::vector<double> largest_of_bound(forces.bounds().size(), 0.0);
   for (int l = 0; l < forces.num_generators(); ++l) {
     const double product = direction.dot(forces.directions().col(l)) + turn * forces.moments()(2, l);
+    if (std::isfinite(forces.upper()[l])) {
+      proof.margin -= forces.upper()[l] * std::max(0.0, product);
+      continue;
+    }
     const int surface = forces.surface_of(l);
     const auto bound = std::find_if(forces.bounds().begin(), forces.bounds().end(),
                                     [&](const StanceForces::NormalBound& b) { return b.surface == surface; });

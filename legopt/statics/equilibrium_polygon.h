@@ -12,13 +12,13 @@ namespace legopt {
 ///
 /// y = (u, w) with |y|_inf = 1. For every generator, y . a_l = u . v_l + w (p_l x v_l)_z. If y . a_l <= 0 for all
 /// generators, a force balance sum lambda v = e_z, sum lambda (p x v)_z = 0 would give u_z <= 0; so u_z > 0 excludes
-/// one. With bounded normal forces, u_z must exceed the sum over their contacts of bound * max(0, max y . a_l).
-/// Seen as a motion: pushed along u, and turned by w about the vertical axis through the origin of moments, the robot
-/// slides down.
+/// one. With bounded normal forces, u_z must exceed the sum over their contacts of bound * max(0, max y . a_l), and
+/// with bars also the sum over their generators of bound * max(0, y . a_l). Seen as a motion: pushed along u, and
+/// turned by w about the vertical axis through the origin of moments, the robot slides down.
 struct SlideProof {
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< u
   double turn = 0.0;                                    ///< w, 1/m
-  double margin = 0.0;                                  ///< u_z - sum of the bounds' parts, > 0 for a proof
+  double margin = 0.0;                                  ///< u_z - the sums of the bounds, > 0 for a proof
   double largest = 0.0;  ///< largest y . a_l of generators without a bound; 0 up to rounding for a proof
 };
 

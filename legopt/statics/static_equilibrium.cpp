@@ -32,6 +32,7 @@ void StaticEquilibrium::SetBalanceRows(const StanceForces& forces, const Eigen::
   A_.setZero(rows, first_slack + rows);
   b_.setZero(rows);
   upper_.setConstant(A_.cols(), LinearProgramSolver::kInfinity);
+  upper_.head(L) = forces.upper();
   const Eigen::Vector3d com = com_W - forces.origin_W();
   for (Eigen::Index l = 0; l < L; ++l) {
     A_.block<3, 1>(0, l) = forces.directions().col(l);
@@ -165,10 +166,10 @@ void StaticEquilibrium::ComputeLoadedRatio(const StanceForces& forces, const Kin
   result->gradient.noalias() = gravity_jacobian_.transpose() * weights_;
   const Eigen::VectorXd negative = -weights_;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  int l = 0;
   for (size_t k = 0; k < forces.points().size(); ++k) {
     Eigen::Vector3d force = Eigen::Vector3d::Zero();  // in weights
-    for (int e = 0; e < kPyramidEdges; ++e) {
-      const auto l = static_cast<Eigen::Index>(k) * kPyramidEdges + e;
+    for (; l < forces.num_generators() && forces.point_of(l) == static_cast<int>(k); ++l) {
       force += solver_.x()[l] * forces.directions().col(l);
     }
     sum += force;

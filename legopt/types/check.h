@@ -47,6 +47,7 @@ enum class Verdict : std::uint8_t {
   kTouch,
   kEquilibrium,
   kTorque,
+  kPush,
 };
 
 /// Tolerances of the benchmark: larger values fail, equal ones pass (docs/explanation/judge.md#order-and-tolerances).
@@ -60,7 +61,7 @@ inline constexpr double kPointTouchTolerance_m = 1e-3;  ///< gap between a point
 
 /// Returns the maximum gap of a contact that touches.
 constexpr double TouchTolerance_m(ContactKind kind) {
-  return kind == ContactKind::kPoint ? kPointTouchTolerance_m : kTouchTolerance_m;
+  return DescriptionOf(kind).shape == ContactShape::kBall ? kPointTouchTolerance_m : kTouchTolerance_m;
 }
 
 /// Share of a contact's patch that must touch (docs/explanation/judge.md#touching).
@@ -77,6 +78,9 @@ inline constexpr double kStepShare = 1.0;
 
 /// Share of a joint's effort limit that a posture may need under Rule::kPhysical.
 inline constexpr double kTorqueTolerance = 1.001;
+
+/// Newtons by which the push that a posture resists may fall short of the stance's (Stance::push_N).
+inline constexpr double kPushTolerance_N = 1.0;
 
 /// How the page marks a check that failed.
 enum class CheckDrawing : std::uint8_t {
@@ -202,21 +206,31 @@ inline constexpr std::array kChecks = {
         "m",
         kTouchTolerance_m,
         {"", "",
-         "gap between link and scene that 75 % of a sole's patch do not exceed; of a point: its gap, at most 0.001 m"},
+         "gap between link and scene that 75 % of a patch do not exceed; of a point: its gap, at most 0.001 m; of a "
+         "rail: gap between bar and grip"},
         CheckDrawing::kNone},
-    CheckDescription{Verdict::kEquilibrium,
-                     "equilibrium",
-                     "contact forces within friction balance the robot's weight",
-                     "m",
-                     kComTolerance_m,
-                     {"", "", "", "horizontal distance of the centre of mass outside the equilibrium polygon"},
-                     CheckDrawing::kNone},
+    CheckDescription{
+        Verdict::kEquilibrium,
+        "equilibrium",
+        "contact forces within friction balance the robot's weight",
+        "m",
+        kComTolerance_m,
+        {"only if a hand carries: horizontal distance of the centre of mass outside the equilibrium polygon", "", "",
+         "the same for all stances"},
+        CheckDrawing::kNone},
     CheckDescription{Verdict::kTorque,
                      "torque",
                      "joints hold the robot within their effort limits",
                      "of the limit",
                      kTorqueTolerance,
                      {"", "", "", "largest share of an effort limit, for the contact forces that make it least"},
+                     CheckDrawing::kNone},
+    CheckDescription{Verdict::kPush,
+                     "push",
+                     "the posture resists the push that the stance asks for",
+                     "N",
+                     kPushTolerance_N,
+                     {"", "", "", "required push less the largest one that is resisted in all of 8 directions"},
                      CheckDrawing::kNone}};
 
 /// Returns the tolerance of a check with its unit, as in "0.001 m"; empty for a check without a number.

@@ -22,56 +22,62 @@ inline constexpr auto kEnumNames<ContactKind> = MakeEnumNames<ContactKind>({{Con
                                                                             {ContactKind::kPalm, "palm"},
                                                                             {ContactKind::kRail, "rail"}});
 
+/// What touches, and where forces act.
+enum class ContactShape : std::uint8_t {
+  kPatch,  ///< points of a flat patch, in the link
+  kBall,   ///< lowest point of a ball along the surface's normal
+  kBar     ///< points on the x axis of the contact frame, which is the axis of a bar that the robot grips
+};
+
+/// Rotations of the contact frame about its target that a kind leaves free.
+enum class FreeRotation : std::uint8_t {
+  kNone,
+  kAboutNormal,  ///< about the z axis
+  kAboutBar,     ///< about the x axis
+  kAll
+};
+
 /// Forces that a contact can transmit.
 enum class ContactForces : std::uint8_t {
   kFrictionCones,  ///< at every point, inside the friction cone about the normal; never pulls
   kBounded         ///< at every point in any direction, each component bounded
 };
 
-/// Picture of a contact on the page and in figures.
-enum class ContactDrawing : std::uint8_t { kPatch, kPoint, kRail };
-
-/// What a kind of contact implies. A kind needs terms, a judge's check and a picture before it is `implemented`.
+/// What a kind of contact implies. Everything that depends on the kind derives from these facts.
 struct ContactKindDescription {
-  ContactKind kind{};        ///< the described kind
-  int position_rows = 0;     ///< number of constrained components of the position
-  int rotation_rows = 0;     ///< number of constrained components of the orientation
-  ContactForces forces{};    ///< transmitted forces
-  int least_points = 1;      ///< minimum number of points, >= 1
-  bool supports = false;     ///< its points are corners of the support polygon
-  ContactDrawing drawing{};  ///< picture
-  bool implemented = false;  ///< false: datasets with this kind are refused
+  ContactKind kind{};            ///< the described kind
+  ContactShape shape{};          ///< what touches
+  FreeRotation free_rotation{};  ///< the other rotations must be those of the target
+  bool slides = false;           ///< may move along the target's x axis, by up to Contact::slide_m
+  ContactForces forces{};        ///< transmitted forces
+  int least_points = 1;          ///< minimum number of points, >= 1
+  bool supports = false;         ///< its points are corners of the support polygon, and plans walk on it
 };
 
 /// Descriptions in the order of the enumerators.
 inline constexpr std::array kContactKinds = {
     ContactKindDescription{.kind = ContactKind::kSole,
-                           .position_rows = 3,
-                           .rotation_rows = 3,
+                           .shape = ContactShape::kPatch,
+                           .free_rotation = FreeRotation::kNone,
                            .forces = ContactForces::kFrictionCones,
                            .least_points = 3,
-                           .supports = true,
-                           .drawing = ContactDrawing::kPatch,
-                           .implemented = true},
+                           .supports = true},
     ContactKindDescription{.kind = ContactKind::kPoint,
-                           .position_rows = 3,
-                           .rotation_rows = 0,
+                           .shape = ContactShape::kBall,
+                           .free_rotation = FreeRotation::kAll,
                            .forces = ContactForces::kFrictionCones,
-                           .supports = true,
-                           .drawing = ContactDrawing::kPoint,
-                           .implemented = true},
+                           .supports = true},
     ContactKindDescription{.kind = ContactKind::kPalm,
-                           .position_rows = 3,
-                           .rotation_rows = 2,
+                           .shape = ContactShape::kPatch,
+                           .free_rotation = FreeRotation::kAboutNormal,
                            .forces = ContactForces::kFrictionCones,
-                           .least_points = 3,
-                           .drawing = ContactDrawing::kPatch},
+                           .least_points = 3},
     ContactKindDescription{.kind = ContactKind::kRail,
-                           .position_rows = 2,
-                           .rotation_rows = 2,
+                           .shape = ContactShape::kBar,
+                           .free_rotation = FreeRotation::kAboutBar,
+                           .slides = true,
                            .forces = ContactForces::kBounded,
-                           .least_points = 2,
-                           .drawing = ContactDrawing::kRail},
+                           .least_points = 2},
 };
 static_assert(kContactKinds.size() == kNumEnumerators<ContactKind>);
 

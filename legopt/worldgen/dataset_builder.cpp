@@ -253,8 +253,7 @@ std::vector<Stance> Builder::UniqueStances() const {
   std::map<std::string, int> seen;
   for (const ProblemDefinition& motion : motions_) {
     for (const Stance& stance : motion.stances) {
-      if (stance.contacts.size() < dataset_->contacts().size() || !seen.emplace(FormatStance(stance), 0).second)
-        continue;
+      if (stance.contacts.size() < dataset_->feet().size() || !seen.emplace(FormatStance(stance), 0).second) continue;
       stances.push_back(stance);
     }
   }
@@ -325,7 +324,7 @@ void Builder::Describe() {
     lengths.push_back(static_cast<double>(motion.stances.size()));
     const std::vector<StanceFeatures> features = Features(motion.stances);
     for (size_t s = 0; s < features.size(); ++s) {
-      if (motion.stances[s].contacts.size() < dataset_->contacts().size()) continue;
+      if (motion.stances[s].contacts.size() < dataset_->feet().size()) continue;
       list(Task::kMotion, motion.id, static_cast<int>(s), features[s]);
       motion_features.push_back(features[s]);
     }

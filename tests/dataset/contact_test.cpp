@@ -168,8 +168,6 @@ TEST_F(ContactTest, ErrorsNameTheKey) {
   };
   EXPECT_THAT(with("kind: sole", "kind: soel"),
               AllOf(HasSubstr("contacts.l_foot.kind: is no kind of contact"), HasSubstr("did you mean 'sole'?")));
-  EXPECT_THAT(with("kind: sole", "kind: rail"),
-              AllOf(HasSubstr("contacts.l_foot.kind: is not supported yet"), HasSubstr("supported: sole")));
   EXPECT_THAT(with("    kind: sole\n", ""), HasSubstr("contacts.l_foot.kind: the key is missing"));
   EXPECT_THAT(with("link: l_foot", "link: l_fot"),
               AllOf(HasSubstr("contacts.l_foot.link: the robot has no such link"), HasSubstr("l_foot")));
@@ -188,6 +186,98 @@ TEST_F(ContactTest, ErrorsNameTheKey) {
               HasSubstr("contacts.l_foot.points[2]: must be three finite numbers"));
   EXPECT_THAT(MessageWith(Contacts("    points: [[0, 0, 0], [1, 0, -1], [1, 1, 0]]\n")),
               HasSubstr("contacts.l_foot.points[1]: lies below the surface"));
+  EXPECT_THAT(MessageWith(Contacts("    points: [[0, 0, 0], [1, 0, 0], [0, 0, 0], [1, 1, 0]]\n")),
+              HasSubstr("contacts.l_foot.points[2]: is the same point as points[0]"));
+  EXPECT_THAT(MessageWith(Contacts("    points: [[0, 0, 0], [1, 0, 0], [2, 0, 0]]\n")),
+              HasSubstr("contacts.l_foot.points: lie on one line"));
+  EXPECT_THAT(MessageWith(Contacts("    points: [[0, 0, 0], [1, 1, 0], [1, 0, 0], [0, 1, 0]]\n")),
+              AllOf(HasSubstr("contacts.l_foot.points: the edges from points[0] and points[2] cross"),
+                    HasSubstr("in their order around the patch")));
+  EXPECT_THAT(MessageWith(Contacts("    radius_m: 0.1\n")),
+              HasSubstr("contacts.l_foot.radius_m: is for contacts of kind 'point' or 'rail'"));
+  EXPECT_THAT(MessageWith(Contacts("    max_force_N: 100\n")), HasSubstr("is for contacts of kind 'rail'"));
+}
+
+/// A palm and a grip on the arms of the synthetic robot.
+constexpr const char* kHands = R"(  palm:
+    link: l_arm
+    kind: palm
+    frame: {position: [0, 0.031, -0.3], rpy: [1.5707963267948966, 0, 0]}
+    points: [[0.02, 0.02, 0], [-0.02, 0.02, 0], [-0.02, -0.02, 0], [0.02, -0.02, 0]]
+    friction: 0.4
+  grip:
+    link: r_arm
+    kind: rail
+    frame: {position: [0, 0, -0.45]}
+    points: [[0.03, 0, 0], [-0.03, 0, 0]]
+    radius_m: 0.02
+    slide_m: 0.1
+    max_force_N: 200
+)";
+
+TEST_F(ContactTest, HandsAreContactsOnAnyLink) {
+  Use(Contacts() + kHands);
+  const auto dataset = Load();
+  ASSERT_EQ(dataset->contacts().size(), 4u);
+  EXPECT_EQ(dataset->contact("palm").link, "l_arm");
+  EXPECT_EQ(dataset->contact("grip").max_force_N, 200.0);
+  EXPECT_EQ(dataset->contact("grip").slide_m, 0.1);
+  ASSERT_EQ(dataset->feet().size(), 2u) << "plans walk on soles and points";
+  EXPECT_EQ(dataset->feet()[1].name, "r_foot");
+  EXPECT_NEAR(dataset->nominal_sole_height_m(), -0.55, 0.1) << "hands do not count";
+
+  const DatasetDescription description = ReadDatasetFile(folder_.path());
+  const test::TemporaryFolder other;
+  WriteText(other.path() / "dataset.yaml", FormatDatasetFile(description, ""));
+  EXPECT_EQ(ReadDatasetFile(other.path()).contacts, description.contacts);
+
+  std::set<std::string> hashes{dataset->content_hash()};
+  for (const auto& [from, to] : {std::pair("slide_m: 0.1", "slide_m: 0.2"),
+                                 {"max_force_N: 200", "max_force_N: 201"},
+                                 {"kind: palm", "kind: sole"}}) {
+    std::string hands = kHands;
+    hands.replace(hands.find(from), std::string(from).size(), to);
+    Use(Contacts() + hands);
+    EXPECT_TRUE(hashes.insert(Load()->content_hash()).second) << to;
+  }
+}
+
+TEST_F(ContactTest, ErrorsOfHandsNameTheKey) {
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string hands = kHands;
+    hands.replace(hands.find(from), from.size(), to);
+    return MessageWith(Contacts() + hands);
+  };
+  EXPECT_THAT(with("    max_force_N: 200\n", ""), HasSubstr("contacts.grip.max_force_N: the key is missing"));
+  EXPECT_THAT(with("max_force_N: 200", "max_force_N: 0"), HasSubstr("max_force_N: must be greater than 0"));
+  EXPECT_THAT(with("slide_m: 0.1", "slide_m: -1"), HasSubstr("contacts.grip.slide_m: must lie in [0, 1]"));
+  EXPECT_THAT(with("[-0.03, 0, 0]", "[-0.03, 0.01, 0]"),
+              AllOf(HasSubstr("contacts.grip.points[1]: lies beside the bar"), HasSubstr("[x, 0, 0]")));
+  EXPECT_THAT(with("    points: [[0.03, 0, 0], [-0.03, 0, 0]]\n", ""),
+              HasSubstr("contacts.grip.points: the key is missing"));
+  EXPECT_THAT(with("max_force_N: 200", "max_force_N: 200\n    friction: 0.5"),
+              HasSubstr("contacts.grip.friction: is for contacts of kind 'sole' or 'point' or 'palm'"));
+  EXPECT_THAT(with("link: l_arm", "link: l_hand"), HasSubstr("contacts.palm.link: the robot has no such link"));
+  EXPECT_THAT(MessageWith(Contacts() + kHands + "support: [l_foot, palm]\n"),
+              AllOf(HasSubstr("support: is of kind 'palm'"), HasSubstr("sole or point")));
+  EXPECT_THAT(MessageWith(Contacts() + kHands + "support: [l_fot]\n"), HasSubstr("did you mean 'l_foot'?"));
+  EXPECT_THAT(MessageWith(std::string("contacts:\n") + kHands), HasSubstr("no contact is of kind sole or point"));
+}
+
+TEST_F(ContactTest, LimitsOfJointsReplaceThoseOfTheRobotFile) {
+  const std::string base = Load()->content_hash();
+  Use(Contacts() + "effort_limits: {l_hip: 42.5}\nvelocity_limits: {neck: 0.1}\n");
+  const auto dataset = Load();
+  EXPECT_NE(dataset->content_hash(), base);
+  EXPECT_EQ(dataset->robot().effort_limits()[test::kLeftHip], 42.5);
+  EXPECT_EQ(dataset->robot().effort_limits()[test::kRightHip], 100.0);
+  EXPECT_EQ(dataset->robot().velocity_limits()[test::kNeck], 0.1);
+  EXPECT_THAT(FormatDatasetFile(ReadDatasetFile(folder_.path()), ""), HasSubstr("\neffort_limits:\n  l_hip: 42.5\n"));
+  EXPECT_THAT(MessageWith(Contacts() + "effort_limits: {l_hip: 0}\n"),
+              AllOf(HasSubstr("effort_limits.l_hip: must be greater than 0"), HasSubstr("keep the URDF's")));
+  EXPECT_THAT(
+      MessageWith(Contacts() + "effort_limits: {l_hop: 3}\n"),
+      AllOf(HasSubstr("effort_limits: the robot has no such movable joint"), HasSubstr("did you mean 'l_hip'?")));
 }
 
 }  // namespace

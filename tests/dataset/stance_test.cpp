@@ -1,7 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
 #include <random>
+#include <string>
 
 #include "legopt/dataset/problem_definition.h"
 #include "legopt/types/task.h"
@@ -62,6 +64,58 @@ TEST(Stance, FormattingRoundTripsEveryBit) {
     }
     EXPECT_TRUE(ParseStance(FormatStance(stance), kSource) == stance) << FormatStance(stance);
   }
+}
+
+Stance ReadObject(const std::string& text) { return ReadStance(nlohmann::json::parse(text), kSource); }
+
+constexpr const char* kTwoContacts = "\"contacts\": \"foot,1 0 0 0 1 2 3 ,palm,1 0 0 0 -4 5 6 ,\"";
+
+TEST(Stance, AnObjectSaysMoreThanPoses) {
+  const Stance plain = ReadObject(std::string("{") + kTwoContacts + "}");
+  EXPECT_TRUE(plain == ParseStance("foot,1 0 0 0 1 2 3,palm,1 0 0 0 -4 5 6", kSource));
+  EXPECT_TRUE(StanceJson(plain).is_string()) << "LegOpt's form, where it suffices";
+  const Stance stance =
+      ReadObject(std::string("{") + kTwoContacts +
+                 R"(, "friction": {"palm": 0.3}, "load": {"foot": "touch", "palm": "carry"}, "slide_m": {"palm": 0.2},
+                    "push_N": 45})");
+  EXPECT_EQ(stance.contacts[1].friction, 0.3);
+  EXPECT_FALSE(stance.contacts[0].friction);
+  EXPECT_FALSE(stance.contacts[0].carries);
+  EXPECT_TRUE(stance.contacts[1].carries);
+  EXPECT_EQ(stance.contacts[1].slide_m, 0.2);
+  EXPECT_EQ(stance.push_N, 45.0);
+  EXPECT_FALSE(stance == plain);
+  EXPECT_NE(StanceKey(stance), StanceKey(plain));
+  EXPECT_TRUE(ReadStance(StanceJson(stance), kSource) == stance) << StanceJson(stance);
+}
+
+TEST(Stance, FaultsOfObjectsNameTheKey) {
+  const auto message = [](const std::string& more) {
+    return MessageOf([&] { ReadObject(std::string("{") + kTwoContacts + more + "}"); });
+  };
+  EXPECT_THAT(message(R"(, "friction": {"palm": -0.3})"),
+              AllOf(HasSubstr("problem 3, stance 1, friction.palm: must lie in (0, 2]"), HasSubstr("-0.3")));
+  EXPECT_THAT(message(R"(, "friction": {"plam": 0.3})"),
+              AllOf(HasSubstr("the stance has no such contact"), HasSubstr("did you mean 'palm'?")));
+  EXPECT_THAT(message(R"(, "friction": {"palm": "high"})"), HasSubstr("friction.palm: must be a finite number"));
+  EXPECT_THAT(message(R"(, "friction": 0.3)"), HasSubstr("friction: must map contacts to values"));
+  EXPECT_THAT(message(R"(, "load": {"palm": "none"})"), AllOf(HasSubstr("load.palm"), HasSubstr("touch")));
+  EXPECT_THAT(message(R"(, "slide_m": {"palm": -1})"), HasSubstr("slide_m.palm: must not be negative"));
+  EXPECT_THAT(message(R"(, "push_N": 0)"), HasSubstr("push_N: must be greater than 0"));
+  EXPECT_THAT(message(R"(, "push": 3)"), AllOf(HasSubstr("push: unknown key"), HasSubstr("did you mean 'push_N'?")));
+  EXPECT_THAT(MessageOf([] { ReadObject("{}"); }), HasSubstr("or an object with the text 'contacts'"));
+  EXPECT_THAT(MessageOf([] { ReadObject("3"); }), HasSubstr("must be a text"));
+}
+
+TEST(Stance, PlantedContactsKeepWhatBothStancesAllow) {
+  const Stance from = ReadObject(std::string("{") + kTwoContacts + R"(, "friction": {"palm": 0.3}, "push_N": 10})");
+  const Stance to =
+      ReadObject(std::string("{") + kTwoContacts + R"(, "friction": {"palm": 0.6}, "load": {"foot": "touch"}})");
+  const Stance planted = PlantedContacts(from, to);
+  ASSERT_EQ(planted.contacts.size(), 2u);
+  EXPECT_FALSE(planted.contacts[0].carries);
+  EXPECT_EQ(planted.contacts[1].friction, 0.3);
+  EXPECT_FALSE(planted.push_N);
 }
 
 TEST(Stance, WaypointsPerProblem) {

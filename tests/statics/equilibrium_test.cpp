@@ -45,7 +45,7 @@ Eigen::Matrix3d Tilted(double angle_rad, double heading_rad = 0.0) {
 double LeastSquaresResidual(const StanceForces& forces, const Eigen::Vector3d& com_W) {
   Eigen::MatrixXd A(6, forces.num_generators());
   for (int l = 0; l < forces.num_generators(); ++l) {
-    const Eigen::Vector3d position_W = forces.points()[static_cast<size_t>(StanceForces::point_of(l))].position_W;
+    const Eigen::Vector3d position_W = forces.points()[static_cast<size_t>(forces.point_of(l))].position_W;
     A.col(l) << forces.directions().col(l), (position_W - com_W).cross(forces.directions().col(l));
   }
   Eigen::VectorXd b = Eigen::VectorXd::Zero(6);
@@ -173,6 +173,62 @@ TEST(StaticEquilibrium, ImbalanceAgreesWithGlpkOnRandomStances) {
     largest = std::max(largest, difference);
   }
   RecordProperty("largest_difference", std::to_string(largest));
+}
+
+TEST(StaticEquilibrium, BarsHoldWithBoundedForcesAsGlpkFinds) {
+  std::mt19937_64 random(14);
+  const RobotModel robot = Stone();
+  StaticEquilibrium equilibrium(robot, 9.8);
+  int held = 0, outside = 0, empty = 0, proven = 0;
+  for (int trial = 0; trial < 3'000; ++trial) {
+    SCOPED_TRACE(trial);
+    const std::vector<TouchedSurface> surfaces = test::RandomSurfacesAndBars(random);
+    const StanceForces forces(surfaces);
+    const Eigen::Vector3d com_W = test::RandomCom(surfaces, random);
+    const std::optional<double> expected = test::MinimumByGlpk(test::ImbalanceProgram(forces, com_W));
+    ASSERT_TRUE(expected);
+    EXPECT_NEAR(equilibrium.Imbalance(forces, com_W), *expected, 1e-6);
+    const EquilibriumPolygon polygon = ComputeEquilibriumPolygon(forces);
+    if (polygon.corners.empty()) {
+      EXPECT_GT(*expected, 1e-9);
+      ++empty;
+      proven += polygon.slide && IsProof(CheckedProof(forces, polygon.slide->direction, polygon.slide->turn)) ? 1 : 0;
+      continue;
+    }
+    const double distance = SignedDistanceToPolygon(polygon.corners, com_W.head<2>());
+    if (distance < 0.0) {
+      EXPECT_LT(*expected, 1e-8) << distance;
+      ++held;
+    } else if (distance > 2.0 * kPolygonAccuracy_m &&
+               (com_W - forces.origin_W()).head<2>().cwiseAbs().maxCoeff() < 2.9) {
+      EXPECT_GT(*expected, 1e-8) << distance;
+      ++outside;
+    }
+  }
+  EXPECT_GT(held, 300);
+  EXPECT_GT(outside, 300);
+  EXPECT_GT(empty, 300);
+  EXPECT_GT(proven, empty * 9 / 10);
+}
+
+TEST(StanceForces, ABarPullsAndPushesWithinItsBound) {
+  TouchedSurface bar;
+  bar.max_component = 0.5;
+  bar.points_W = {{0.1, 0, 1}, {-0.1, 0, 1}};
+  const StanceForces forces({bar});
+  ASSERT_EQ(forces.num_generators(), 12);
+  EXPECT_EQ(forces.point_of(5), 0);
+  EXPECT_EQ(forces.point_of(6), 1);
+  EXPECT_EQ(forces.directions().rowwise().sum().norm(), 0.0) << "every direction and its opposite";
+  // Both points carry all they can, so that the centre of mass is exactly below their middle.
+  const std::vector<Eigen::Vector2d> corners = ComputeEquilibriumPolygon(forces).corners;
+  ASSERT_FALSE(corners.empty());
+  for (const Eigen::Vector2d& corner : corners) EXPECT_LT(corner.norm(), 1e-9);
+  bar.max_component = 0.49;
+  const EquilibriumPolygon weak = ComputeEquilibriumPolygon(StanceForces({bar}));
+  EXPECT_TRUE(weak.corners.empty());
+  ASSERT_TRUE(weak.slide);
+  EXPECT_TRUE(IsProof(*weak.slide));
 }
 
 TEST(StaticEquilibrium, ImbalanceIsExactOnDegenerateStances) {

@@ -43,6 +43,18 @@ std::vector<TouchedSurface> RandomSurfaces(std::mt19937_64& random) {
   return surfaces;
 }
 
+std::vector<TouchedSurface> RandomSurfacesAndBars(std::mt19937_64& random) {
+  std::vector<TouchedSurface> surfaces = RandomSurfaces(random);
+  for (TouchedSurface& surface : surfaces) {
+    if (Index(random, 2) == 0) continue;
+    surface.max_component = Uniform(random, 0.05, 0.5);
+    surface.max_normal.reset();
+    const Eigen::Vector3d centre = surface.points_W.front();
+    surface.points_W = {centre + 0.03 * surface.axes_W.col(0), centre - 0.03 * surface.axes_W.col(0)};
+  }
+  return surfaces;
+}
+
 std::vector<TouchedSurface> DegenerateSurfaces(std::mt19937_64& random) {
   std::vector<TouchedSurface> surfaces;
   const auto add = [&](const Eigen::Matrix3d& axes_W, std::vector<Eigen::Vector3d> points_W) {

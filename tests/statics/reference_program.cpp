@@ -55,7 +55,7 @@ ReferenceProgram ImbalanceProgram(const StanceForces& forces, const Eigen::Vecto
   weight << 0, 0, 1, 0, 0, 0;
   Eigen::MatrixXd wrenches(6, L);
   for (int l = 0; l < L; ++l) {
-    const Eigen::Vector3d position_W = forces.points()[static_cast<size_t>(StanceForces::point_of(l))].position_W;
+    const Eigen::Vector3d position_W = forces.points()[static_cast<size_t>(forces.point_of(l))].position_W;
     wrenches.col(l) << forces.directions().col(l), (position_W - com_W).cross(forces.directions().col(l));
   }
   program.A.topLeftCorner(6, L) = wrenches;
@@ -69,6 +69,7 @@ ReferenceProgram ImbalanceProgram(const StanceForces& forces, const Eigen::Vecto
     program.upper[row] = forces.bounds()[k].maximum;
   }
   program.columns_upper.setConstant(L + 1, infinity);
+  program.columns_upper.head(L) = forces.upper();
   program.c.setZero(L + 1);
   program.c[L] = 1.0;
   return program;

@@ -82,7 +82,7 @@ test::ReferenceProgram TorqueProgram(const RobotModel& robot, const StanceForces
   program.lower.setConstant(6 + 2 * n, -infinity);
   program.upper.setZero(6 + 2 * n);
   for (int l = 0; l < L; ++l) {
-    const Eigen::Vector3d position_W = forces.points()[static_cast<size_t>(StanceForces::point_of(l))].position_W;
+    const Eigen::Vector3d position_W = forces.points()[static_cast<size_t>(forces.point_of(l))].position_W;
     program.A.col(l).head<6>() << forces.directions().col(l), (position_W - at.com()).cross(forces.directions().col(l));
   }
   program.lower.head<6>().setConstant(-kBalanceTolerance);
@@ -100,7 +100,7 @@ test::ReferenceProgram TorqueProgram(const RobotModel& robot, const StanceForces
     const double gravity = robot.total_mass() * kGravity * (after.com().z() - before.com().z()) / (2.0 * kStep);
     const double limit = robot.effort_limits()[j];
     for (int l = 0; l < L; ++l) {
-      const StanceForces::Point& point = forces.points()[static_cast<size_t>(StanceForces::point_of(l))];
+      const StanceForces::Point& point = forces.points()[static_cast<size_t>(forces.point_of(l))];
       const Eigen::Vector3d point_L = at.link_pose(point.link).inverse() * point.position_W;
       const Eigen::Vector3d rate =
           (after.link_pose(point.link) * point_L - before.link_pose(point.link) * point_L) / (2.0 * kStep);

@@ -280,11 +280,21 @@ json ContactJson(const RobotModel& robot, int waypoint, const ProximityPair& con
 
 json ContactTargetJson(const Dataset& dataset, const ContactTarget& target) {
   const Contact& contact = dataset.contact(target.contact);
-  if (contact.kind == ContactKind::kPoint) {
+  if (contact.facts().free_rotation == FreeRotation::kAll) {
     return {{"link", contact.link},
             {"kind", ToString(contact.kind)},
             {"point", VectorJson(contact.X_LC.translation())},
             {"position", VectorJson(contact.OriginTarget(target))}};
+  }
+  if (contact.facts().free_rotation != FreeRotation::kNone) {
+    const Eigen::Quaterniond in_link(contact.X_LC.linear()), in_world = target.rotation.normalized();
+    return {{"link", contact.link},
+            {"kind", ToString(contact.kind)},
+            {"point", VectorJson(contact.X_LC.translation())},
+            {"orientation", {in_link.w(), in_link.x(), in_link.y(), in_link.z()}},
+            {"position", VectorJson(contact.OriginTarget(target))},
+            {"rotation", {in_world.w(), in_world.x(), in_world.y(), in_world.z()}},
+            {"slide", contact.SlideOf(target)}};
   }
   const Eigen::Isometry3d X_WL = contact.LinkTarget(target);
   const Eigen::Quaterniond rotation(X_WL.linear());

@@ -12,9 +12,9 @@
 #include <utility>
 #include <vector>
 
+#include "legopt/dataset/internal/contact_file.h"
 #include "legopt/dataset/internal/dataset_file.h"
 #include "legopt/dataset/internal/self_collision_file.h"
-#include "legopt/dataset/internal/yaml_fields.h"
 #include "legopt/dataset/scene_file.h"
 #include "legopt/files/written_file.h"
 #include "legopt/input/json.h"
@@ -143,6 +143,9 @@ std::string ContentHash(const DatasetDescription& description, const std::vector
   for (const TaskDescription& row : ProblemTasks()) {
     text[std::string(ToString(row.task))] = description.problem_files[row.task];
   }
+  if (!description.support.empty()) text["support"] = description.support;
+  if (!description.effort_limits.empty()) text["effort_limits"] = description.effort_limits;
+  if (!description.velocity_limits.empty()) text["velocity_limits"] = description.velocity_limits;
   if (!description.trunk.empty()) text["trunk"] = description.trunk;
   if (description.self_collision) text["unchecked_pairs"] = CanonicalPairs(*description.self_collision);
   if (description.link_shapes != LinkRepresentation::kHulls) text["link_shapes"] = ToString(description.link_shapes);

@@ -5,12 +5,14 @@
 #include <numbers>
 #include <vector>
 
+#include "legopt/dataset/internal/contact_file.h"
 #include "legopt/dataset/internal/self_collision_file.h"
 #include "legopt/dataset/internal/yaml_fields.h"
 #include "legopt/dataset/scene_file.h"
 #include "legopt/input/text.h"
 #include "legopt/input/yaml.h"
 #include "legopt/types/input_error.h"
+#include "legopt/types/nearest_name.h"
 #include "legopt/types/number_text.h"
 
 namespace legopt {
@@ -41,6 +43,46 @@ std::map<std::string, double> ReadJointValues(const YamlFields& fields, const st
     if (!values.emplace(joint, *value).second) fields.Fail(key + "." + joint, "", "given twice", "keep one of them");
   }
   return values;
+}
+
+/// Reads limits of joints, which must be greater than 0.
+std::map<std::string, double> ReadJointLimits(const YamlFields& fields, const std::string& key) {
+  std::map<std::string, double> limits = ReadJointValues(fields, key);
+  for (const auto& [joint, limit] : limits) {
+    if (limit > 0.0) continue;
+    fields.Fail(key + "." + joint, FormatFixed(limit, 6), "must be greater than 0",
+                "write the joint's limit, or remove the line to keep the URDF's");
+  }
+  return limits;
+}
+
+/// Reads the names of the contacts on which plans walk.
+std::vector<std::string> ReadSupport(const YamlFields& fields, const std::vector<ContactDescription>& contacts) {
+  const YAML::Node list = fields.Get("support");
+  if (!list.IsDefined() || list.IsNull()) return {};
+  const std::string fix = "list names of contacts of kind sole or point";
+  if (!list.IsSequence() || list.size() == 0) {
+    fields.Fail("support", DescribeNode(list), "must list at least one contact", fix);
+  }
+  std::vector<std::string> support;
+  for (const YAML::Node& node : list) {
+    const std::string name = DescribeNode(node);
+    const auto found = std::ranges::find(contacts, name, &ContactDescription::name);
+    if (found == contacts.end()) {
+      std::vector<std::string> names;
+      for (const ContactDescription& contact : contacts) names.push_back(contact.name);
+      fields.Fail("support", name, "is no contact of this dataset", SuggestName(name, names));
+    }
+    if (!DescriptionOf(found->kind).supports) {
+      fields.Fail("support", name, "is of kind '" + std::string(ToString(found->kind)) + "', on which no plan walks",
+                  fix);
+    }
+    if (std::ranges::find(support, name) != support.end()) {
+      fields.Fail("support", name, "the contact is listed twice", "list it once");
+    }
+    support.push_back(name);
+  }
+  return support;
 }
 
 std::map<std::string, std::string> ReadFiles(const YamlFields& fields) {
@@ -111,7 +153,8 @@ DatasetDescription ReadDatasetFile(const fs::path& folder) {
                                    "problems", "gravity_m_s2", "nominal_posture", "self_collision_reference",
                                    "files"};
   for (const char* key : has_soles ? std::vector{"feet", "sole_offset_m"}
-                                   : std::vector{"contacts", "trunk", "self_collision", "link_shapes"})
+                                   : std::vector{"contacts", "support", "effort_limits", "velocity_limits", "trunk",
+                                                 "self_collision", "link_shapes"})
     keys.push_back(key);
   const YamlFields fields(root, file, "", keys);
   DatasetDescription description;
@@ -121,6 +164,9 @@ DatasetDescription ReadDatasetFile(const fs::path& folder) {
   description.scene_file = CheckPath(fields, "scene", fields.RequireText("scene"));
   ReadProblemNames(fields, &description);
   description.contacts = has_soles ? ReadSoles(fields) : ReadContacts(fields);
+  description.support = ReadSupport(fields, description.contacts);
+  description.effort_limits = ReadJointLimits(fields, "effort_limits");
+  description.velocity_limits = ReadJointLimits(fields, "velocity_limits");
   description.trunk = fields.Text("trunk").value_or("");
   description.gravity_m_s2 = fields.Number("gravity_m_s2").value_or(DatasetDescription::kBenchmarkGravity_m_s2);
   if (!(description.gravity_m_s2 > 0)) {

@@ -27,11 +27,23 @@ namespace legopt {
 ///     contacts:                           # required, in the order of pages and files
 ///       l_foot:                           # the name that stances use
 ///         link: l_foot                    # required, a link with collision geometry
-///         kind: sole                      # required
+///         kind: sole                      # required: sole, point, palm or rail (contact_kind.h)
 ///         frame: {position: [0, 0, -0.08], rpy: [0, 0, 0]}  # optional: contact frame in the link, m and rad
 ///         points: [[0.1, 0.05, 0], ...]   # optional, m, in the contact frame; default: corners of the link's box
 ///         friction: 0.7                   # optional, in (0, 2], default as shown
 ///         max_normal_N: 2000              # optional, > 0, default no bound
+///       l_grip:
+///         link: l_hand
+///         kind: rail
+///         frame: {position: [0, 0.1, 0], rpy: [0, 0, 0]}    # its x axis is that of the bar
+///         points: [[0.03, 0, 0], [-0.03, 0, 0]]             # required for rails: places of the force, on the x axis
+///         radius_m: 0.02                  # optional, default 0: of the bar; for kind point: of the foot's ball
+///         max_force_N: 200                # required for rails instead of friction, > 0
+///         slide_m: 0.1                    # optional, default 0: distance from the target along the bar
+///     support: [l_foot]                   # optional, only in format 2: contacts on which plans walk, of kind sole or
+///                                         # point; default: all of these kinds
+///     effort_limits: {knee: 220}          # optional, only in format 2, instead of the URDF's: joint: N m or N, > 0
+///     velocity_limits: {knee: 12}         # optional, only in format 2: joint: rad/s or m/s, > 0
 ///     trunk: pelvis                       # optional, only in format 2: a link, default the root link (Trunk)
 ///     gravity_m_s2: 9.797930195020351     # optional, default as shown
 ///     nominal_posture:                    # optional, joint: rad (m for prismatic); joints not named are 0
@@ -70,6 +82,9 @@ struct DatasetDescription {
   std::string scene_file;                                  ///< scene.yaml or a mesh, relative to the folder
   EnumArray<Task, std::string> problem_files;              ///< empty: the dataset has no problems of this task
   std::vector<ContactDescription> contacts;                ///< not empty, names unique
+  std::vector<std::string> support;                        ///< names of contacts; empty: all that support
+  std::map<std::string, double> effort_limits;             ///< joint name -> N m or N, > 0
+  std::map<std::string, double> velocity_limits;           ///< joint name -> rad/s or m/s, > 0
   std::string trunk;                                       ///< name of a link; empty: the root link
   double gravity_m_s2 = kBenchmarkGravity_m_s2;            ///< > 0
   std::map<std::string, double> nominal_posture;           ///< joint name -> rad, before clamping

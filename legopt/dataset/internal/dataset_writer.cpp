@@ -67,7 +67,13 @@ std::string FormatContacts(const std::vector<ContactDescription>& contacts) {
       for (const Eigen::Vector3d& point : *contact.points) points += (points.empty() ? "" : ", ") + Vector(point);
       text += "    points: [" + points + "]\n";
     }
-    if (contact.kind == ContactKind::kPoint) text += "    radius_m: " + Number(contact.radius_m) + "\n";
+    const ContactKindDescription& facts = DescriptionOf(contact.kind);
+    if (facts.shape != ContactShape::kPatch) text += "    radius_m: " + Number(contact.radius_m) + "\n";
+    if (facts.slides) text += "    slide_m: " + Number(contact.slide_m) + "\n";
+    if (facts.forces == ContactForces::kBounded) {
+      text += "    max_force_N: " + Number(contact.max_force_N) + "\n";
+      continue;
+    }
     text += "    friction: " + Number(contact.friction) + "\n";
     if (contact.max_normal_N) text += "    max_normal_N: " + Number(*contact.max_normal_N) + "\n";
   }
@@ -86,7 +92,7 @@ std::string FormatProblems(std::span<const ProblemDefinition> problems, Task tas
     text += (first ? "\n" : ",\n") + std::string("  {\"id\": ") + std::to_string(problem.id) + ", \"definition\": [";
     first = false;
     for (size_t s = 0; s < problem.stances.size(); ++s) {
-      text += (s == 0 ? "" : ",\n   ") + quoted(FormatStance(problem.stances[s]));
+      text += (s == 0 ? "" : ",\n   ") + Dump(StanceJson(problem.stances[s]));
     }
     text += "]}";
   }
@@ -97,8 +103,9 @@ std::string FormatDatasetFile(const DatasetDescription& description, const std::
   std::string text;
   ClassicInput lines(comment);
   for (std::string line; std::getline(lines, line);) text += "# " + line + "\n";
-  const bool only_format_2 = description.self_collision.has_value() || !description.trunk.empty() ||
-                             description.link_shapes != LinkRepresentation::kHulls;
+  const bool only_format_2 = !description.support.empty() || !description.effort_limits.empty() ||
+                             !description.velocity_limits.empty() || description.self_collision.has_value() ||
+                             !description.trunk.empty() || description.link_shapes != LinkRepresentation::kHulls;
   const std::optional<double> sole_offset_m = only_format_2 ? std::nullopt : CommonSoleOffset_m(description.contacts);
   text += std::string("format: ") + (sole_offset_m ? kDatasetFormat1 : kDatasetFormat2) +
           "\nname: " + Text(description.name) + "\nrobot: " + Text(description.robot_file) +
@@ -108,8 +115,15 @@ std::string FormatDatasetFile(const DatasetDescription& description, const std::
     if (!file.empty()) text += "  " + std::string(ToString(row.task)) + ": " + Text(file) + "\n";
   }
   text += sole_offset_m ? FormatSoles(description.contacts, *sole_offset_m) : FormatContacts(description.contacts);
+  if (!description.support.empty()) {
+    std::string names;
+    for (const std::string& name : description.support) names += (names.empty() ? "" : ", ") + Text(name);
+    text += "support: [" + names + "]\n";
+  }
   if (!description.trunk.empty()) text += "trunk: " + Text(description.trunk) + "\n";
   text += "gravity_m_s2: " + Number(description.gravity_m_s2) + "\n";
+  AddMap("effort_limits", description.effort_limits, text);
+  AddMap("velocity_limits", description.velocity_limits, text);
   AddMap("nominal_posture", description.nominal_posture, text);
   AddMap("self_collision_reference", description.self_collision_reference, text);
   if (description.link_shapes != LinkRepresentation::kHulls) {

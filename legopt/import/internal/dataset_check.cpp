@@ -158,9 +158,17 @@ void Append(std::vector<DatasetDiagnostic> more, std::vector<DatasetDiagnostic>*
   std::move(more.begin(), more.end(), std::back_inserter(*findings));
 }
 
-UsedContactList UsedContactsOf(const Dataset& dataset) {
+/// Returns the feet's targets of all problems: the checks compare them with the ground below.
+UsedContactList UsedFeetOf(const Dataset& dataset) {
   UsedContactList contacts;
-  for (const TaskDescription& task : ProblemTasks()) contacts.Add(task.task, dataset.problems(task.task));
+  const auto is_hand = [&](const ContactTarget& target) { return !dataset.contact(target.contact).facts().supports; };
+  for (const TaskDescription& task : ProblemTasks()) {
+    std::vector<ProblemDefinition> problems = dataset.problems(task.task);
+    for (ProblemDefinition& problem : problems) {
+      for (Stance& stance : problem.stances) std::erase_if(stance.contacts, is_hand);
+    }
+    contacts.Add(task.task, problems);
+  }
   return contacts;
 }
 
@@ -172,7 +180,7 @@ std::vector<DatasetDiagnostic> CheckDataset(const Dataset& dataset) {
   Append(CheckPlausibility(dataset), &findings);
   Append(CheckSceneMeshes(dataset), &findings);
   Append(CheckMeshSizes(dataset), &findings);
-  const UsedContactList contacts = UsedContactsOf(dataset);
+  const UsedContactList contacts = UsedFeetOf(dataset);
   if (contacts.all().empty()) {
     findings.push_back({.severity = DatasetDiagnostic::Severity::kWarning,
                         .check = "problems",
@@ -226,9 +234,8 @@ struct Group {
 /// Returns true if a gap equals the contact frame offset, which suggests that the file's author added the offset once
 /// too often.
 bool IsSoleOffset(double gap_m, const Dataset& dataset) {
-  return std::ranges::any_of(dataset.contacts(), [&](const Contact& contact) {
-    return std::abs(gap_m - contact.link_height_m()) < kOnSurface_m;
-  });
+  return std::ranges::any_of(
+      dataset.feet(), [&](const Contact& contact) { return std::abs(gap_m - contact.link_height_m()) < kOnSurface_m; });
 }
 
 DatasetDiagnostic Hovering(Group group, size_t all, const Dataset& dataset) {
@@ -257,7 +264,7 @@ double SupportedShare(const Contact& contact, const ContactTarget& target, const
   constexpr int kAlong = 9, kAcross = 5;
   constexpr double kTolerance_m = 3e-3;
   constexpr double kInset_m = 2e-3;  // a contact patch may end at the edge of its slab
-  if (contact.kind == ContactKind::kPoint) return 1.0;
+  if (contact.facts().shape == ContactShape::kBall) return 1.0;
   const Eigen::Matrix3d rotation = target.rotation.normalized().toRotationMatrix();
   const auto at = [](double low, double high, int k, int n) {
     return low + kInset_m + (high - low - 2.0 * kInset_m) * k / (n - 1);
@@ -378,7 +385,8 @@ std::vector<DatasetDiagnostic> CheckFootCollisions(const Dataset& dataset, std::
   Group colliding;
   double deepest = 0.0;
   for (const UsedContact& used : contacts) {
-    if (dataset.contact(used.target.contact).kind == ContactKind::kPoint) continue;  // its link may turn
+    if (dataset.contact(used.target.contact).facts().free_rotation != FreeRotation::kNone)
+      continue;  // its link may turn
     const int link = dataset.contact(used.target.contact).link_index;
     Eigen::VectorXd x = dataset.self_collision_reference();
     kinematics.UpdatePoses(x);

@@ -87,7 +87,7 @@ std::set<int> LegLinks(const Dataset& dataset) {
   const RobotModel& robot = dataset.robot();
   const std::set<int> above_trunk = LinksAbove(robot, dataset.trunk().link);
   std::set<int> legs;
-  for (const Contact& foot : dataset.contacts()) {
+  for (const Contact& foot : dataset.feet()) {
     const std::set<int> above_foot = LinksAbove(robot, foot.link_index);
     std::ranges::set_symmetric_difference(above_trunk, above_foot, std::inserter(legs, legs.end()));
     legs.insert(foot.link_index);

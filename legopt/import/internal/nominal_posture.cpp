@@ -124,10 +124,10 @@ class NominalSearch {
     Kinematics kinematics(stage->robot());
     kinematics.UpdatePoses(reference_);
     double lowest = std::numeric_limits<double>::infinity(), needed_m = 0.0;
-    for (const Contact& contact : stage->contacts()) {
+    for (const Contact& contact : stage->feet()) {
       legs_.push_back(LegOf(*stage, contact, kinematics));
       lowest = std::min(
-          lowest, contact.kind == ContactKind::kPoint
+          lowest, contact.facts().shape == ContactShape::kBall
                       ? (kinematics.link_pose(contact.link_index) * contact.X_LC).translation().z() - contact.radius_m
                       : (kinematics.link_pose(contact.link_index) * contact.X_LC).translation().z());
       needed_m = std::max(needed_m, legs_.back().distance_m - (1.0 - kBend) * legs_.back().length_m);

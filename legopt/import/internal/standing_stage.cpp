@@ -94,7 +94,7 @@ Stance StanceBelow(const Dataset& stage, const Eigen::VectorXd& x, const Eigen::
   Kinematics kinematics(stage.robot());
   kinematics.UpdatePoses(x);
   Stance stance;
-  for (const Contact& contact : stage.contacts()) {
+  for (const Contact& contact : stage.feet()) {
     const Eigen::Isometry3d X_WC = kinematics.link_pose(contact.link_index) * contact.X_LC;
     const Eigen::Vector3d forward = X_WC.linear().col(0);
     const double yaw = std::atan2(forward.y(), forward.x());

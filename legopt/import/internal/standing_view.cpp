@@ -22,7 +22,7 @@ TriangleMesh Drawable(TriangleMesh mesh) {
 
 std::vector<Eigen::Vector3d> CornersOf(const Contact& contact, const Eigen::Isometry3d& X_WL) {
   const Eigen::Isometry3d X_WC = X_WL * contact.X_LC;
-  if (contact.kind == ContactKind::kPoint) return {X_WC.translation()};
+  if (contact.facts().shape == ContactShape::kBall) return {X_WC.translation()};
   std::vector<Eigen::Vector2d> flat;
   for (const Eigen::Vector3d& point : contact.points_L) {
     flat.emplace_back((contact.X_LC.inverse(Eigen::Isometry) * point).head<2>());

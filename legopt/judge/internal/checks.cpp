@@ -33,7 +33,9 @@ void CheckContacts(const CheckedWaypoint& waypoint, CheckRecorder& recorder) {
   }
 }
 
+/// Balance over the support polygon is demanded of stances on feet; CheckHolding judges the others.
 void CheckCom(const CheckedWaypoint& waypoint, CheckRecorder& recorder) {
+  if (!StandsOnFeet(waypoint.dataset, waypoint.stance)) return;
   const double distance =
       ComDistance(ActualPlacements(waypoint.dataset, waypoint.stance, waypoint.kinematics), waypoint.kinematics);
   recorder.Measure(Verdict::kCom, Rule::kLiteral, std::max(0.0, distance), Exceeds(distance, kComTolerance_m), [&] {
@@ -107,9 +109,10 @@ void CheckTouch(const CheckedWaypoint& waypoint, CheckRecorder& recorder) {
                      contact.declares_points && Exceeds(touch.gap_m, TouchTolerance_m(contact.kind)), [&] {
                        return CheckFinding{contact.name, TouchText(contact.name, contact.kind, touch.gap_m)};
                      });
-    if (!DescriptionOf(contact.kind).supports) continue;
+    if (!contact.facts().supports || !target.carries) continue;
     places_W.insert(places_W.end(), touch.places_W.begin(), touch.places_W.end());
   }
+  if (!StandsOnFeet(waypoint.dataset, waypoint.stance)) return;
   const std::vector<Eigen::Vector2d> polygon = ConvexHull2d(std::move(places_W));
   const double distance = polygon.empty() ? std::numeric_limits<double>::infinity()
                                           : SignedDistanceToPolygon(polygon, waypoint.kinematics.com().head<2>());
@@ -119,11 +122,12 @@ void CheckTouch(const CheckedWaypoint& waypoint, CheckRecorder& recorder) {
                    });
 }
 
-/// Equilibrium and torques come from the same forces.
+/// Equilibrium and torques come from the same forces. Where hands carry, equilibrium is the balance of every rule.
 void CheckHolding(const CheckedWaypoint& waypoint, CheckRecorder& recorder) {
   const Holding holding = waypoint.holding.Measure(waypoint.stance, waypoint.kinematics);
   recorder.CountHolding(holding);
-  recorder.Measure(Verdict::kEquilibrium, Rule::kPhysical, holding.distance_m, !holding.balanced(), [&] {
+  const Rule rule = StandsOnFeet(waypoint.dataset, waypoint.stance) ? Rule::kPhysical : Rule::kLiteral;
+  recorder.Measure(Verdict::kEquilibrium, rule, holding.distance_m, !holding.balanced(), [&] {
     return CheckFinding{"centre of mass", EquilibriumText(holding.distance_m, waypoint.holding.slide())};
   });
   if (!holding.balanced()) return;
@@ -131,6 +135,13 @@ void CheckHolding(const CheckedWaypoint& waypoint, CheckRecorder& recorder) {
     const RobotModel& robot = waypoint.dataset.robot();
     const Joint& joint = robot.joints()[static_cast<std::size_t>(robot.dof_joint(holding.dof))];
     return CheckFinding{joint.name, TorqueText(joint, holding.torque_ratio)};
+  });
+  if (!waypoint.stance.push_N || !holding.within_torques()) return;
+  const double required_N = *waypoint.stance.push_N;
+  const double resisted_N = std::max(0.0, waypoint.holding.ResistedPush_N(waypoint.kinematics));
+  const double missing_N = std::max(0.0, required_N - resisted_N);
+  recorder.Measure(Verdict::kPush, Rule::kPhysical, missing_N, Exceeds(missing_N, kPushTolerance_N), [&] {
+    return CheckFinding{"push", PushText(required_N, resisted_N)};
   });
 }
 

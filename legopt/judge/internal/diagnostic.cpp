@@ -23,13 +23,33 @@ ContactPoseError ComputeContactPoseError(const Eigen::Isometry3d& target, const 
   return result;
 }
 
+namespace {
+
+/// Returns the smallest rotation that turns one unit axis into another one.
+Eigen::Matrix3d SmallestRotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  return Eigen::Quaterniond::FromTwoVectors(from, to).toRotationMatrix();
+}
+
+}  // namespace
+
 ContactPoseError ComputeContactPoseError(const Contact& contact, const ContactTarget& target,
                                          const Eigen::Isometry3d& X_WL) {
-  if (contact.kind != ContactKind::kPoint) return ComputeContactPoseError(contact.LinkTarget(target), X_WL);
+  const ContactKindDescription& facts = contact.facts();
+  if (facts.free_rotation == FreeRotation::kNone) return ComputeContactPoseError(contact.LinkTarget(target), X_WL);
   Eigen::Isometry3d goal = Eigen::Isometry3d::Identity(), actual = Eigen::Isometry3d::Identity();
   goal.linear() = actual.linear() = target.rotation.normalized().toRotationMatrix();
   goal.translation() = contact.OriginTarget(target);
   actual.translation() = X_WL * contact.X_LC.translation();
+  if (facts.free_rotation != FreeRotation::kAll) {
+    const int axis = facts.free_rotation == FreeRotation::kAboutBar ? 0 : 2;
+    const Eigen::Matrix3d R_WC = X_WL.linear() * contact.X_LC.linear();
+    actual.linear() = SmallestRotation(goal.linear().col(axis), R_WC.col(axis)) * goal.linear();
+  }
+  if (facts.slides) {
+    const Eigen::Vector3d bar = goal.linear().col(0);
+    const double slide_m = contact.SlideOf(target);
+    actual.translation() -= std::clamp(bar.dot(actual.translation() - goal.translation()), -slide_m, slide_m) * bar;
+  }
   return ComputeContactPoseError(goal, actual);
 }
 
@@ -38,8 +58,10 @@ std::vector<ContactPlacement> ActualPlacements(const Dataset& dataset, const Sta
   std::vector<ContactPlacement> placements;
   for (const ContactTarget& target : stance.contacts) {
     const Contact& contact = dataset.contact(target.contact);
-    placements.push_back(
-        {.contact = &contact, .X_WL = kinematics.link_pose(contact.link_index), .normal_W = NormalOf(target)});
+    placements.push_back({.contact = &contact,
+                          .X_WL = kinematics.link_pose(contact.link_index),
+                          .normal_W = NormalOf(target),
+                          .carries = target.carries});
   }
   return placements;
 }
@@ -49,8 +71,10 @@ double ComDistance(const std::vector<ContactPlacement>& placements, const Kinema
   const bool finite = kinematics.com().allFinite() && std::ranges::all_of(placements, [](const ContactPlacement& p) {
                         return p.X_WL.matrix().allFinite();
                       });
-  if (!finite || placements.empty()) return std::numeric_limits<double>::infinity();
-  return SignedDistanceToPolygon(SupportPolygon(placements), kinematics.com().head<2>());
+  if (!finite) return std::numeric_limits<double>::infinity();
+  const std::vector<Eigen::Vector2d> polygon = SupportPolygon(placements);
+  if (polygon.empty()) return std::numeric_limits<double>::infinity();
+  return SignedDistanceToPolygon(polygon, kinematics.com().head<2>());
 }
 
 std::string NumberText(double value) {
@@ -77,7 +101,12 @@ std::string TouchText(const std::string& contact, ContactKind kind, double gap_m
   constexpr double kPercent = 100.0;
   const std::string gap = gap_m < kFarGap_m ? LengthText(gap_m) : "more than " + LengthText(kFarGap_m);
   const std::string tolerance = LengthText(TouchTolerance_m(kind));
-  if (kind == ContactKind::kPoint) {
+  const ContactShape shape = DescriptionOf(kind).shape;
+  if (shape == ContactShape::kBar) {
+    return contact + " grips no bar of the scene: around the axis, its surface must be within the bar's radius and " +
+           tolerance + ", and is further away by " + gap;
+  }
+  if (shape == ContactShape::kBall) {
     return contact + " does not touch the scene: its gap must be at most " + tolerance + ", and is " + gap;
   }
   return contact + " does not touch the scene: " + NumberText(kPercent * kTouchShare) +
@@ -98,6 +127,11 @@ std::string EquilibriumText(double distance_m, const std::optional<SlideProof>& 
   if (!std::isfinite(distance_m)) return "no forces within friction hold these contacts in any posture";
   return "no forces within friction balance the weight: the centre of mass is " + LengthText(distance_m) +
          " outside the equilibrium polygon (tolerance " + LengthText(kComTolerance_m) + ")";
+}
+
+std::string PushText(double required_N, double resisted_N) {
+  return "the posture resists a push of " + NumberText(resisted_N) + " N, and must resist " + NumberText(required_N) +
+         " N (tolerance " + NumberText(kPushTolerance_N) + " N)";
 }
 
 std::string TorqueText(const Joint& joint, double ratio) {

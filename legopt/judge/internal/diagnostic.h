@@ -27,8 +27,10 @@ inline bool Exceeds(double value, double tolerance) { return !(value <= toleranc
 /// Poses in the world.
 ContactPoseError ComputeContactPoseError(const Eigen::Isometry3d& target, const Eigen::Isometry3d& actual);
 
-/// Computes the pose error of a contact whose link is at X_WL. A point contact has only the translation of its frame's
-/// origin, in the axes of the target. Poses in the world.
+/// Computes the pose error of a contact whose link is at X_WL, in the axes of the target. Rotations that the kind
+/// leaves free do not count: a point contact has only the translation of its frame's origin; of a palm and a rail, the
+/// rotation is the smallest one that turns the normal, or the bar, into that of the contact frame. A rail's translation
+/// along the bar counts beyond Contact::SlideOf. Poses in the world.
 ContactPoseError ComputeContactPoseError(const Contact& contact, const ContactTarget& target,
                                          const Eigen::Isometry3d& X_WL);
 
@@ -38,7 +40,7 @@ std::vector<ContactPlacement> ActualPlacements(const Dataset& dataset, const Sta
                                                const Kinematics& kinematics);
 
 /// Returns the signed distance, m, of the centre of mass from the support polygon of placed contacts: > 0 outside.
-/// Infinite without contacts, and for coordinates that overflowed.
+/// Infinite without supporting contacts, and for coordinates that overflowed.
 double ComDistance(const std::vector<ContactPlacement>& placements, const Kinematics& kinematics);
 
 // Texts of the judge's findings: numbers with four digits, lengths below a metre in mm.
@@ -56,6 +58,8 @@ std::string ComErrorText(double distance_m, double tolerance_m);
 /// Describes the distance of the centre of mass from the equilibrium polygon (holding_probe.h), and how a stance slides
 /// that no posture holds.
 std::string EquilibriumText(double distance_m, const std::optional<SlideProof>& slide);
+/// Describes the push that a posture resists.
+std::string PushText(double required_N, double resisted_N);
 /// Describes the torque of a joint as a share of its limit.
 std::string TorqueText(const Joint& joint, double ratio);
 

@@ -17,12 +17,27 @@ bool Holding::within_torques() const { return balanced() && !Exceeds(torque_rati
 HoldingProbe::HoldingProbe(const Dataset& dataset)
     : dataset_(dataset), equilibrium_(dataset.robot(), dataset.gravity_m_s2()) {}
 
+void HoldingProbe::Prepare(const Stance& stance, const Kinematics& kinematics) {
+  const bool slides = SlidesUnderLoad(dataset_, stance);
+  if (stance_ && *stance_ == stance && !slides) return;
+  stance_ = stance;
+  forces_.emplace(SurfacesOf(dataset_, stance, &kinematics));
+  polygon_ = ComputeEquilibriumPolygon(*forces_);
+  if (slides) polygon_.slide.reset();  // another grip may hold
+}
+
+double HoldingProbe::SignedDistance(const Stance& stance, const Kinematics& kinematics) {
+  Prepare(stance, kinematics);
+  if (polygon_.corners.empty() || !kinematics.com().allFinite()) return std::numeric_limits<double>::infinity();
+  return SignedDistanceToPolygon(polygon_.corners, kinematics.com().head<2>());
+}
+
+double HoldingProbe::ResistedPush_N(const Kinematics& kinematics) {
+  return equilibrium_.ResistedPush_N(*forces_, kinematics);
+}
+
 Holding HoldingProbe::Measure(const Stance& stance, const Kinematics& kinematics) {
-  if (!stance_ || !(*stance_ == stance)) {
-    stance_ = stance;
-    forces_.emplace(SurfacesOf(dataset_, stance));
-    polygon_ = ComputeEquilibriumPolygon(*forces_);
-  }
+  Prepare(stance, kinematics);
   Holding holding;
   holding.torque_ratio = std::numeric_limits<double>::quiet_NaN();
   holding.distance_m = std::numeric_limits<double>::infinity();
@@ -40,7 +55,8 @@ Holding HoldingProbe::Measure(const Stance& stance, const Kinematics& kinematics
 }
 
 Holding HoldingProbe::MeasureOnce(const Stance& stance, const Kinematics& kinematics) {
-  const TorqueRatio torques = equilibrium_.ComputeTorqueRatio(StanceForces(SurfacesOf(dataset_, stance)), kinematics);
+  const TorqueRatio torques =
+      equilibrium_.ComputeTorqueRatio(StanceForces(SurfacesOf(dataset_, stance, &kinematics)), kinematics);
   return {.distance_m = std::isfinite(torques.ratio) ? 0.0 : torques.ratio,
           .torque_ratio = torques.ratio,
           .dof = torques.dof};

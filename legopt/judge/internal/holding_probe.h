@@ -27,7 +27,8 @@ struct Holding {
 
 /// Measures static equilibrium with friction and effort limits. Keeps the forces and the polygon of the last stance.
 ///
-/// The polygon is computed from the contacts' *targets*, the torques from the actual posture. Near the tolerance of the
+/// The polygon is computed from the contacts' *targets*, except that bars are gripped where the posture grips them; the
+/// torques from the actual posture. Near the tolerance of the
 /// distance, the smallest imbalance (StaticEquilibrium::Imbalance) replaces the distance, because the polygon is
 /// accurate to kPolygonAccuracy_m only.
 ///
@@ -44,10 +45,20 @@ class HoldingProbe {
   /// balance is within kBalanceTolerance.
   Holding MeasureOnce(const Stance& stance, const Kinematics& kinematics);
 
+  /// Returns the signed distance of the centre of mass from the stance's equilibrium polygon, m: > 0 outside, infinite
+  /// if the polygon is empty.
+  double SignedDistance(const Stance& stance, const Kinematics& kinematics);
+
+  /// Returns the push that the posture of the last Measure() resists (StaticEquilibrium::ResistedPush_N).
+  double ResistedPush_N(const Kinematics& kinematics);
+
   /// Proof that the stance of the last Measure() cannot be held by any posture; empty if there is none.
   const std::optional<SlideProof>& slide() const { return polygon_.slide; }
 
  private:
+  /// Computes the forces and the polygon of a stance, unless they are known.
+  void Prepare(const Stance& stance, const Kinematics& kinematics);
+
   const Dataset& dataset_;
   StaticEquilibrium equilibrium_;
   std::optional<Stance> stance_;

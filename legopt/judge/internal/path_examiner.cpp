@@ -170,7 +170,7 @@ struct PathExaminer::Segment {
 };
 
 PathExaminer::PathExaminer(const Dataset& dataset, ExactCollision& collision)
-    : dataset_(&dataset), collision_(&collision), x_(dataset.robot().configuration_size()) {}
+    : dataset_(&dataset), collision_(&collision), holding_(dataset), x_(dataset.robot().configuration_size()) {}
 
 PathExamination PathExaminer::Examine(Task task, const ProblemDefinition& problem, const TimedPath& path) {
   PathExamination findings;
@@ -276,10 +276,15 @@ void PathExaminer::ExamineSample(const Segment& segment, double s, const Kinemat
          findings);
   }
   if (segment.balanced) {
-    const double distance = ComDistance(placements, kinematics);
-    include(Verdict::kCom, std::max(0.0, distance), "centre of mass");
+    const bool on_feet = StandsOnFeet(*dataset_, segment.planted);
+    const Verdict check = on_feet ? Verdict::kCom : Verdict::kEquilibrium;
+    const double distance =
+        on_feet ? ComDistance(placements, kinematics) : holding_.SignedDistance(segment.planted, kinematics);
+    include(check, std::max(0.0, distance), "centre of mass");
     if (Exceeds(distance, kPathComTolerance_m)) {
-      Fail(segment, s, Verdict::kCom, ComErrorText(distance, kPathComTolerance_m), findings);
+      Fail(segment, s, check,
+           on_feet ? ComErrorText(distance, kPathComTolerance_m) : EquilibriumText(distance, holding_.slide()),
+           findings);
     }
   }
   const ExactCollision::SceneContact contact = collision_->DeepestEnvironmentContacts(kinematics).strict;

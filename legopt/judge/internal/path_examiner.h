@@ -11,6 +11,7 @@
 
 #include "legopt/dataset/dataset.h"
 #include "legopt/geometry/internal/exact_collision.h"
+#include "legopt/judge/internal/holding_probe.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/robot/robot_model.h"
 #include "legopt/types/check.h"
@@ -103,8 +104,8 @@ struct PathExamination {
 
 /// Samples a path so densely that no vertex of the robot moves more than kPathSample_m between consecutive samples, end
 /// points included. Checks planted feet (PlantedContacts) against their targets, contact depths with exact meshes and,
-/// for Between::kBalanced, the centre of mass over the planted feet. Joints are clamped to their limits first, as at
-/// waypoints. Uses the judge's workspaces: not thread-safe.
+/// for TransitionRule::kBalanced, the centre of mass over the planted feet, or in the equilibrium polygon if hands
+/// carry. Joints are clamped to their limits first, as at waypoints. Uses the judge's workspaces: not thread-safe.
 class PathExaminer {
  public:
   /// The arguments must outlive this object.
@@ -126,6 +127,7 @@ class PathExaminer {
 
   const Dataset* dataset_;
   ExactCollision* collision_;
+  HoldingProbe holding_;
   std::deque<Kinematics> levels_;  ///< per level of the bisection; grows
   Eigen::VectorXd x_;
   // State of the current piece.

@@ -207,7 +207,36 @@ void TouchProbe::CollectScene(const Underside& underside, const Eigen::Isometry3
 ContactTouch TouchProbe::Measure(const Contact& contact, const Eigen::Vector3d& normal_W,
                                  const Eigen::Isometry3d& X_WL) {
   if (!X_WL.matrix().allFinite()) return {.gap_m = kFarGap_m, .places_W = {}};
-  return contact.kind == ContactKind::kPoint ? MeasurePoint(contact, normal_W, X_WL) : MeasurePatch(contact, X_WL);
+  switch (contact.facts().shape) {
+    case ContactShape::kBall:
+      return MeasurePoint(contact, normal_W, X_WL);
+    case ContactShape::kBar:
+      return MeasureBar(contact, X_WL);
+    case ContactShape::kPatch:
+      break;
+  }
+  return MeasurePatch(contact, X_WL);
+}
+
+ContactTouch TouchProbe::MeasureBar(const Contact& contact, const Eigen::Isometry3d& X_WL) {
+  constexpr int kDirections = 8;
+  const Eigen::Isometry3d X_WC = X_WL * contact.X_LC, X_CL = contact.X_LC.inverse(Eigen::Isometry);
+  ContactTouch touch;
+  for (int direction = 0; direction < kDirections; ++direction) {
+    const Eigen::Isometry3d X_WD =
+        X_WC * Eigen::AngleAxisd(2.0 * std::numbers::pi * direction / kDirections, Eigen::Vector3d::UnitX());
+    Eigen::AlignedBox3d box;
+    for (const Eigen::Vector3d& point_L : contact.points_L) box.extend((X_CL * point_L).eval());
+    box.min().array() -= kFarGap_m;
+    box.max().array() += kOverlap_m;
+    scene_.Clear();
+    collision_.AddSceneTriangles(X_WD, box, &scene_);
+    for (const Eigen::Vector3d& point_L : contact.points_L) {
+      const double distance_m = GapAt({(X_CL * point_L).head<2>(), 0.0});
+      touch.gap_m = std::max(touch.gap_m, distance_m - contact.radius_m);
+    }
+  }
+  return touch;
 }
 
 ContactTouch TouchProbe::MeasurePoint(const Contact& contact, const Eigen::Vector3d& normal_W,

@@ -15,7 +15,7 @@ namespace legopt {
 /// Where a contact touches the scene.
 struct ContactTouch {
   /// Gap between link and scene, m, >= 0, at most kFarGap_m: of a sole, the one that kTouchShare of the patch do not
-  /// exceed; of a point, the smallest one of its surroundings.
+  /// exceed; of a point, the smallest one of its surroundings; of a rail, the largest one around its bar.
   double gap_m = 0.0;
   /// Horizontal positions of places that touch, m; their hull is the contact's part of the support polygon.
   std::vector<Eigen::Vector2d> places_W;
@@ -38,6 +38,9 @@ inline constexpr double kFarGap_m = 0.25;
 /// The patch of a point contact is a disc with the radius of its ball, at least 5 mm, around the lowest point along the
 /// normal of its target. It touches if a place or a vertex of the link in it, or the lowest point of a
 /// sphere or capsule, has a gap of at most kPointTouchTolerance_m.
+///
+/// A rail touches if the scene has a bar where the hand grips: from each of the contact's points, in 8 directions
+/// across the contact frame's x axis, the scene's next surface is at most the bar's radius and kTouchTolerance_m away.
 ///
 /// Contains workspaces: not thread-safe. Source: docs/explanation/judge.md#touching.
 class TouchProbe {
@@ -72,6 +75,7 @@ class TouchProbe {
 
   ContactTouch MeasurePatch(const Contact& contact, const Eigen::Isometry3d& X_WL);
   ContactTouch MeasurePoint(const Contact& contact, const Eigen::Vector3d& normal_W, const Eigen::Isometry3d& X_WL);
+  ContactTouch MeasureBar(const Contact& contact, const Eigen::Isometry3d& X_WL);
   void CollectScene(const Underside& underside, const Eigen::Isometry3d& X_WC);
   const Underside& UndersideOf(const Contact& contact);
   Underside MakeUnderside(const Contact& contact, const Eigen::Isometry3d& X_CL,

@@ -25,7 +25,7 @@ StanceCatalogue::StanceCatalogue(const Dataset& dataset) {
     for (const ProblemDefinition& problem : dataset.problems(description.task)) {
       std::vector<int>& of_problem = problems_[description.task].emplace_back();
       for (const Stance& stance : problem.stances) {
-        const auto [found, is_new] = numbers.emplace(FormatStance(stance), static_cast<int>(stances_.size()));
+        const auto [found, is_new] = numbers.emplace(StanceKey(stance), static_cast<int>(stances_.size()));
         if (is_new) stances_.push_back(stance);
         of_problem.push_back(found->second);
       }

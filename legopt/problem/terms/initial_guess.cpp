@@ -39,15 +39,26 @@ BasePlace FittedPlace(const Dataset& dataset, const Stance& stance, double fallb
   return {.position = to - Eigen::Rotation2Dd(yaw) * from, .yaw_rad = yaw};
 }
 
-bool HasPoints(const Dataset& dataset, const Stance& stance) {
+/// Returns true if a target says nothing about the robot's heading.
+bool HasFreeRotation(const Dataset& dataset, const Stance& stance) {
   return std::ranges::any_of(stance.contacts, [&](const ContactTarget& target) {
-    return dataset.contact(target.contact).kind == ContactKind::kPoint;
+    return dataset.contact(target.contact).facts().free_rotation != FreeRotation::kNone;
   });
+}
+
+/// Returns the stance without hands, which say little about where the trunk is; all of it if there are only hands.
+Stance FeetOf(const Dataset& dataset, const Stance& stance) {
+  Stance feet;
+  for (const ContactTarget& target : stance.contacts) {
+    if (dataset.contact(target.contact).facts().supports) feet.contacts.push_back(target);
+  }
+  return feet.contacts.empty() ? stance : feet;
 }
 
 }  // namespace
 
-Eigen::VectorXd InitialGuess(const Dataset& dataset, const Stance& stance, Initialization initialization) {
+Eigen::VectorXd InitialGuess(const Dataset& dataset, const Stance& whole_stance, Initialization initialization) {
+  const Stance stance = FeetOf(dataset, whole_stance);
   if (stance.contacts.empty()) {
     std::fprintf(stderr, "InitialGuess: the stance has no contacts\n");
     std::abort();
@@ -65,7 +76,7 @@ Eigen::VectorXd InitialGuess(const Dataset& dataset, const Stance& stance, Initi
   }
   centre /= static_cast<double>(stance.contacts.size());
   double yaw = std::atan2(heading.y(), heading.x());  // 0 if the contacts point in exactly opposite directions
-  if (HasPoints(dataset, stance)) {
+  if (HasFreeRotation(dataset, stance)) {
     const BasePlace place = FittedPlace(dataset, stance, yaw);
     centre = place.position;
     yaw = place.yaw_rad;

@@ -39,20 +39,35 @@ void WaypointProgram::AddConstraints(const Dataset& dataset, const WaypointConst
   }
   for (const ContactTarget& target : stance.contacts) {
     const Contact& contact = dataset.contact(target.contact);
-    if (contact.kind == ContactKind::kPoint) {
-      terms_.push_back(std::make_unique<ContactPointTerm>(waypoint, state, contact, target));
-    } else {
-      terms_.push_back(std::make_unique<ContactPoseTerm>(waypoint, state, contact.link_index,
-                                                         contact.LinkTarget(target), target.contact, weights));
+    switch (contact.facts().free_rotation) {
+      case FreeRotation::kNone:
+        terms_.push_back(std::make_unique<ContactPoseTerm>(waypoint, state, contact.link_index,
+                                                           contact.LinkTarget(target), target.contact, weights));
+        break;
+      case FreeRotation::kAll:
+        terms_.push_back(std::make_unique<ContactPointTerm>(waypoint, state, contact, target));
+        break;
+      case FreeRotation::kAboutNormal:
+      case FreeRotation::kAboutBar:
+        AddAxis(contact, target, waypoint);
+        break;
     }
   }
   if (demand.balanced) {
-    std::vector<HalfPlane> edges = proximity.physics == Physics::kNone ? Edges(TargetSupportPolygon(dataset, stance))
-                                                                       : EquilibriumEdges(dataset, stance);
-    terms_.push_back(std::make_unique<ComTerm>(waypoint, state, std::move(edges)));
+    terms_.push_back(std::make_unique<ComTerm>(waypoint, state, BalanceEdges(dataset, stance, proximity.physics)));
   }
   if (proximity.physics == Physics::kEffort) AddTorqueLimits(dataset, stance, waypoint);
   terms_.push_back(std::make_unique<CollisionTerm>(waypoint, state, margin_m, proximity.relaxed_margin_m));
+}
+
+/// A bar that carries is gripped at its target, because the forces of the stance are computed there.
+void WaypointProgram::AddAxis(const Contact& contact, const ContactTarget& target, int waypoint) {
+  WaypointState& state = states_.back();
+  const double slide_m = target.carries ? 0.0 : contact.SlideOf(target);
+  terms_.push_back(std::make_unique<ContactAxisTerm>(waypoint, state, contact, target, slide_m));
+  if (slide_m > 0.0) {
+    terms_.push_back(std::make_unique<ContactSlideTerm>(waypoint, state, contact, target, slide_m));
+  }
 }
 
 void WaypointProgram::AddTorqueLimits(const Dataset& dataset, const Stance& stance, int waypoint) {
@@ -174,7 +189,7 @@ void AddBalanceOnSegment(const Dataset& dataset, WaypointProgram& program, int w
   if (planted.contacts.empty()) return;
   if (planted.contacts.size() == own.contacts.size()) return;  // same as the waypoint's own constraint
   program.Append(
-      std::make_unique<ComTerm>(waypoint, program.state(waypoint), Edges(TargetSupportPolygon(dataset, planted))));
+      std::make_unique<ComTerm>(waypoint, program.state(waypoint), BalanceEdges(dataset, planted, Physics::kNone)));
 }
 
 void AddBalancedTransitions(const TermInputs& of, WaypointProgram& program) {

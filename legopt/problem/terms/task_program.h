@@ -88,6 +88,7 @@ class WaypointProgram : public Program {
  private:
   void AddConstraints(const Dataset& dataset, const WaypointConstraints& demand, int waypoint,
                       const ProgramOptions& proximity);
+  void AddAxis(const Contact& contact, const ContactTarget& target, int waypoint);
   void AddTorqueLimits(const Dataset& dataset, const Stance& stance, int waypoint);
   bool IsFixed(Eigen::Index waypoint) const { return fixed_[static_cast<size_t>(waypoint)]; }
 

@@ -58,7 +58,7 @@ class LeggedCandidates : public StanceCandidates {
     for (int c = 0; c < reach_.num_contacts(); ++c) {
       std::optional<ContactTarget> foothold = FindFoothold(c, trunk, generator);
       if (!foothold) {
-        candidate.obstacle = probe_.model().dataset->contacts()[static_cast<size_t>(c)].name;
+        candidate.obstacle = probe_.model().dataset->feet()[static_cast<size_t>(c)].name;
         return candidate;
       }
       candidate.stance.contacts.push_back(std::move(*foothold));

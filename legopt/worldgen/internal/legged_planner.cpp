@@ -56,7 +56,8 @@ class GridOfFootholds {
 
  private:
   const std::vector<int>& At(int contact, int i, int j, double yaw_rad) {
-    const bool point = probe_.model().dataset->contacts()[static_cast<size_t>(contact)].kind == ContactKind::kPoint;
+    const bool point =
+        probe_.model().dataset->feet()[static_cast<size_t>(contact)].facts().shape == ContactShape::kBall;
     const double turn_rad = 2.0 * M_PI / headings_;
     const int heading =
         point ? 0 : ((static_cast<int>(std::lround(yaw_rad / turn_rad)) % headings_) + headings_) % headings_;

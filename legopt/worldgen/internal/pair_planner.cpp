@@ -108,7 +108,7 @@ void RequireStride(const ProbeModel& model) {
   constexpr double kLeastShare = 0.04;
   const ReachCloud& reach = *model.reach;
   if (reach.stride_m() >= kLeastShare * reach.height_m()) return;
-  const std::string& foot = model.dataset->contacts()[static_cast<size_t>(reach.limiting_contact())].name;
+  const std::string& foot = model.dataset->feet()[static_cast<size_t>(reach.limiting_contact())].name;
   throw InputError({(model.dataset->folder() / kDatasetFileName).string(), "nominal_posture",
                     FormatFixed(reach.stride_m(), 3) + " m",
                     "the feet cannot walk: " + foot +
@@ -120,7 +120,7 @@ void RequireStride(const ProbeModel& model) {
 /// Reports that a robot with many feet found no plan, and the foot with the shortest stride.
 [[noreturn]] void RefuseLegs(const ProbeModel& model, FloorChange change, int pairs) {
   const ReachCloud& reach = *model.reach;
-  const std::string& foot = model.dataset->contacts()[static_cast<size_t>(reach.limiting_contact())].name;
+  const std::string& foot = model.dataset->feet()[static_cast<size_t>(reach.limiting_contact())].name;
   throw InputError({"footstep plans", std::string(ToString(change)) + " floor", "0 plans",
                     "no plan between " + std::to_string(pairs) + " pairs of stances; the shortest stride is that of " +
                         foot + ": " + FormatFixed(reach.stride_m(), 3) + " m to all sides of its nominal place",

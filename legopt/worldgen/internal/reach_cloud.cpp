@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 /// Returns the place of a contact whose link is at `X_TL` relative to the trunk.
 ReachSample PlaceOf(const Contact& contact, const Isometry3d& X_TL) {
   const Isometry3d X_TC = X_TL * contact.X_LC;
-  if (contact.kind != ContactKind::kPoint) {
+  if (contact.facts().shape != ContactShape::kBall) {
     const Vector3d forward = X_TC.linear().col(0);
     return {X_TC.translation(), std::atan2(forward.y(), forward.x())};
   }
@@ -46,14 +46,14 @@ std::vector<int> ChainBetween(const RobotModel& robot, int trunk, int link) {
 
 }  // namespace
 
-ReachCloud::ReachCloud(const Dataset& dataset, std::uint64_t seed) : legs_(dataset.contacts().size()) {
+ReachCloud::ReachCloud(const Dataset& dataset, std::uint64_t seed) : legs_(dataset.feet().size()) {
   Kinematics kinematics(dataset.robot());
   Eigen::VectorXd x = dataset.self_collision_reference();  // its base is at the origin
   x.head(dataset.nominal_joints().size()) = dataset.nominal_joints();
   kinematics.Update(x);
   com_ = (kinematics.com() - dataset.trunk().nominal_position_B).head<2>();
   for (int c = 0; c < num_contacts(); ++c) {
-    const Contact& contact = dataset.contacts()[Index(c)];
+    const Contact& contact = dataset.feet()[Index(c)];
     legs_[Index(c)].nominal = PlaceOf(contact, dataset.trunk().PoseOf(contact.link_index, kinematics));
     SampleLeg(dataset, c, seed);
     FillCells(legs_[Index(c)]);
@@ -64,7 +64,7 @@ ReachCloud::ReachCloud(const Dataset& dataset, std::uint64_t seed) : legs_(datas
 void ReachCloud::SampleLeg(const Dataset& dataset, int contact, std::uint64_t seed) {
   constexpr int kTriesPerSample = 50;
   const RobotModel& robot = dataset.robot();
-  const Contact& description = dataset.contacts()[Index(contact)];
+  const Contact& description = dataset.feet()[Index(contact)];
   const std::vector<int> chain = ChainBetween(robot, dataset.trunk().link, description.link_index);
   std::mt19937_64 generator(DeriveSeed(seed, "reach/" + description.name));
   Kinematics kinematics(robot);
@@ -80,7 +80,7 @@ void ReachCloud::SampleLeg(const Dataset& dataset, int contact, std::uint64_t se
     kinematics.UpdatePoses(x);
     const Isometry3d X_TL = dataset.trunk().PoseOf(description.link_index, kinematics);
     const bool level = (X_TL * description.X_LC).linear()(2, 2) >= std::cos(kMaxTilt_rad);
-    if (description.kind == ContactKind::kPoint || level) samples.push_back(PlaceOf(description, X_TL));
+    if (description.facts().shape == ContactShape::kBall || level) samples.push_back(PlaceOf(description, X_TL));
   }
 }
 

@@ -36,11 +36,11 @@ const Link& LinkOf(const Dataset& dataset, const Contact& contact) {
 RobotModel MakeParts(const Dataset& dataset, const ProbeOptions& options) {
   std::vector<Link> links(1);
   links[0].name = "probe";
-  for (const Contact& foot : dataset.contacts()) {
+  for (const Contact& foot : dataset.feet()) {
     Link link;
     link.name = foot.link;
     link.collision = LinkOf(dataset, foot).collision;
-    if (foot.kind == ContactKind::kPoint) {
+    if (foot.facts().shape == ContactShape::kBall) {
       link.collision.assign(1, {});
       link.collision[0].kind = ShapeSpec::Kind::kSphere;
       link.collision[0].size.x() = BallRadius_m(foot);
@@ -80,8 +80,8 @@ double NominalSpan_m(const Dataset& dataset) {
   const auto place = [&](const Contact& contact) {
     return (kinematics.link_pose(contact.link_index) * contact.X_LC).translation().head<2>().eval();
   };
-  for (const Contact& a : dataset.contacts()) {
-    for (const Contact& b : dataset.contacts()) span_m = std::max(span_m, (place(a) - place(b)).norm());
+  for (const Contact& a : dataset.feet()) {
+    for (const Contact& b : dataset.feet()) span_m = std::max(span_m, (place(a) - place(b)).norm());
   }
   return span_m;
 }
@@ -116,7 +116,7 @@ void FitToLegs(const Dataset& dataset, ProbeOptions& options) {
 
 void CheckReachOfTwo(const Dataset& dataset, double reach_m) {
   const double width =
-      std::min(dataset.contacts()[0].Patch().sizes().minCoeff(), dataset.contacts()[1].Patch().sizes().minCoeff());
+      std::min(dataset.feet()[0].Patch().sizes().minCoeff(), dataset.feet()[1].Patch().sizes().minCoeff());
   Check(std::isfinite(reach_m), "--radius", reach_m, "must be a finite length", "leave it out");
   Check(reach_m > 1.2 * width, "--radius", reach_m,
         "is so small that the feet overlap (a foot is " + std::to_string(width) + " m wide)",
@@ -152,21 +152,21 @@ ProbeOptions ProbeOptions::For(const Dataset& dataset) {
   options.step_m *= scale;
   options.trunk_m *= scale;
   options.trunk_low_m *= scale;
-  if (dataset.contacts().size() != 2) FitToLegs(dataset, options);
+  if (dataset.feet().size() != 2) FitToLegs(dataset, options);
   return options;
 }
 
 void ProbeOptions::Validate(const Dataset& dataset) const {
-  if (dataset.contacts().size() < 2) {
+  if (dataset.feet().size() < 2) {
     throw InputError(
-        {(dataset.folder() / kDatasetFileName).string(), "feet", std::to_string(dataset.contacts().size()) + " feet",
+        {(dataset.folder() / kDatasetFileName).string(), "feet", std::to_string(dataset.feet().size()) + " feet",
          "problems are generated for robots with at least two feet", "name all feet; of two, the left one first"});
   }
   Check(slope_rad > 0.0 && slope_rad <= 1.0, "--slope", slope_rad, "must lie in (0, 1] rad", "the default is 0.45");
   Check(support_m > 0.0, "support", support_m, "must be positive", "the default is 0.003 m");
   Check(trunk_m.minCoeff() > 0.0, "trunk", trunk_m.minCoeff(), "must have positive sides", "leave it out");
   Check(step_m > 0.0, "step", step_m, "must be positive", "leave it out");
-  if (dataset.contacts().size() == 2) {
+  if (dataset.feet().size() == 2) {
     CheckReachOfTwo(dataset, reach_m);
   } else {
     CheckReachOfMany(dataset, reach_m);
@@ -181,7 +181,7 @@ std::shared_ptr<const ReachCloud> SampleReach(const Dataset& dataset, std::uint6
   for (int c = 0; c < reach->num_contacts(); ++c) {
     if (!reach->samples(c).empty()) continue;
     throw InputError({(dataset.folder() / kDatasetFileName).string(),
-                      "contacts." + dataset.contacts()[static_cast<size_t>(c)].name, "",
+                      "contacts." + dataset.feet()[static_cast<size_t>(c)].name, "",
                       "its sole cannot be level in any posture of the leg, with a level trunk",
                       "check its frame (z points out of the surface, into the robot) and the limits of its joints"});
   }
@@ -210,7 +210,7 @@ std::shared_ptr<const ProbeModel> ProbeModel::Build(std::shared_ptr<const Datase
                       "check that z is up and that the triangles are wound outwards"});
   }
   std::shared_ptr<const ReachCloud> reach;
-  if (dataset->contacts().size() != 2) reach = SampleReach(*dataset, seed);
+  if (dataset->feet().size() != 2) reach = SampleReach(*dataset, seed);
   return std::make_shared<const ProbeModel>(ProbeModel{std::move(dataset), options, std::move(terrain),
                                                        std::move(parts), std::move(collision), std::move(reach)});
 }
@@ -229,7 +229,7 @@ ContactTarget StanceProbe::Place(int foot, const Vector3d& point, const Vector3d
   const Vector3d left = normal.cross(heading).normalized();
   Eigen::Matrix3d rotation;
   rotation << left.cross(normal), left, normal;
-  return {.contact = model_->dataset->contacts()[static_cast<size_t>(foot)].name,
+  return {.contact = model_->dataset->feet()[static_cast<size_t>(foot)].name,
           .position = point,
           .rotation = Eigen::Quaterniond(rotation).normalized()};
 }
@@ -247,7 +247,7 @@ double StanceProbe::PartDistance(int link, const Isometry3d& pose, double margin
 bool StanceProbe::Supported(int foot, const ContactTarget& foothold) const {
   constexpr double kSpacing_m = 0.04;
   constexpr double kInset_m = 0.002;  // a contact patch may end at the edge of its slab
-  const Eigen::AlignedBox2d patch = model_->dataset->contacts()[static_cast<size_t>(foot)].Patch();
+  const Eigen::AlignedBox2d patch = model_->dataset->feet()[static_cast<size_t>(foot)].Patch();
   const Eigen::Matrix3d rotation = foothold.rotation.toRotationMatrix();
   const int nx = 1 + static_cast<int>(std::ceil(patch.sizes().x() / kSpacing_m));
   const int ny = 1 + static_cast<int>(std::ceil(patch.sizes().y() / kSpacing_m));
@@ -268,8 +268,8 @@ bool StanceProbe::Supported(int foot, const ContactTarget& foothold) const {
 bool StanceProbe::Holds(int foot, const ContactTarget& foothold) {
   const Vector3d normal = foothold.rotation * Vector3d::UnitZ();
   if (normal.z() < std::cos(model_->options.slope_rad)) return false;
-  const Contact& contact = model_->dataset->contacts()[static_cast<size_t>(foot)];
-  if (contact.kind == ContactKind::kPoint) {
+  const Contact& contact = model_->dataset->feet()[static_cast<size_t>(foot)];
+  if (contact.facts().shape == ContactShape::kBall) {
     constexpr double kSlack_m = 5e-5;
     const Eigen::Translation3d centre(foothold.position + (BallRadius_m(contact) + kPointClearance_m) * normal);
     return PartDistance(1 + foot, Isometry3d(centre), kPointClearance_m) >= kPointClearance_m - kSlack_m;
@@ -292,7 +292,7 @@ void StanceProbe::Footholds(int foot, double x, double y, double yaw_rad, std::v
 std::vector<ReachCloud::Placement> PlacementsOf(const Dataset& dataset, const Stance& stance) {
   std::vector<ReachCloud::Placement> placements;
   for (const ContactTarget& target : stance.contacts) {
-    const auto& contacts = dataset.contacts();
+    const auto& contacts = dataset.feet();
     const auto found = std::find_if(contacts.begin(), contacts.end(),
                                     [&](const Contact& contact) { return contact.name == target.contact; });
     placements.push_back({static_cast<int>(found - contacts.begin()), target.position});
@@ -351,10 +351,10 @@ void RequireMappableScene(const Dataset& dataset) {
 }
 
 void RequireLeftFootFirst(const Dataset& dataset) {
-  if (dataset.contacts().size() != 2) return;
+  if (dataset.feet().size() != 2) return;
   constexpr double kSide_m = 1e-3;  // feet placed one behind the other have no lateral order
-  const Contact& first = dataset.contacts().at(0);
-  const Contact& second = dataset.contacts().at(1);
+  const Contact& first = dataset.feet().at(0);
+  const Contact& second = dataset.feet().at(1);
   Kinematics kinematics(dataset.robot());
   kinematics.Update(NominalConfiguration(dataset));
   const double to_the_left_m = kinematics.link_pose(first.link_index).translation().y() -

@@ -51,7 +51,7 @@ struct ProbeModel {
   static std::shared_ptr<const ProbeModel> Build(std::shared_ptr<const Dataset> dataset, const ProbeOptions& options,
                                                  std::uint64_t seed = 1);
   int trunk_link() const {
-    return 1 + static_cast<int>(dataset->contacts().size());
+    return 1 + static_cast<int>(dataset->feet().size());
   }  ///< index of the trunk box in
      ///< `parts`
 };

@@ -249,7 +249,7 @@ std::vector<Stance> ReadFeasibleStances(const std::shared_ptr<const Dataset>& da
     }
     const bool proven = std::any_of(problem.solutions.begin(), problem.solutions.end(),
                                     [&](const Solution& solution) { return accepted(definition, solution); });
-    if (proven && known.insert(FormatStance(definition.stances.front())).second) {
+    if (proven && known.insert(StanceKey(definition.stances.front())).second) {
       stances.push_back(definition.stances.front());
     }
   }

@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <limits>
+#include <map>
+#include <memory>
 #include <random>
 #include <set>
 #include <span>
@@ -197,6 +200,47 @@ TEST(Terms, PointContactsMeetFiniteDifferences) {
   program->terms()[1]->Evaluate(rows);
   EXPECT_EQ(program->terms()[1]->shape().name, "foot l_foot");
   EXPECT_EQ(rows.size(), 3U);
+}
+
+/// The synthetic robot with a palm on its left arm and a grip on its right one, and a problem that uses both.
+std::shared_ptr<const Dataset> WithHands(const std::filesystem::path& folder, const std::string& load) {
+  const auto yaml = folder / "dataset.yaml";
+  test::ReplaceInFile(yaml, "legopt-dataset/1", "legopt-dataset/2");
+  test::ReplaceInFile(
+      yaml, "feet: [l_foot, r_foot]\nsole_offset_m: 0.051\n",
+      "contacts:\n  l_foot: {link: l_foot, kind: sole, frame: {position: [0, 0, -0.051]}}\n  r_foot: {link: r_foot, "
+      "kind: sole, frame: {position: [0, 0, -0.051]}}\n  palm: {link: l_arm, kind: palm, frame: {position: [0, 0.03, "
+      "-0.35], rpy: [0.3, 0.4, 0.5]}}\n  grip: {link: r_arm, kind: rail, frame: {position: [0.01, -0.06, -0.4], rpy: "
+      "[-0.2, 0.3, 0.1]}, points: [[0.03, 0, 0], [-0.03, 0, 0]], max_force_N: 200, slide_m: 0.1}\n");
+  test::WriteText(folder / "problems-posture.json",
+                  R"({"task": "posture", "problems": [{"id": 0, "definition": [{"contacts": )"
+                  R"("l_foot,1 0 0 0 0 0.1 0 ,r_foot,1 0 0 0 0 -0.1 0 ,palm,0.6 0.8 0 0 0.1 0.4 0.5 ,)"
+                  R"(grip,0.8 0 0.6 0 0.1 -0.3 0.6 ,", "load": {"grip": ")" +
+                      load + R"("}}]}]})");
+  WriteManifestHashes(folder);
+  return Dataset::Load(folder);
+}
+
+TEST(Terms, HandsMeetFiniteDifferences) {
+  for (const std::string load : {"touch", "carry"}) {
+    const test::TemporaryFolder temporary;
+    const test::SyntheticFolder folder(temporary.path() / "dataset");
+    const auto dataset = WithHands(folder.path(), load);
+    CheckPostures(*dataset, 1, 0.5, 5);
+    CollisionQuery query(dataset->collision_model());
+    const auto program =
+        MakeTaskProgram(Task::kPosture, *dataset, query, dataset->problems(Task::kPosture)[0].stances, {});
+    program->SetPoint(test::StandingUpright());
+    std::map<std::string, std::size_t> rows;
+    for (const auto& term : program->terms()) {
+      std::vector<double> values;
+      term->Evaluate(values);
+      rows[term->shape().name] = values.size();
+    }
+    EXPECT_EQ(rows["contact palm"], 5u) << "turns about its normal";
+    EXPECT_EQ(rows["contact grip"], load == "touch" ? 4u : 5u) << "slides along the bar, unless it carries";
+    EXPECT_EQ(rows["slide of grip"], load == "touch" ? 2u : 0u);
+  }
 }
 
 TEST(Terms, TorquesNearTheirLimitsAreRows) {

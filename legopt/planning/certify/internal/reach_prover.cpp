@@ -256,7 +256,7 @@ struct ReachProver::Cell {
 };
 
 ReachProver::ReachProver(const Dataset& dataset) : dataset_(&dataset) {
-  for (const Contact& foot : dataset.contacts()) {
+  for (const Contact& foot : dataset.feet()) {
     legs_.emplace(foot.link, LegReach(dataset.robot(), foot.link_index));
   }
 }
@@ -265,7 +265,7 @@ std::vector<ReachProver::Standing> ReachProver::StanceLegs(const Stance& stance)
   std::vector<Standing> standing;
   for (const ContactTarget& target : stance.contacts) {
     const Contact& contact = dataset_->contact(target.contact);
-    if (contact.kind != ContactKind::kSole) continue;  // the link may turn: its pose is not known
+    if (contact.facts().free_rotation != FreeRotation::kNone) continue;  // the link may turn: its pose is not known
     const LegReach& leg = legs_.at(contact.link);
     if (leg.bounded()) standing.push_back({&leg, dataset_->LinkTarget(target)});
   }

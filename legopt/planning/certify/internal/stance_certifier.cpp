@@ -125,7 +125,7 @@ double Between(double low, double high, std::mt19937_64& generator) {
 std::mt19937_64 GeneratorOfStart(const Stance& stance, int number) {
   constexpr std::size_t kDigits = 16;
   constexpr int kHexadecimal = 16;
-  const std::string identity = "certify/" + FormatStance(stance) + "/" + std::to_string(number);
+  const std::string identity = "certify/" + StanceKey(stance) + "/" + std::to_string(number);
   return std::mt19937_64(*ParseInteger<std::uint64_t>(Blake2bHex(identity).substr(0, kDigits), kHexadecimal));
 }
 

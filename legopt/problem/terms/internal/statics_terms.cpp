@@ -17,10 +17,12 @@ constexpr double kBalanceSlack = 1e-4;
 
 }  // namespace
 
-std::vector<HalfPlane> EquilibriumEdges(const Dataset& dataset, const Stance& stance) {
+std::vector<HalfPlane> BalanceEdges(const Dataset& dataset, const Stance& stance, Physics physics) {
+  const bool on_feet = StandsOnFeet(dataset, stance);
+  if (on_feet && physics == Physics::kNone) return Edges(TargetSupportPolygon(dataset, stance));
   const EquilibriumPolygon polygon = ComputeEquilibriumPolygon(StanceForces(SurfacesOf(dataset, stance)));
   const std::vector<Eigen::Vector2d> support = TargetSupportPolygon(dataset, stance);
-  if (polygon.corners.empty()) return Edges(support);
+  if (polygon.corners.empty()) return support.empty() ? std::vector<HalfPlane>() : Edges(support);
   std::vector<HalfPlane> edges = Edges(polygon.corners);
   constexpr double kInset_m = 1e-3, kShareOfWidth = 0.25;
   double perimeter = 0.0;
@@ -30,6 +32,7 @@ std::vector<HalfPlane> EquilibriumEdges(const Dataset& dataset, const Stance& st
   // Twice the area by the perimeter is at most the radius of a circle inside.
   const double radius = perimeter > 0.0 ? 2.0 * PolygonArea(polygon.corners) / perimeter : 0.0;
   for (HalfPlane& edge : edges) edge.offset += std::min(kInset_m, kShareOfWidth * radius);
+  if (!on_feet) return edges;
   const bool inside = std::ranges::all_of(polygon.corners, [&](const Eigen::Vector2d& corner) {
     return SignedDistanceToPolygon(support, corner) <= std::min(kInset_m, kShareOfWidth * radius);
   });
@@ -46,6 +49,7 @@ FreeTorqueTerm::FreeTorqueTerm(int waypoint, WaypointState& state, const Dataset
   const RobotModel& robot = dataset.robot();
   std::set<int> loaded;
   for (const ContactTarget& target : stance.contacts) {
+    if (!target.carries) continue;
     for (const int body : robot.body_chain(robot.link_body(dataset.contact(target.contact).link_index))) {
       loaded.insert(robot.joints()[static_cast<size_t>(robot.body_joint(body))].dof);
     }

@@ -8,6 +8,7 @@
 #include "legopt/problem/program.h"
 #include "legopt/problem/terms/internal/waypoint_terms.h"
 #include "legopt/statics/static_equilibrium.h"
+#include "legopt/types/physics.h"
 
 namespace legopt {
 
@@ -20,9 +21,10 @@ inline constexpr double kEffortShare = 0.98;
 /// Share of an effort limit above which a torque becomes a row.
 inline constexpr double kNearEffortShare = 0.7;
 
-/// Returns the edges of the stance's equilibrium polygon, moved inwards by up to 1 mm, so that forces with a margin
-/// hold the whole of it; none if the polygon is empty.
-std::vector<HalfPlane> EquilibriumEdges(const Dataset& dataset, const Stance& stance);
+/// Returns half-planes in which the centre of mass must be. On feet (StandsOnFeet) without physics: the edges of the
+/// support polygon. Else those of the equilibrium polygon, moved inwards by up to 1 mm, so that forces with a margin
+/// hold the whole of it; on feet, those of the support polygon, too. None for a stance that nothing balances.
+std::vector<HalfPlane> BalanceEdges(const Dataset& dataset, const Stance& stance, Physics physics);
 
 /// Inequality: torques of joints that no contact of the stance loads, which gravity alone determines:
 /// +-g_j / limit_j - kEffortShare <= 0, 1. A joint has a row if it needs more than kNearEffortShare of its limit.

@@ -1,6 +1,7 @@
 #include "legopt/problem/terms/internal/waypoint_terms.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace legopt {
@@ -112,6 +113,106 @@ void ContactPointTerm::ComputeModel(LinearModel& model) {
   for (int i = 0; i < 3; ++i) {
     model.value(i) = error[i];
     Eigen::Map<Eigen::RowVectorXd>(model.row(0, i), size).noalias() = axes_.row(i) * jacobian_;
+  }
+}
+
+ContactAxisTerm::ContactAxisTerm(int waypoint, WaypointState& state, const Contact& contact,
+                                 const ContactTarget& target, double slide_m)
+    : Term({"contact " + target.contact, TermKind::kEquality, waypoint, 1}),
+      state_(&state),
+      contact_(&contact),
+      axis_(contact.facts().free_rotation == FreeRotation::kAboutBar ? 0 : 2),
+      first_origin_(slide_m > 0.0 ? 1 : 0),
+      target_W_(contact.OriginTarget(target)),
+      axes_(target.rotation.normalized().toRotationMatrix().transpose()) {
+  const int size = state.kinematics().model().tangent_size();
+  point_jacobian_.setZero(3, size);
+  angular_jacobian_.setZero(3, size);
+}
+
+ContactAxisTerm::Error ContactAxisTerm::Measure() const {
+  const Eigen::Isometry3d X_WC = state_->kinematics().link_pose(contact_->link_index) * contact_->X_LC;
+  return {.axis = axes_ * X_WC.linear().col(axis_), .origin = axes_ * (X_WC.translation() - target_W_)};
+}
+
+namespace {
+
+/// Least 1 + cos of the angle between two axes: opposite axes have no smallest rotation.
+constexpr double kLeastSum = 1e-6;
+
+/// Factor k of the smallest rotation from the unit axis t to a: its quaternion's vector part is k t x a, with
+/// k = (2 (1 + t . a))^(-1/2).
+double HalfAngleFactor(double cosine) { return 1.0 / std::sqrt(2.0 * std::max(1.0 + cosine, kLeastSum)); }
+
+}  // namespace
+
+void ContactAxisTerm::ComputeResiduals(std::vector<double>& residuals) {
+  const Error error = Measure();
+  const Eigen::Vector3d turn = HalfAngleFactor(error.axis[axis_]) * Eigen::Vector3d::Unit(axis_).cross(error.axis);
+  for (int i = 0; i < 3; ++i) {
+    if (i != axis_) residuals.push_back(turn[i]);
+  }
+  for (int i = first_origin_; i < 3; ++i) residuals.push_back(error.origin[i]);
+}
+
+void ContactAxisTerm::ComputeModel(LinearModel& model) {
+  const Kinematics& kinematics = state_->kinematics();
+  const int link = contact_->link_index;
+  const Error error = Measure();
+  kinematics.PointJacobian(link, kinematics.link_pose(link) * contact_->X_LC.translation(), point_jacobian_);
+  kinematics.AngularJacobian(link, angular_jacobian_);
+  // A rotation by omega, in the axes of the target, changes the axis a by omega x a = -[a]x omega.
+  const Eigen::Vector3d t = Eigen::Vector3d::Unit(axis_), cross = t.cross(error.axis);
+  const double k = HalfAngleFactor(error.axis[axis_]);
+  Eigen::Matrix3d change;  // of a
+  change << 0.0, error.axis.z(), -error.axis.y(), -error.axis.z(), 0.0, error.axis.x(), error.axis.y(), -error.axis.x(),
+      0.0;
+  Eigen::Matrix3d turn;  // of k t x a
+  for (int i = 0; i < 3; ++i) turn.col(i) = k * t.cross(change.col(i)) - (k * k * k * change(axis_, i)) * cross;
+  const Eigen::Matrix3d turn_W = turn * axes_;
+  const int size = static_cast<int>(point_jacobian_.cols());
+  model.Reset(5 - first_origin_, size, 1);
+  int row = 0;
+  for (int i = 0; i < 3; ++i) {
+    if (i == axis_) continue;
+    model.value(row) = k * cross[i];
+    Eigen::Map<Eigen::RowVectorXd>(model.row(0, row++), size).noalias() = turn_W.row(i) * angular_jacobian_;
+  }
+  for (int i = first_origin_; i < 3; ++i) {
+    model.value(row) = error.origin[i];
+    Eigen::Map<Eigen::RowVectorXd>(model.row(0, row++), size).noalias() = axes_.row(i) * point_jacobian_;
+  }
+}
+
+ContactSlideTerm::ContactSlideTerm(int waypoint, WaypointState& state, const Contact& contact,
+                                   const ContactTarget& target, double slide_m)
+    : Term({"slide of " + target.contact, TermKind::kInequality, waypoint, 1}),
+      state_(&state),
+      contact_(&contact),
+      slide_m_(slide_m),
+      target_W_(contact.OriginTarget(target)),
+      bar_W_(target.rotation.normalized() * Eigen::Vector3d::UnitX()) {}
+
+double ContactSlideTerm::Distance() const {
+  return bar_W_.dot(state_->kinematics().link_pose(contact_->link_index) * contact_->X_LC.translation() - target_W_);
+}
+
+void ContactSlideTerm::ComputeResiduals(std::vector<double>& residuals) {
+  const double distance = Distance();
+  residuals.push_back(distance - slide_m_);
+  residuals.push_back(-distance - slide_m_);
+}
+
+void ContactSlideTerm::ComputeModel(LinearModel& model) {
+  const Kinematics& kinematics = state_->kinematics();
+  const int link = contact_->link_index;
+  const Eigen::Vector3d origin = kinematics.link_pose(link) * contact_->X_LC.translation();
+  const double distance = Distance();
+  model.Reset(2, kinematics.model().tangent_size(), 1);
+  for (int i = 0; i < 2; ++i) {
+    const double sign = i == 0 ? 1.0 : -1.0;
+    model.value(i) = sign * distance - slide_m_;
+    kinematics.AddPointGradient(link, origin, bar_W_, sign, model.row(0, i));
   }
 }
 

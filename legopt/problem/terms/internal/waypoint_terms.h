@@ -147,10 +147,58 @@ class ContactPointTerm : public Term {
   Eigen::MatrixXd jacobian_;
 };
 
-/// Inequality: the centre of mass inside the support polygon, one row a.c + b <= 0 per edge, m.
+/// Equality: the origin of a contact frame at its target, and one axis of the frame parallel to the target's, with any
+/// turn about it: the normal of a palm, the bar of a rail. Rows: the vector part of the smallest rotation from the
+/// target's axis to the frame's, without its component about the axis, which is 0; then the origin, m; all in the axes
+/// of the target, as the judge checks them (docs/explanation/judge.md#foot-pose-error).
+class ContactAxisTerm : public Term {
+ public:
+  /// `contact` has a free axis and must outlive the term. `slide_m` > 0: the origin may move along the x axis, which
+  /// ContactSlideTerm bounds.
+  ContactAxisTerm(int waypoint, WaypointState& state, const Contact& contact, const ContactTarget& target,
+                  double slide_m);
+  void ComputeResiduals(std::vector<double>& residuals) override;
+  void ComputeModel(LinearModel& model) override;
+
+ private:
+  /// Axis of the contact frame and origin's error, in the axes of the target.
+  struct Error {
+    Eigen::Vector3d axis;
+    Eigen::Vector3d origin;
+  };
+  Error Measure() const;
+
+  WaypointState* state_;
+  const Contact* contact_;
+  int axis_;          ///< column of the frame: 0 or 2
+  int first_origin_;  ///< first constrained component of the origin: 0, or 1 if it slides along x
+  Eigen::Vector3d target_W_;
+  Eigen::Matrix3d axes_;  ///< rows: axes of the target in the world
+  Eigen::MatrixXd point_jacobian_, angular_jacobian_;
+};
+
+/// Inequality: |s| <= slide_m for the distance s, m, of a grip from its target along the bar. Two rows.
+class ContactSlideTerm : public Term {
+ public:
+  /// `contact` must outlive the term.
+  ContactSlideTerm(int waypoint, WaypointState& state, const Contact& contact, const ContactTarget& target,
+                   double slide_m);
+  void ComputeResiduals(std::vector<double>& residuals) override;
+  void ComputeModel(LinearModel& model) override;
+
+ private:
+  double Distance() const;
+
+  WaypointState* state_;
+  const Contact* contact_;
+  double slide_m_;
+  Eigen::Vector3d target_W_, bar_W_;
+};
+
+/// Inequality: the centre of mass inside a polygon, one row a.c + b <= 0 per edge, m.
 class ComTerm : public Term {
  public:
-  /// `edges` are those of the support polygon of the waypoint's targets, world xy.
+  /// `edges`: half-planes in the world's xy plane, such as those of the support polygon of the waypoint's targets.
   ComTerm(int waypoint, WaypointState& state, std::vector<HalfPlane> edges);
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
