@@ -26,6 +26,7 @@
 #include "legopt/files/name_lock.h"
 #include "legopt/planning/certify/certificate.h"
 #include "legopt/types/input_error.h"
+#include "legopt/worldgen/contact_dataset.h"
 #include "legopt/worldgen/dataset_builder.h"
 #include "legopt/worldgen/internal/scenario.h"
 #include "legopt/worldgen/internal/stance_probe.h"
@@ -47,8 +48,8 @@ void AddSeedFlag(const app::Command& command, ScenarioFlags* flags) {
       .Check(app::WholeNumber(0));  // a negative number would wrap around
 }
 
-void AddScenarioFlags(const app::Command& command, ScenarioFlags* flags) {
-  command.AddOption("--kind", flags->kind, "garage or house").ShowDefault();
+void AddScenarioFlags(const app::Command& command, ScenarioFlags* flags, const char* kinds) {
+  command.AddOption("--kind", flags->kind, kinds).ShowDefault();
   command.AddOption("--level", flags->level, "easier, easy, intermediate or hard").ShowDefault();
   AddSeedFlag(command, flags);
   command.AddOption("--out", flags->out, "Folder to make; it must not exist").Required();
@@ -108,11 +109,16 @@ ExitCode GenerateScenario(const ScenarioFlags& flags) {
   return ExitCode::kOk;
 }
 
+/// Value of --kind for problems that hands make possible, each at a station of its own instead of in a building.
+constexpr const char* kContactsKind = "contacts";
+
 struct DatasetFlags {
   ScenarioFlags scenario;
+  int traps = worldgen::ContactDatasetOptions().traps;
   std::optional<std::string> robot;
   std::optional<std::string> from;
   std::string name;
+  std::optional<int> postures;
   worldgen::DatasetOptions options;
 };
 
@@ -136,7 +142,7 @@ void AddInstanceFlags(const app::Command& command, DatasetFlags* flags) {
       .Excludes(stances);
   command.AddOption("--same-floor", options.same_floor, "Motion problems on one floor").ShowDefault();
   command.AddOption("--different-floors", options.different_floors, "Motion problems between floors").ShowDefault();
-  command.AddOption("--postures", options.postures, "Posture problems").ShowDefault();
+  command.AddOption("--postures", flags->postures, "Posture problems (default: 50; of kind contacts: 100)");
   command.AddFlag("--certified", options.certified,
                   "Keep plans all of whose stances have a posture, and write the certificate");
 }
@@ -152,12 +158,20 @@ void AddSourceFlags(const app::Command& command, DatasetFlags* flags) {
 using Build = worldgen::DatasetReport (*)(const worldgen::DatasetOptions&, const std::filesystem::path&,
                                           const worldgen::BuildProgress&);
 
+/// Returns the name of the dataset: that of the flag, or of the folder to make.
+std::string NameOf(const DatasetFlags& flags) {
+  if (!flags.name.empty()) return flags.name;
+  const std::filesystem::path out = std::filesystem::path(flags.scenario.out).lexically_normal();
+  return (out.has_filename() ? out : out.parent_path()).filename().string();
+}
+
 /// Creates the folder with `build`; its identity describes the requested contents.
 worldgen::DatasetReport BuildFolder(const DatasetFlags& flags, const std::string& what, Build build) {
   worldgen::DatasetOptions options = flags.options;
   options.read_guard = GuardedReader();
   const std::filesystem::path out = std::filesystem::path(flags.scenario.out).lexically_normal();
-  options.name = !flags.name.empty() ? flags.name : (out.has_filename() ? out : out.parent_path()).filename().string();
+  options.name = NameOf(flags);
+  options.postures = flags.postures.value_or(options.postures);
   options.seed = flags.scenario.seed;
   options.pictures = !flags.scenario.no_pictures;
   if (flags.from) {
@@ -178,15 +192,43 @@ worldgen::DatasetReport BuildFolder(const DatasetFlags& flags, const std::string
   return report;
 }
 
+void PrintHistograms(const std::vector<worldgen::HistogramRow>& rows) {
+  for (const worldgen::HistogramRow& row : rows) {
+    std::cout << row.heading << "\n\n";
+    for (const worldgen::Histogram& histogram : row.histograms) {
+      std::cout << worldgen::FormatHistogram(histogram) << "\n";
+    }
+  }
+}
+
 ExitCode MakeDataset(const DatasetFlags& flags) {
   const worldgen::DatasetReport report = BuildFolder(flags, "", worldgen::BuildDataset);
-  for (const worldgen::HistogramRow& row : report.histograms) {
-    std::cout << row.heading << "\n\n";
-    for (const worldgen::Histogram& histogram : row.histograms)
-      std::cout << worldgen::FormatHistogram(histogram) << "\n";
-  }
+  PrintHistograms(report.histograms);
   std::cout << "plans: " << report.pairs_tried << " pairs tried, at most " << report.largest_motion
             << " stances per motion\ndataset " << report.content_hash << "\n";
+  return ExitCode::kOk;
+}
+
+ExitCode MakeContactDataset(const DatasetFlags& flags) {
+  worldgen::ContactDatasetOptions options;
+  options.name = NameOf(flags);
+  options.robot_folder = flags.robot ? std::filesystem::path(*flags.robot) : app::DataFolder() / "hands-small";
+  options.seed = flags.scenario.seed;
+  options.postures = flags.postures.value_or(options.postures);
+  options.traps = flags.traps;
+  options.threads = flags.options.threads;
+  options.read_guard = GuardedReader();
+  options.Validate();
+  const auto source = Dataset::Load(options.robot_folder, GuardedReader());
+  const std::string identity = options.Identity() + ", from " + source->content_hash() + "\n";
+  worldgen::ContactDatasetReport report;
+  MakeFolder(flags.scenario.out, identity,
+             [&](const std::filesystem::path& folder, const worldgen::BuildProgress& progress) {
+               report = worldgen::BuildContactDataset(options, folder, progress);
+             });
+  PrintHistograms(report.histograms);
+  for (const std::string& line : report.lines) std::cout << line << "\n";
+  std::cout << "dataset " << report.content_hash << "\n";
   return ExitCode::kOk;
 }
 
@@ -205,17 +247,25 @@ void AddGenerateCommand(const app::Command& program, Invocation* invocation) {
 
   const auto scenario = generate.AddCommand("scenario", "Generate a damaged building: mesh, manifest and pictures");
   const auto flags = std::make_shared<ScenarioFlags>();
-  AddScenarioFlags(scenario, flags.get());
+  AddScenarioFlags(scenario, flags.get(), "garage or house");
   scenario.WhenChosen([=] { invocation->body = [flags] { return GenerateScenario(*flags); }; });
 
   const auto dataset =
       generate.AddCommand("dataset", "Generate a whole dataset: building, stances, footstep plans and problems");
   const auto dataset_flags = std::make_shared<DatasetFlags>();
-  AddScenarioFlags(dataset, &dataset_flags->scenario);
+  AddScenarioFlags(dataset, &dataset_flags->scenario,
+                   "garage, house, or contacts: postures that need hands, or feet on rubble");
   dataset.AddOption("--robot", dataset_flags->robot,
                     "Dataset folder whose robot is used (default: the embedded one's)");
+  dataset.AddOption("--traps", dataset_flags->traps, "Stances that no forces hold, only of kind contacts")
+      .ShowDefault();
   AddInstanceFlags(dataset, dataset_flags.get());
-  dataset.WhenChosen([=] { invocation->body = [dataset_flags] { return MakeDataset(*dataset_flags); }; });
+  dataset.WhenChosen([=] {
+    invocation->body = [dataset_flags] {
+      const bool contacts = dataset_flags->scenario.kind == kContactsKind;
+      return contacts ? MakeContactDataset(*dataset_flags) : MakeDataset(*dataset_flags);
+    };
+  });
 
   const auto problems =
       generate.AddCommand("problems", "Generate stances, footstep plans and problems for your robot and scene");

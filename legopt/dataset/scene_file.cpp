@@ -4,6 +4,7 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <string>
@@ -12,6 +13,7 @@
 #include "legopt/dataset/internal/yaml_fields.h"
 #include "legopt/geometry/internal/height_map.h"
 #include "legopt/geometry/internal/mesh_file.h"
+#include "legopt/input/json.h"
 #include "legopt/input/yaml.h"
 #include "legopt/types/nearest_name.h"
 #include "legopt/types/number_text.h"
@@ -171,6 +173,52 @@ Scene SceneOfOneMesh(const fs::path& path, const ReadGuard& guard) {
 }
 
 }  // namespace
+
+namespace {
+
+/// Returns the number, rounded to what a double stores without noise.
+std::string YamlNumber(double value) {
+  constexpr double kNothing = 1e-12;
+  return Dump(nlohmann::json(std::abs(value) < kNothing ? 0.0 : value));
+}
+
+std::string YamlVector(const Eigen::Vector3d& v) {
+  return "[" + YamlNumber(v.x()) + ", " + YamlNumber(v.y()) + ", " + YamlNumber(v.z()) + "]";
+}
+
+}  // namespace
+
+Eigen::Vector3d RollPitchYaw(const Eigen::Matrix3d& R) {
+  const double cos_pitch = std::hypot(R(0, 0), R(1, 0));
+  constexpr double kGimbalLock = 1e-9;
+  if (cos_pitch < kGimbalLock) return {std::atan2(-R(1, 2), R(1, 1)), std::atan2(-R(2, 0), cos_pitch), 0.0};
+  return {std::atan2(R(2, 1), R(2, 2)), std::atan2(-R(2, 0), cos_pitch), std::atan2(R(1, 0), R(0, 0))};
+}
+
+std::string FormatPrimitive(const ShapeSpec& shape) {
+  std::string text;
+  const std::string radius = ", radius: " + YamlNumber(shape.size.x());
+  const std::string length = ", length: " + YamlNumber(shape.size.z());
+  switch (shape.kind) {
+    case ShapeSpec::Kind::kBox:
+      text = "box, size: " + YamlVector(shape.size);
+      break;
+    case ShapeSpec::Kind::kSphere:
+      text = "sphere" + radius;
+      break;
+    case ShapeSpec::Kind::kCylinder:
+      text = "cylinder" + radius + length;
+      break;
+    case ShapeSpec::Kind::kCapsule:
+      text = "capsule" + radius + length;
+      break;
+    case ShapeSpec::Kind::kMesh:
+      return "mesh";
+  }
+  text += ", position: " + YamlVector(shape.pose.translation());
+  if (!shape.pose.linear().isIdentity()) text += ", rpy: " + YamlVector(RollPitchYaw(shape.pose.linear()));
+  return text;
+}
 
 bool IsMeshFile(const fs::path& path) {
   std::string suffix = path.extension().string();

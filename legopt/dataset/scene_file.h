@@ -1,6 +1,8 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <filesystem>
+#include <string>
 
 #include "legopt/geometry/scene.h"
 
@@ -29,6 +31,13 @@ namespace legopt {
 /// model is built. Throws InputError: missing file, invalid YAML, unknown key or shape (with the nearest valid one), a
 /// size that is not positive and finite, a duplicate name, a mesh file of unknown type.
 Scene ReadSceneFile(const std::filesystem::path& path, const ReadGuard& guard = {});
+
+/// Returns the keys of a primitive from `shape` on, as ReadSceneFile reads them: "box, size: [..], position: [..], rpy:
+/// [..]". "mesh" for a mesh.
+std::string FormatPrimitive(const ShapeSpec& shape);
+
+/// Returns roll, pitch and yaw, rad, of a rotation R = Rz Ry Rx.
+Eigen::Vector3d RollPitchYaw(const Eigen::Matrix3d& R);
 
 /// Returns true for the suffixes .stl .obj .dae .ply .gltf .glb .off in upper or lower case.
 bool IsMeshFile(const std::filesystem::path& path);

@@ -100,42 +100,6 @@ class SceneBuilder {
   RebuiltScene built_;
 };
 
-/// Returns the number, rounded to what a double stores without noise.
-std::string YamlNumber(double value) {
-  constexpr double kNothing = 1e-12;
-  return Dump(nlohmann::json(std::abs(value) < kNothing ? 0.0 : value));
-}
-
-std::string YamlVector(const Eigen::Vector3d& v) {
-  return "[" + YamlNumber(v.x()) + ", " + YamlNumber(v.y()) + ", " + YamlNumber(v.z()) + "]";
-}
-
-/// Returns the keys of a primitive, its position and rotation.
-std::string DescribePrimitive(const ShapeSpec& shape) {
-  std::string text;
-  const std::string radius = ", radius: " + YamlNumber(shape.size.x());
-  const std::string length = ", length: " + YamlNumber(shape.size.z());
-  switch (shape.kind) {
-    case ShapeSpec::Kind::kBox:
-      text = "box, size: " + YamlVector(shape.size);
-      break;
-    case ShapeSpec::Kind::kSphere:
-      text = "sphere" + radius;
-      break;
-    case ShapeSpec::Kind::kCylinder:
-      text = "cylinder" + radius + length;
-      break;
-    case ShapeSpec::Kind::kCapsule:
-      text = "capsule" + radius + length;
-      break;
-    case ShapeSpec::Kind::kMesh:
-      return "mesh";
-  }
-  text += ", position: " + YamlVector(shape.pose.translation());
-  if (!shape.pose.linear().isIdentity()) text += ", rpy: " + YamlVector(RollPitchYaw(shape.pose.linear()));
-  return text;
-}
-
 /// Returns a file name for an object that no earlier object has.
 std::string MeshNameFor(const std::string& name, std::set<std::string>* taken) {
   std::string plain;
@@ -213,7 +177,7 @@ void WriteSceneYaml(const RebuiltScene& scene, const fs::path& file, const std::
       WritePly(file.parent_path() / mesh, object.mesh->mesh);
       text += "mesh, file: " + Dump(nlohmann::json(mesh.generic_string())) + "}\n";
     } else {
-      text += DescribePrimitive(object.object.shape) + "}\n";
+      text += FormatPrimitive(object.object.shape) + "}\n";
     }
   }
   WriteTextFile(file, text);

@@ -18,7 +18,7 @@ namespace {
 using testing::HasSubstr;
 
 constexpr const char* kSoles =
-    "points: [[-0.07, -0.05, 0], [0.13, -0.05, 0], [-0.07, 0.05, 0], [0.13, 0.05, 0]]";  // of the boxes
+    "points: [[-0.07, -0.05, 0], [0.13, -0.05, 0], [0.13, 0.05, 0], [-0.07, 0.05, 0]]";  // of the boxes
 
 /// The synthetic robot, whose soles are 50 mm below the foot frames, standing 1 mm above the ground.
 class Touch : public testing::Test {
@@ -105,7 +105,7 @@ TEST_F(Touch, TheSupportPolygonIsOfWhatTouches) {
     Replace("robot.urdf", "<origin xyz='0.03 0 -0.03'/><geometry><box size='0.2 0.1 0.04'/></geometry></collision>",
             "<origin xyz='0.03 0 -0.03'/><geometry><box size='0.20 0.1 0.04'/></geometry></collision>" + spur);
   }
-  Declare(0.051, "points: [[-0.12, -0.05, 0], [0.13, -0.05, 0], [-0.12, 0.05, 0], [0.13, 0.05, 0]]");
+  Declare(0.051, "points: [[-0.12, -0.05, 0], [0.13, -0.05, 0], [0.13, 0.05, 0], [-0.12, 0.05, 0]]");
   Evaluation evaluation = Judged(test::Leaning(-0.2));
   EXPECT_EQ(evaluation.literal, Verdict::kSuccess) << evaluation.detail;
   EXPECT_EQ(evaluation.solid, Verdict::kCom) << evaluation.detail;
@@ -160,7 +160,7 @@ class TouchWithStuds : public Touch {
   }
 
   static constexpr const char* kOutline =
-      "points: [[-0.06, -0.04, 0], [0.12, -0.04, 0], [-0.06, 0.04, 0], [0.12, 0.04, 0]]";
+      "points: [[-0.06, -0.04, 0], [0.12, -0.04, 0], [0.12, 0.04, 0], [-0.06, 0.04, 0]]";
 };
 
 TEST_F(TouchWithStuds, TheirPartsAreThePatch) {

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <optional>
 
+#include "legopt/dataset/scene_file.h"
 #include "legopt/geometry/internal/ball.h"
 #include "legopt/geometry/internal/convex_shape.h"
 #include "legopt/geometry/internal/mesh.h"

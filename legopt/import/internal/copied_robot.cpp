@@ -11,6 +11,7 @@
 #include <system_error>
 
 #include "legopt/dataset/internal/text_file.h"
+#include "legopt/dataset/scene_file.h"
 #include "legopt/files/written_file.h"
 #include "legopt/geometry/internal/mesh_file.h"
 #include "legopt/import/internal/link_mesh_repair.h"
@@ -28,13 +29,6 @@ void MakeFolder(const std::filesystem::path& folder) {
     throw InputError(
         {folder.string(), "", "", "cannot be made: " + error.message(), "check permissions and free space"});
   }
-}
-
-Eigen::Vector3d RollPitchYaw(const Eigen::Matrix3d& R) {
-  const double cos_pitch = std::hypot(R(0, 0), R(1, 0));
-  constexpr double kGimbalLock = 1e-9;
-  if (cos_pitch < kGimbalLock) return {std::atan2(-R(1, 2), R(1, 1)), std::atan2(-R(2, 0), cos_pitch), 0.0};
-  return {std::atan2(R(2, 1), R(2, 2)), std::atan2(-R(2, 0), cos_pitch), std::atan2(R(1, 0), R(0, 0))};
 }
 
 namespace {

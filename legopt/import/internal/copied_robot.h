@@ -20,9 +20,6 @@ inline constexpr const char* kRobotMeshFolder = "meshes";
 /// Makes a folder and those above it. Throws InputError if that fails.
 void MakeFolder(const std::filesystem::path& folder);
 
-/// Returns the roll, pitch and yaw, rad, of a rotation Rz(yaw) Ry(pitch) Rx(roll), as URDF writes them.
-Eigen::Vector3d RollPitchYaw(const Eigen::Matrix3d& R);
-
 /// Writes a robot as `folder`/robot.urdf and its meshes as binary PLY files in `folder`/meshes. Joints are written in
 /// depth-first order, which preserves the order of degrees of freedom. Throws InputError if a file cannot be written.
 void WriteColladaRobot(const ColladaRobot& robot, const std::filesystem::path& folder);

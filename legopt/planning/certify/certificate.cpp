@@ -12,6 +12,7 @@
 
 #include "legopt/input/json.h"
 #include "legopt/math/parallel.h"
+#include "legopt/planning/certify/internal/balance_prover.h"
 #include "legopt/planning/certify/internal/reach_prover.h"
 #include "legopt/planning/certify/internal/stance_certifier.h"
 #include "legopt/types/enum_names.h"
@@ -383,7 +384,9 @@ class Certification {
     auto found = certifier.SearchFrom(at, neighbours, hooks_.stop);
     const bool by_neighbour = found.has_value();
     if (!found && !Stopped()) {
-      if (auto proof = prover_->Refute(at)) {
+      std::optional<std::string> proof = RefuteBalance(dataset_, at);
+      if (!proof) proof = prover_->Refute(at);
+      if (proof) {
         evidence = Infeasible(std::move(*proof));
         return;
       }

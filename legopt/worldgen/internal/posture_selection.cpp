@@ -15,21 +15,23 @@ namespace {
 
 using Eigen::Vector3d;
 
-std::vector<Vector3d> Scaled(std::span<const Vector3d> points) {
-  Vector3d mean = Vector3d::Zero();
-  Vector3d square = Vector3d::Zero();
+template <class Point>
+std::vector<Point> Scaled(std::span<const Point> points) {
+  Point mean = Point::Zero();
+  Point square = Point::Zero();
   const auto n = static_cast<double>(points.size());
-  for (const Vector3d& p : points) mean += p / n;
-  for (const Vector3d& p : points) square += (p - mean).cwiseAbs2() / n;
+  for (const Point& p : points) mean += p / n;
+  for (const Point& p : points) square += (p - mean).cwiseAbs2() / n;
   constexpr double kConstant = 1e-9;  // a constant coordinate is ignored
-  const Vector3d scale = square.cwiseSqrt().unaryExpr([](double s) { return s > kConstant ? 1.0 / s : 0.0; });
-  std::vector<Vector3d> scaled;
-  for (const Vector3d& p : points) scaled.emplace_back((p - mean).cwiseProduct(scale));
+  const Point scale = square.cwiseSqrt().unaryExpr([](double s) { return s > kConstant ? 1.0 / s : 0.0; });
+  std::vector<Point> scaled;
+  for (const Point& p : points) scaled.emplace_back((p - mean).cwiseProduct(scale));
   return scaled;
 }
 
 /// Returns the index of the nearest centre; the first one on a tie.
-size_t Nearest(const std::vector<Vector3d>& centres, const Vector3d& p) {
+template <class Point>
+size_t Nearest(const std::vector<Point>& centres, const Point& p) {
   size_t best = 0;
   for (size_t c = 1; c < centres.size(); ++c) {
     if ((centres[c] - p).squaredNorm() < (centres[best] - p).squaredNorm()) best = c;
@@ -39,13 +41,14 @@ size_t Nearest(const std::vector<Vector3d>& centres, const Vector3d& p) {
 
 /// k-means++: every further centre is a random point with probability proportional to the squared distance from the
 /// previous ones.
-std::vector<Vector3d> StartCentres(const std::vector<Vector3d>& points, int k, std::mt19937_64& generator) {
-  std::vector<Vector3d> centres = {
+template <class Point>
+std::vector<Point> StartCentres(const std::vector<Point>& points, int k, std::mt19937_64& generator) {
+  std::vector<Point> centres = {
       points[static_cast<size_t>(UniformRandom(generator) * static_cast<double>(points.size()))]};
   while (std::ssize(centres) < k) {
     std::vector<double> sums;
     double sum = 0.0;
-    for (const Vector3d& p : points) {
+    for (const Point& p : points) {
       sum += (centres[Nearest(centres, p)] - p).squaredNorm();
       sums.push_back(sum);
     }
@@ -56,14 +59,15 @@ std::vector<Vector3d> StartCentres(const std::vector<Vector3d>& points, int k, s
   return centres;
 }
 
-double Distance2(const std::vector<Vector3d>& points, const std::vector<Vector3d>& centres,
-                 const std::vector<size_t>& owner, size_t i) {
+template <class Point>
+double Distance2(const std::vector<Point>& points, const std::vector<Point>& centres, const std::vector<size_t>& owner,
+                 size_t i) {
   return (points[i] - centres[owner[i]]).squaredNorm();
 }
 
 /// Returns the index of the point farthest from its own centre.
-size_t Farthest(const std::vector<Vector3d>& points, const std::vector<Vector3d>& centres,
-                const std::vector<size_t>& owner) {
+template <class Point>
+size_t Farthest(const std::vector<Point>& points, const std::vector<Point>& centres, const std::vector<size_t>& owner) {
   size_t worst = 0;
   for (size_t i = 1; i < points.size(); ++i) {
     if (Distance2(points, centres, owner, i) > Distance2(points, centres, owner, worst)) worst = i;
@@ -86,21 +90,24 @@ StanceFeatures FeaturesOf(const Stance& stance, StanceProbe& probe) {
   return features;
 }
 
-std::vector<std::vector<int>> ClusterPoints(std::span<const Vector3d> points, int k, std::uint64_t seed) {
+namespace {
+
+template <class Point>
+std::vector<std::vector<int>> Clusters(std::span<const Point> points, int k, std::uint64_t seed) {
   if (k < 1 || k > std::ssize(points)) {
     throw InputError({"selection", "posture problems", std::to_string(k),
                       "cannot be chosen from " + std::to_string(points.size()) + " different stances",
                       "ask for fewer, or for more plans"});
   }
   std::mt19937_64 generator(seed);
-  const std::vector<Vector3d> scaled = Scaled(points);
-  std::vector<Vector3d> centres = StartCentres(scaled, k, generator);
+  const std::vector<Point> scaled = Scaled<Point>(points);
+  std::vector<Point> centres = StartCentres(scaled, k, generator);
   std::vector<size_t> owner(scaled.size(), std::numeric_limits<size_t>::max());
   constexpr int kMaxRounds = 200;
   constexpr double kSamePlace2 = 1e-18;  // squared rounding error between a point and the mean of its copies
   for (int round = 0; round < kMaxRounds; ++round) {
     bool changed = false;
-    std::vector<Vector3d> sums(centres.size(), Vector3d::Zero());
+    std::vector<Point> sums(centres.size(), Point::Zero());
     std::vector<int> counts(centres.size(), 0);
     for (size_t i = 0; i < scaled.size(); ++i) {
       const size_t nearest = Nearest(centres, scaled[i]);
@@ -128,11 +135,21 @@ std::vector<std::vector<int>> ClusterPoints(std::span<const Vector3d> points, in
   std::erase_if(clusters, [](const auto& cluster) { return cluster.empty(); });
   std::sort(clusters.begin(), clusters.end(), [](const auto& a, const auto& b) { return a.front() < b.front(); });
   for (std::vector<int>& cluster : clusters) {
-    const Vector3d centre = centres[owner[static_cast<size_t>(cluster.front())]];
+    const Point centre = centres[owner[static_cast<size_t>(cluster.front())]];
     const auto distance = [&](int i) { return (scaled[static_cast<size_t>(i)] - centre).squaredNorm(); };
     std::stable_sort(cluster.begin(), cluster.end(), [&](int a, int b) { return distance(a) < distance(b); });
   }
   return clusters;
+}
+
+}  // namespace
+
+std::vector<std::vector<int>> ClusterPoints(std::span<const Vector3d> points, int k, std::uint64_t seed) {
+  return Clusters(points, k, seed);
+}
+
+std::vector<std::vector<int>> ClusterPoints(std::span<const Vector6d> points, int k, std::uint64_t seed) {
+  return Clusters(points, k, seed);
 }
 
 namespace {
@@ -159,7 +176,7 @@ std::vector<int> SelectProven(std::span<const Eigen::Vector3d> points, int count
   while (std::ssize(candidates) >= count) {
     std::vector<Eigen::Vector3d> places;
     for (const int candidate : candidates) places.push_back(points[static_cast<std::size_t>(candidate)]);
-    std::vector<std::vector<int>> clusters = ClusterPoints(places, count, seed);
+    std::vector<std::vector<int>> clusters = ClusterPoints(std::span<const Eigen::Vector3d>(places), count, seed);
     if (std::ssize(clusters) < count) break;  // too few different points
     for (std::vector<int>& cluster : clusters) {
       for (int& member : cluster) member = candidates[static_cast<std::size_t>(member)];

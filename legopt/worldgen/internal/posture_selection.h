@@ -32,6 +32,8 @@ StanceFeatures FeaturesOf(const Stance& stance, StanceProbe& probe);
 /// of their first point, none empty; fewer than `k` if fewer points differ. Deterministic: random numbers come from
 /// `seed` only. Throws InputError unless 1 <= k <= number of points.
 std::vector<std::vector<int>> ClusterPoints(std::span<const Eigen::Vector3d> points, int k, std::uint64_t seed);
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+std::vector<std::vector<int>> ClusterPoints(std::span<const Vector6d> points, int k, std::uint64_t seed);
 
 /// Predicate: does point `point` have a posture? Called by thread `worker` < threads, concurrently for different
 /// clusters, and never again for a cluster after it returned true.

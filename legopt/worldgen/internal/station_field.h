@@ -1,0 +1,64 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "legopt/dataset/dataset.h"
+#include "legopt/judge/judge.h"
+#include "legopt/planning/certify/internal/stance_certifier.h"
+#include "legopt/planning/problem_solver.h"
+#include "legopt/statics/static_equilibrium.h"
+#include "legopt/types/read_guard.h"
+#include "legopt/worldgen/internal/contact_station.h"
+
+namespace legopt::worldgen {
+
+/// Distance of neighbouring stations, m.
+inline constexpr double kStationSpacing_m = 4.0;
+
+/// Returns the place of station `index` of `count` on a square grid.
+Eigen::Vector3d PlaceOfStation(std::size_t index, std::size_t count);
+
+/// Writes a dataset whose posture problems are stations at their places: robot and constants of the dataset in
+/// `source`, problem k at station k.
+void WriteStations(const std::filesystem::path& source, const std::string& name, const std::string& comment,
+                   std::span<const Station> stations, const std::filesystem::path& folder, const ReadGuard& guard);
+
+/// A posture that the judge accepts by the physical rule.
+struct PlantedPosture {
+  bool accepted = false;
+  Eigen::VectorXd x;                                     ///< n + 7 numbers
+  double push_N = 0.0;                                   ///< that it resists
+  double trunk_distance_m = 0.0;                         ///< from the scene, at most 1 m
+  static constexpr const char* kMethod = "LegOpt-best";  ///< in solution files
+};
+
+/// Searches planted postures. First a few starts of a search without costs decide whether the stance has a posture at
+/// all (StanceCertifier), which costs little where it has none; then LegOpt-best finds one under effort limits, from
+/// the good initial guess with up to ten restarts. A workspace: one thread. The result depends on the stance and the
+/// number of the problem only.
+class PostureFinder {
+ public:
+  explicit PostureFinder(const std::shared_ptr<const Dataset>& dataset);
+  PlantedPosture Find(const ProblemDefinition& problem);
+  /// Judges and measures a posture.
+  PlantedPosture Measure(const ProblemDefinition& problem, const Eigen::VectorXd& x);
+
+ private:
+  double TrunkDistance_m(const Kinematics& kinematics);
+
+  std::shared_ptr<const Dataset> dataset_;
+  ProblemSolver solver_;
+  Judge judge_;
+  certify::StanceCertifier certifier_;
+  Method method_;
+  Kinematics kinematics_;
+  StaticEquilibrium equilibrium_;
+  CollisionQuery query_;
+};
+
+}  // namespace legopt::worldgen
