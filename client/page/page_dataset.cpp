@@ -8,6 +8,8 @@
 #include "legopt/robot/configuration.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/robot/robot_model.h"
+#include "legopt/statics/equilibrium_polygon.h"
+#include "legopt/statics/stance_forces.h"
 
 namespace legopt::client {
 namespace {
@@ -25,14 +27,33 @@ Json PoseJson(const Eigen::Isometry3d& pose) {
 
 Json LimitJson(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
-/// Box of a contact in its link's frame, whose lower side the page draws. Of a point: around its ball, at least 1 cm.
+/// Box of a contact in its link's frame, whose lower side is near the ground. Of a point: around its ball, at least 1
+/// cm.
 Eigen::AlignedBox3d DrawnBox(const Contact& contact) {
-  if (contact.kind != ContactKind::kPoint) return contact.box_L;
+  if (contact.facts().shape != ContactShape::kBall) return contact.box_L;
   constexpr double kLeastHalf_m = 5e-3;
   const double half_m = std::max(contact.radius_m, kLeastHalf_m);
   const Eigen::Vector3d centre = contact.X_LC.translation();
   return {centre - Eigen::Vector3d(half_m, half_m, contact.radius_m),
           centre + Eigen::Vector3d(half_m, half_m, contact.radius_m)};
+}
+
+/// Outline that the page draws at a contact's target, in the link's frame: the lower side of a foot's box; the patch of
+/// a hand; the ends of a bar.
+Json OutlineJson(const Contact& contact) {
+  Json outline = Json::array();
+  if (contact.facts().supports) {
+    const Eigen::AlignedBox3d box_L = DrawnBox(contact);
+    for (const auto& [x, y] : {std::pair(box_L.min().x(), box_L.min().y()),
+                               {box_L.max().x(), box_L.min().y()},
+                               {box_L.max().x(), box_L.max().y()},
+                               {box_L.min().x(), box_L.max().y()}}) {
+      outline.push_back(PointJson({x, y, box_L.min().z()}));
+    }
+    return outline;
+  }
+  for (const Eigen::Vector3d& point_L : contact.points_L) outline.push_back(PointJson(point_L));
+  return outline;
 }
 
 Json RobotJson(const Dataset& dataset, GeometryBlock* geometry) {
@@ -67,7 +88,12 @@ Json RobotJson(const Dataset& dataset, GeometryBlock* geometry) {
   }
   for (const Contact& foot : dataset.contacts()) {
     const Eigen::AlignedBox3d box_L = DrawnBox(foot);
-    feet.push_back({{"link", foot.link_index}, {"lower", PointJson(box_L.min())}, {"upper", PointJson(box_L.max())}});
+    feet.push_back({{"link", foot.link_index},
+                    {"name", foot.name},
+                    {"kind", ToString(foot.kind)},
+                    {"lower", PointJson(box_L.min())},
+                    {"upper", PointJson(box_L.max())},
+                    {"outline", OutlineJson(foot)}});
   }
   return {{"name", robot.name()}, {"dofs", DofNames(robot)}, {"links", links}, {"joints", joints}, {"feet", feet}};
 }
@@ -88,10 +114,14 @@ Json SceneJson(const Dataset& dataset, GeometryBlock* geometry) {
 Json StanceJson(const Dataset& dataset, const Stance& stance) {
   Json feet = Json::array(), polygon = Json::array();
   for (const ContactTarget& target : stance.contacts) {
-    feet.push_back(
-        {{"link", dataset.contact(target.contact).link_index}, {"target", PoseJson(dataset.LinkTarget(target))}});
+    feet.push_back({{"link", dataset.contact(target.contact).link_index},
+                    {"contact", target.contact},
+                    {"target", PoseJson(dataset.LinkTarget(target))}});
   }
-  for (const Eigen::Vector2d& corner : TargetSupportPolygon(dataset, stance)) {
+  const std::vector<Eigen::Vector2d> corners =
+      StandsOnFeet(dataset, stance) ? TargetSupportPolygon(dataset, stance)
+                                    : ComputeEquilibriumPolygon(StanceForces(SurfacesOf(dataset, stance))).corners;
+  for (const Eigen::Vector2d& corner : corners) {
     polygon.push_back({corner.x(), corner.y()});
   }
   return {{"feet", feet}, {"polygon", polygon}};

@@ -9,6 +9,13 @@ namespace {
 
 constexpr Eigen::Index kBalanceRows = 6;
 
+constexpr double kLargestPush = 10.0;  // weights
+
+Eigen::Vector3d PushDirection(int k) {
+  const double angle = 2.0 * std::numbers::pi * k / kPushDirections;
+  return {std::cos(angle), std::sin(angle), 0.0};
+}
+
 /// A finite effort limit > 0.
 bool IsLimited(double limit) { return std::isfinite(limit) && limit > 0.0; }
 
@@ -217,6 +224,28 @@ TorqueRatio StaticEquilibrium::ComputeTorqueRatio(const StanceForces& forces, co
   return result;
 }
 
+bool StaticEquilibrium::ComputePushes(const StanceForces& forces, const Eigen::Vector3d& com_W, double tolerance,
+                                      Pushes* pushes) {
+  if (forces.num_generators() == 0) return false;
+  const Eigen::Index L = forces.num_generators();
+  for (int k = 0; k < kPushDirections; ++k) {
+    SetBalanceRows(forces, com_W, tolerance, 0, 1);
+    A_.block<3, 1>(0, L) = PushDirection(k);
+    upper_[L] = kLargestPush;
+    cost_.setZero(A_.cols());
+    cost_[L] = -1.0;
+    if (solver_.Constrain(A_, b_, upper_) != LinearProgramStatus::kOptimal ||
+        solver_.Minimize(cost_) != LinearProgramStatus::kOptimal) {
+      return false;
+    }
+    pushes->shares[k] = solver_.x()[L];
+    // The moments about the centre of mass change by -dc x sum of the forces; the program minimises the negative push.
+    const Eigen::Vector3d sum = forces.directions() * solver_.x().head(L);
+    pushes->gradients_W.col(k) = -sum.cross(solver_.multipliers().segment<3>(3));
+  }
+  return true;
+}
+
 double StaticEquilibrium::ResistedPush_N(const StanceForces& forces, const Kinematics& kinematics) {
   SetTorqueRows(forces, kinematics);
   kinematics.ComJacobian(com_jacobian_);
@@ -224,11 +253,8 @@ double StaticEquilibrium::ResistedPush_N(const StanceForces& forces, const Kinem
   const Eigen::Index L = forces.num_generators();
   const Eigen::VectorXd& limits = robot_.effort_limits();
   double least = LinearProgramSolver::kInfinity;
-  constexpr int kDirections = 8;
-  constexpr double kLargestPush = 10.0;  // weights
-  for (int k = 0; k < kDirections; ++k) {
-    const double angle = 2.0 * std::numbers::pi * k / kDirections;
-    const Eigen::Vector3d push(std::cos(angle), std::sin(angle), 0.0);
+  for (int k = 0; k < kPushDirections; ++k) {
+    const Eigen::Vector3d push = PushDirection(k);
     // Joints that no contact loads carry the push and gravity alone.
     const Eigen::VectorXd push_torques =
         weight_N_ * (com_jacobian_.leftCols(robot_.num_dofs()).transpose() * push);  // per weight of push

@@ -36,6 +36,15 @@ struct TorqueRatio {
   Eigen::VectorXd torques;                ///< n, N m or N, of these forces; empty without equilibrium
 };
 
+/// Number of horizontal directions of pushes: 0, 45, .. 315 degrees from the x axis.
+inline constexpr int kPushDirections = 8;
+
+/// Largest horizontal forces at the centre of mass that contact forces alone balance, without effort limits.
+struct Pushes {
+  Eigen::Matrix<double, kPushDirections, 1> shares;       ///< of the weight
+  Eigen::Matrix<double, 3, kPushDirections> gradients_W;  ///< derivatives by the centre of mass, 1/m
+};
+
 /// Static equilibrium of a posture with given contacts. All programs demand, with moments about the centre of mass,
 ///
 ///     sum_k f_k = M g e_z,    sum_k (p_k - c) x f_k = 0,    f_k in the friction pyramid of its contact
@@ -63,7 +72,11 @@ class StaticEquilibrium {
   void ComputeLoadedRatio(const StanceForces& forces, const Kinematics& kinematics, double tolerance,
                           bool with_gradient, LoadedRatio* result);
 
-  /// Returns the largest force, N, that may push the centre of mass in each of 8 horizontal directions while contacts
+  /// Computes the pushes with balance within `tolerance`; returns false without equilibrium. The gradient follows from
+  /// the multipliers of the linear programs.
+  bool ComputePushes(const StanceForces& forces, const Eigen::Vector3d& com_W, double tolerance, Pushes* pushes);
+
+  /// Returns the largest force, N, that may push the centre of mass in each of kPushDirections while contacts
   /// and effort limits still balance it; negative if the posture cannot be held as it is.
   double ResistedPush_N(const StanceForces& forces, const Kinematics& kinematics);
 

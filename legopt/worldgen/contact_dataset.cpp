@@ -208,13 +208,14 @@ std::vector<Planted> ContactBuilder::Solve(const std::vector<Station>& stations)
 
 std::vector<Planted> ContactBuilder::PlantMany(const Key& key, int wanted, Counts* counts) {
   constexpr int kBatch = 400, kMostDrawn = 2'000;
-  constexpr std::size_t kMostInField = 100;
+  constexpr int kPerPosture = 4, kLeastInField = 12, kMostInField = 100;
+  const auto most = static_cast<std::size_t>(std::clamp(kPerPosture * wanted, kLeastInField, kMostInField));
   const std::string stage = std::string(legopt::ToString(key.first)) + ", " + std::string(legopt::ToString(key.second));
   std::vector<Planted> planted;
   for (int first = 0; first < kMostDrawn && std::ssize(planted) < wanted; first += kBatch) {
     if (progress_) progress_(stage, static_cast<double>(planted.size()), wanted, "postures");
     std::vector<Station> stations = DrawPlausible(key, first, kBatch, counts);
-    if (stations.size() > kMostInField) stations.resize(kMostInField);
+    if (stations.size() > most) stations.resize(most);
     if (stations.empty()) continue;
     for (Planted& found : Solve(stations)) {
       ++counts->solved;

@@ -79,10 +79,10 @@ export interface Dataset {
   robot: {
     name: string; dofs: string[];
     links: { name: string; mass_kg: number; com: [number, number, number]; meshes: number[]; convex: number | null }[];
-    joints: Joint[]; feet: { link: number; lower: number[]; upper: number[] }[];
+    joints: Joint[]; feet: { link: number; name: string; kind: string; lower: number[]; upper: number[]; outline: number[][] }[];
   };
   scene: { objects: { name: string; mesh: number }[]; convex: number | null; lower: number[]; upper: number[] };
-  problems: Record<string, Record<string, { feet: { link: number; target: Pose }[]; polygon: [number, number][] }[]>>;
+  problems: Record<string, Record<string, { feet: { link: number; contact: string; target: Pose }[]; polygon: [number, number][] }[]>>;
   check: { x: number[]; poses: Pose[] };
   geometry: { block: string; meshes: [number, number, number, number][] };
 }

@@ -237,15 +237,14 @@ export class View {
   /** Draws contacts: those of the current stance green, all others of the problem faint. */
   drawTargets(stances: Dataset['problems'][string][string], present: number): void {
     this.clear(this.targets);
-    const boxes = new Map(this.dataset.robot.feet.map((foot) => [foot.link, foot]));
+    const contacts = new Map(this.dataset.robot.feet.map((foot) => [foot.name, foot]));
     stances.forEach((stance, s) => {
       if (s !== present && Math.abs(s - present) > 12) return;
       for (const foot of stance.feet) {
-        const box = boxes.get(foot.link);
-        if (!box) continue;
-        const pose = poseMatrix(foot.target), z = box.lower[2];
-        const corners = [[box.lower[0], box.lower[1]], [box.upper[0], box.lower[1]], [box.upper[0], box.upper[1]], [box.lower[0], box.upper[1]]]
-          .map(([x, y]) => new Vector3(x, y, z).applyMatrix4(pose));
+        const contact = contacts.get(foot.contact);
+        if (!contact) continue;
+        const pose = poseMatrix(foot.target);
+        const corners = contact.outline.map((point) => vector(point).applyMatrix4(pose));
         const loop = this.lineOf(corners, s === present ? GREEN : 0x8a8f98, true);
         if (s !== present) (loop.material as LineBasicMaterial).opacity = 0.35;
         this.targets.add(loop);

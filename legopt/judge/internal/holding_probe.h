@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/problem_definition.h"
@@ -48,6 +49,9 @@ class HoldingProbe {
   /// Returns the signed distance of the centre of mass from the stance's equilibrium polygon, m: > 0 outside, infinite
   /// if the polygon is empty.
   double SignedDistance(const Stance& stance, const Kinematics& kinematics);
+
+  /// Corners of the equilibrium polygon of the last stance, world xy, m.
+  const std::vector<Eigen::Vector2d>& polygon() const { return polygon_.corners; }
 
   /// Returns the push that the posture of the last Measure() resists (StaticEquilibrium::ResistedPush_N).
   double ResistedPush_N(const Kinematics& kinematics);

@@ -50,7 +50,7 @@ bool WaypointInspector::SetState(const Eigen::VectorXd& x, Kinematics* kinematic
   return true;
 }
 
-void WaypointInspector::ListFeet(const Stance& stance, WaypointDiagnostics* findings) const {
+void WaypointInspector::ListFeet(const Stance& stance, WaypointDiagnostics* findings) {
   const std::vector<ContactPlacement> placements = ActualPlacements(*dataset_, stance, kinematics_);
   for (std::size_t i = 0; i < placements.size(); ++i) {
     const ContactTarget& target = stance.contacts[i];
@@ -61,8 +61,9 @@ void WaypointInspector::ListFeet(const Stance& stance, WaypointDiagnostics* find
                               .violated = !(error.violation <= kPoseTolerance)});
   }
   findings->com_W = kinematics_.com();
-  findings->com_m = ComDistance(placements, kinematics_);
-  if (std::isfinite(findings->com_m)) findings->polygon_W = SupportPolygon(placements);
+  const bool on_feet = StandsOnFeet(*dataset_, stance);
+  findings->com_m = on_feet ? ComDistance(placements, kinematics_) : holding_.SignedDistance(stance, kinematics_);
+  if (std::isfinite(findings->com_m)) findings->polygon_W = on_feet ? SupportPolygon(placements) : holding_.polygon();
   findings->com_violated = !(findings->com_m <= kComTolerance_m);
 }
 

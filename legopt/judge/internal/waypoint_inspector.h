@@ -51,7 +51,8 @@ struct CheckDiagnostic {
 struct WaypointDiagnostics {
   std::vector<FootDiagnostic> feet;                 ///< ordered as in the stance
   Eigen::Vector3d com_W = Eigen::Vector3d::Zero();  ///< centre of mass, m
-  std::vector<Eigen::Vector2d> polygon_W;           ///< support polygon, world xy, counter-clockwise, m
+  std::vector<Eigen::Vector2d> polygon_W;           ///< support polygon, or equilibrium polygon where hands
+                                                    ///< carry, world xy, counter-clockwise, m
   double com_m = 0;                                 ///< signed distance of the centre of mass from the
                                                     ///< polygon: > 0 outside
   bool com_violated = false;                        ///< above kComTolerance_m
@@ -86,7 +87,7 @@ class WaypointInspector {
 
  private:
   bool SetState(const Eigen::VectorXd& x, Kinematics* kinematics) const;
-  void ListFeet(const Stance& stance, WaypointDiagnostics* findings) const;
+  void ListFeet(const Stance& stance, WaypointDiagnostics* findings);
   void ListLimits(const Eigen::VectorXd& x, WaypointDiagnostics* findings) const;
   void ListValues(const Stance& stance, const Eigen::VectorXd& x, bool has_previous, WaypointDiagnostics* findings);
 

@@ -56,6 +56,9 @@ void WaypointProgram::AddConstraints(const Dataset& dataset, const WaypointConst
   if (demand.balanced) {
     terms_.push_back(std::make_unique<ComTerm>(waypoint, state, BalanceEdges(dataset, stance, proximity.physics)));
   }
+  if (proximity.physics != Physics::kNone && stance.push_N) {
+    terms_.push_back(std::make_unique<PushTerm>(waypoint, state, dataset, stance));
+  }
   if (proximity.physics == Physics::kEffort) AddTorqueLimits(dataset, stance, waypoint);
   terms_.push_back(std::make_unique<CollisionTerm>(waypoint, state, margin_m, proximity.relaxed_margin_m));
 }

@@ -243,6 +243,35 @@ TEST(Terms, HandsMeetFiniteDifferences) {
   }
 }
 
+TEST(Terms, PushesMeetFiniteDifferences) {
+  const test::TemporaryFolder temporary;
+  const test::SyntheticFolder folder(temporary.path() / "dataset");
+  const auto dataset = Dataset::Load(folder.path());
+  CollisionQuery query(dataset->collision_model());
+  Stance stance = dataset->problems(Task::kPosture)[0].stances[0];
+  stance.push_N = 20.0;
+  const auto program = MakeTaskProgram(Task::kPosture, *dataset, query, {&stance, 1}, {.physics = Physics::kBalance});
+  program->Keep([](const Term& term) { return term.shape().name == "push"; });
+  ASSERT_EQ(program->terms().size(), 1u);
+  Eigen::VectorXd x = test::Leaning(0.05);
+  x[test::kBaseY] += 0.013;  // off the symmetry, where two corners of the polygon resist equally
+  x[test::kLeftShoulder] = 0.4;
+  program->SetPoint(x);
+  std::vector<double> rows;
+  program->terms()[0]->Evaluate(rows);
+  ASSERT_EQ(rows.size(), 8u);
+  // Forwards, the feet's front edge limits the push: (edge - com) / height of the centre of mass.
+  const Eigen::Vector3d com = program->state(0).kinematics().com();
+  const double weight_N = dataset->robot().total_mass() * dataset->gravity_m_s2();
+  EXPECT_NEAR(rows[0], 20.5 / weight_N - (0.13 - com.x()) / com.z(), 2e-3);
+  TermDerivatives(*program).CheckAt(x);
+  x[test::kBaseX] += 1.0;
+  program->SetPoint(x);
+  rows.clear();
+  program->terms()[0]->Evaluate(rows);
+  EXPECT_TRUE(rows.empty()) << "no equilibrium";
+}
+
 TEST(Terms, TorquesNearTheirLimitsAreRows) {
   const test::TemporaryFolder temporary;
   const test::SyntheticFolder folder(temporary.path() / "dataset");

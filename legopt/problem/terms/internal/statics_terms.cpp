@@ -8,6 +8,7 @@
 
 #include "legopt/statics/equilibrium_polygon.h"
 #include "legopt/statics/stance_forces.h"
+#include "legopt/types/check.h"
 
 namespace legopt {
 namespace {
@@ -125,6 +126,40 @@ void LoadedTorqueTerm::ComputeModel(LinearModel& model) {
   model.Reset(1, size, 1);
   model.value(0) = result_.ratio - kEffortShare;
   Eigen::Map<Eigen::VectorXd>(model.row(0, 0), size) = result_.gradient;
+}
+
+PushTerm::PushTerm(int waypoint, WaypointState& state, const Dataset& dataset, const Stance& stance)
+    : Term({"push", TermKind::kInequality, waypoint, 1}),
+      state_(&state),
+      forces_(SurfacesOf(dataset, stance)),
+      equilibrium_(dataset.robot(), dataset.gravity_m_s2()),
+      required_((stance.push_N.value_or(0.0) + 0.5 * kPushTolerance_N) /
+                (dataset.robot().total_mass() * dataset.gravity_m_s2())),
+      com_jacobian_(3, dataset.robot().tangent_size()) {}
+
+void PushTerm::Compute() {
+  if (revision_ == state_->revision()) return;
+  balanced_ = equilibrium_.ComputePushes(forces_, state_->kinematics().com(), kBalanceSlack, &pushes_);
+  revision_ = state_->revision();
+}
+
+void PushTerm::ComputeResiduals(std::vector<double>& residuals) {
+  Compute();
+  if (!balanced_) return;
+  for (const double share : pushes_.shares) residuals.push_back(required_ - share);
+}
+
+void PushTerm::ComputeModel(LinearModel& model) {
+  Compute();
+  const int size = state_->kinematics().model().tangent_size();
+  model.Reset(balanced_ ? kPushDirections : 0, size, 1);
+  if (!balanced_) return;
+  state_->kinematics().ComJacobian(com_jacobian_);
+  for (int k = 0; k < kPushDirections; ++k) {
+    model.value(k) = required_ - pushes_.shares[k];
+    Eigen::Map<Eigen::VectorXd>(model.row(0, k), size).noalias() =
+        -com_jacobian_.transpose() * pushes_.gradients_W.col(k);
+  }
 }
 
 }  // namespace legopt

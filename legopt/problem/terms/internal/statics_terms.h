@@ -71,4 +71,29 @@ class LoadedTorqueTerm : public Term {
   bool has_gradient_ = false;
 };
 
+/// Inequality: the posture resists the stance's push in kPushDirections, by contact forces alone: p / (M g) - s_k <= 0,
+/// one row a direction (StaticEquilibrium::ComputePushes), with a margin of half of the judge's tolerance. Without
+/// equilibrium there is no row.
+class PushTerm : public Term {
+ public:
+  /// `stance` has a push.
+  PushTerm(int waypoint, WaypointState& state, const Dataset& dataset, const Stance& stance);
+  void ComputeResiduals(std::vector<double>& residuals) override;
+  void ComputeModel(LinearModel& model) override;
+  double AbsentRow() const override { return -required_; }
+
+ private:
+  /// Sets pushes_ and balanced_.
+  void Compute();
+
+  WaypointState* state_;
+  StanceForces forces_;
+  StaticEquilibrium equilibrium_;
+  double required_;  ///< share of the weight
+  Pushes pushes_;
+  bool balanced_ = false;
+  std::uint64_t revision_ = 0;  ///< of the state at the last computation
+  Eigen::MatrixXd com_jacobian_;
+};
+
 }  // namespace legopt
