@@ -122,8 +122,8 @@ struct CertifyHooks {
 /// Searches for a posture, or a proof that there is none, at every stance of a dataset.
 ///
 /// First, every stance is tried from its first own starts. The remaining stances are tried from the postures found for
-/// their neighbours, then by a proof that there is none (balance_prover.h, reach_prover.h), then from all their other starts. The rest is
-/// open, with the constraints that prevent a posture.
+/// their neighbours, then by a proof that there is none (balance_prover.h, reach_prover.h), then from all their other
+/// starts. The rest is open, with the constraints that prevent a posture.
 ///
 /// `known` is the result of an earlier call, or null. It is not trusted as far as it can be checked: postures that the
 /// judge rejects, proofs, and stances that are open after fewer starts are searched again. A certification that was

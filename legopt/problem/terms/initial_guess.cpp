@@ -39,6 +39,17 @@ BasePlace FittedPlace(const Dataset& dataset, const Stance& stance, double fallb
   return {.position = to - Eigen::Rotation2Dd(yaw) * from, .yaw_rad = yaw};
 }
 
+/// Returns the horizontal position of the base that fits all contacts best with this yaw, in least squares: hands far
+/// ahead draw the trunk forwards.
+Eigen::Vector2d PositionWithHands(const Dataset& dataset, const Stance& stance, double yaw_rad) {
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();
+  for (const ContactTarget& target : stance.contacts) {
+    const Eigen::Vector2d nominal = dataset.contact(target.contact).nominal_position_B.head<2>();
+    position += target.position.head<2>() - Eigen::Rotation2Dd(yaw_rad) * nominal;
+  }
+  return position / static_cast<double>(stance.contacts.size());
+}
+
 /// Returns true if a target says nothing about the robot's heading.
 bool HasFreeRotation(const Dataset& dataset, const Stance& stance) {
   return std::ranges::any_of(stance.contacts, [&](const ContactTarget& target) {
@@ -46,7 +57,8 @@ bool HasFreeRotation(const Dataset& dataset, const Stance& stance) {
   });
 }
 
-/// Returns the stance without hands, which say little about where the trunk is; all of it if there are only hands.
+/// Returns the stance without hands, which say little about the trunk's height and heading; all of it if there are only
+/// hands.
 Stance FeetOf(const Dataset& dataset, const Stance& stance) {
   Stance feet;
   for (const ContactTarget& target : stance.contacts) {
@@ -83,6 +95,8 @@ Eigen::VectorXd InitialGuess(const Dataset& dataset, const Stance& whole_stance,
   } else {  // the trunk is above the middle of the soles
     centre -= Eigen::Rotation2Dd(yaw) * dataset.trunk().nominal_position_B.head<2>();
   }
+  const bool has_hands = whole_stance.contacts.size() > stance.contacts.size();
+  if (has_hands) centre = PositionWithHands(dataset, whole_stance, yaw);
   const double sole =
       initialization == Initialization::kGood ? highest + kGoodSoleHeight_m : lowest - kInCollisionSoleDepth_m;
 

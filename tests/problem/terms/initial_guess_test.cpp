@@ -9,6 +9,7 @@
 #include "legopt/robot/kinematics.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
+#include "tests/folders.h"
 
 namespace legopt {
 namespace {
@@ -130,6 +131,24 @@ TEST(InitialGuessAtlas, HeightsAndYawOfTheLegOptProblems) {
     EXPECT_NEAR(to_left, -to_right, 1e-9) << "problem " << problem.id;
     EXPECT_LT(std::abs(to_left), 0.2);
   }
+}
+
+TEST(InitialGuessOfHands, HandsFarAheadDrawTheTrunkForwards) {
+  const auto dataset = Dataset::Load(SourceFolder() + "/data/hands-small");
+  const Stance stance = dataset->problem(Task::kPosture, 2).stances[0];  // hands on blocks 1.6 m ahead, 0.6 m high
+  Stance feet = stance;
+  feet.contacts.resize(2);
+  const Eigen::VectorXd with = InitialGuess(*dataset, stance, Initialization::kGood);
+  const Eigen::VectorXd without = InitialGuess(*dataset, feet, Initialization::kGood);
+  const int base = dataset->robot().base_position_index();
+  double mean = 0.0;
+  for (const ContactTarget& target : stance.contacts) {
+    mean += 0.25 * (target.position.x() - dataset->contact(target.contact).nominal_position_B.x());
+  }
+  EXPECT_NEAR(with[base], mean, 1e-12);
+  EXPECT_GT(with[base], without[base] + 0.3);
+  EXPECT_EQ(with[base + 2], without[base + 2]) << "the feet decide about the height";
+  EXPECT_EQ(with.tail<4>(), without.tail<4>());
 }
 
 }  // namespace
