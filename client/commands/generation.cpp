@@ -209,6 +209,26 @@ ExitCode MakeDataset(const DatasetFlags& flags) {
   return ExitCode::kOk;
 }
 
+/// Refuses options that do not apply to the kind of dataset, as far as their values tell.
+void RequireApplicable(const DatasetFlags& flags, bool contacts) {
+  const worldgen::DatasetOptions defaults, &given = flags.options;
+  const auto refuse = [&](bool used, const std::string& flag) {
+    if (!used) return;
+    throw ClientError(ExitCode::kUsage, flag + " does not apply to --kind " + flags.scenario.kind + "; leave it out");
+  };
+  refuse(!contacts && flags.traps != worldgen::ContactDatasetOptions().traps, "--traps");
+  if (!contacts) return;
+  refuse(flags.scenario.level != ScenarioFlags().level, "--level");
+  refuse(flags.scenario.no_pictures, "--no-pictures");
+  refuse(given.stances != defaults.stances, "--stances");
+  refuse(given.same_floor != defaults.same_floor, "--same-floor");
+  refuse(given.different_floors != defaults.different_floors, "--different-floors");
+  refuse(given.certified, "--certified");
+  refuse(given.proven.has_value(), "--proven");
+  refuse(given.radius_m.has_value(), "--radius");
+  refuse(given.slope_rad.has_value(), "--slope");
+}
+
 ExitCode MakeContactDataset(const DatasetFlags& flags) {
   worldgen::ContactDatasetOptions options;
   options.name = NameOf(flags);
@@ -263,6 +283,7 @@ void AddGenerateCommand(const app::Command& program, Invocation* invocation) {
   dataset.WhenChosen([=] {
     invocation->body = [dataset_flags] {
       const bool contacts = dataset_flags->scenario.kind == kContactsKind;
+      RequireApplicable(*dataset_flags, contacts);
       return contacts ? MakeContactDataset(*dataset_flags) : MakeDataset(*dataset_flags);
     };
   });

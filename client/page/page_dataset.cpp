@@ -9,7 +9,6 @@
 #include "legopt/robot/kinematics.h"
 #include "legopt/robot/robot_model.h"
 #include "legopt/statics/equilibrium_polygon.h"
-#include "legopt/statics/stance_forces.h"
 
 namespace legopt::client {
 namespace {
@@ -118,10 +117,7 @@ Json StanceJson(const Dataset& dataset, const Stance& stance) {
                     {"contact", target.contact},
                     {"target", PoseJson(dataset.LinkTarget(target))}});
   }
-  const std::vector<Eigen::Vector2d> corners =
-      StandsOnFeet(dataset, stance) ? TargetSupportPolygon(dataset, stance)
-                                    : ComputeEquilibriumPolygon(StanceForces(SurfacesOf(dataset, stance))).corners;
-  for (const Eigen::Vector2d& corner : corners) {
+  for (const Eigen::Vector2d& corner : BalancePolygon(dataset, stance)) {
     polygon.push_back({corner.x(), corner.y()});
   }
   return {{"feet", feet}, {"polygon", polygon}};

@@ -175,6 +175,23 @@ std::vector<Eigen::Vector2d> SupportPolygon(std::span<const ContactPlacement> co
   return ConvexHull2d(std::move(corners));
 }
 
+Stance PlantedContacts(const Dataset& dataset, const Stance& from, const Stance& to) {
+  Stance planted;
+  for (const ContactTarget& target : from.contacts) {
+    const auto same = std::ranges::find_if(to.contacts, [&](const auto& other) { return HaveSamePose(target, other); });
+    if (same == to.contacts.end()) continue;
+    ContactTarget& kept = planted.contacts.emplace_back(target);
+    kept.carries = target.carries && same->carries;
+    if (target == *same) continue;
+    const Contact& contact = dataset.contact(target.contact);
+    if (target.friction || same->friction) {
+      kept.friction = std::min(target.friction.value_or(contact.friction), same->friction.value_or(contact.friction));
+    }
+    if (target.slide_m || same->slide_m) kept.slide_m = std::min(contact.SlideOf(target), contact.SlideOf(*same));
+  }
+  return planted;
+}
+
 bool StandsOnFeet(const Dataset& dataset, const Stance& stance) {
   return std::ranges::all_of(stance.contacts, [&](const ContactTarget& target) {
     return !target.carries || dataset.contact(target.contact).facts().supports;

@@ -129,6 +129,11 @@ double PolygonArea(std::span<const Eigen::Vector2d> polygon);
 /// points are the lower corners of the link's box.
 std::vector<Eigen::Vector2d> SupportPolygon(std::span<const ContactPlacement> contacts);
 
+/// Returns the contacts that stay between a waypoint of one stance and a waypoint of the next: those with the same
+/// target pose in both stances. In the order of `from`. They carry if they do in both, with the smaller friction and
+/// slide of the two; no push is asked for.
+Stance PlantedContacts(const Dataset& dataset, const Stance& from, const Stance& to);
+
 /// Returns true if every contact of the stance that carries is of a supporting kind: balance is then demanded over the
 /// support polygon, as in the paper. Else forces decide (statics/equilibrium_polygon.h).
 bool StandsOnFeet(const Dataset& dataset, const Stance& stance);

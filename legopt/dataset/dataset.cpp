@@ -394,7 +394,11 @@ std::vector<ProblemDefinition> Dataset::ReadProblems(Task task, const std::strin
     for (size_t s = 0; s < problem.stances.size(); ++s) {
       for (const ContactTarget& target : problem.stances[s].contacts) {
         const std::vector<std::string> names = ContactNames();
-        if (std::find(names.begin(), names.end(), target.contact) != names.end()) continue;
+        if (std::find(names.begin(), names.end(), target.contact) != names.end()) {
+          CheckProperties(contact(target.contact), target,
+                          {.file = path, .field = place + ", stance " + std::to_string(s)});
+          continue;
+        }
         throw InputError({.file = path,
                           .field = place + ", stance " + std::to_string(s),
                           .value = target.contact,
@@ -404,6 +408,18 @@ std::vector<ProblemDefinition> Dataset::ReadProblems(Task task, const std::strin
     }
   }
   return std::move(problems.problems);
+}
+
+void Dataset::CheckProperties(const Contact& contact, const ContactTarget& target, const TextSource& source) {
+  const auto refuse = [&](const std::string& key) {
+    throw InputError({.file = source.file,
+                      .field = source.field + ", " + key + "." + contact.name,
+                      .value = std::string(ToString(contact.kind)),
+                      .message = "contacts of this kind have no " + key,
+                      .fix = "remove it"});
+  };
+  if (target.friction && contact.facts().forces == ContactForces::kBounded) refuse("friction");
+  if (target.slide_m && !contact.facts().slides) refuse("slide_m");
 }
 
 const std::shared_ptr<const CollisionModel>& Dataset::collision_model(SceneRepresentation scene,

@@ -93,8 +93,8 @@ class Dataset {
   LinkRepresentation link_shapes() const { return description_.link_shapes; }
   /// Returns the options of collision_model().
   CollisionOptions collision_options(SceneRepresentation scene, PairSelection pairs) const;
-  /// z of the lowest corner of the boxes of all feet's links, of a point contact that of its ball, relative to the
-  /// base origin, with nominal joints and an upright base, m (negative; Atlas: -0.873903).
+  /// z of the lowest corner of the boxes of the links of all soles, of a point contact that of its ball, relative to
+  /// the base origin, with nominal joints and an upright base, m (negative; Atlas: -0.873903).
   double nominal_sole_height_m() const { return nominal_sole_height_m_; }
   const Trunk& trunk() const { return trunk_; }  ///< origin of heights, reach and initial guesses
   /// Height of the trunk's origin above the lowest sole with nominal joints, m.
@@ -125,6 +125,8 @@ class Dataset {
   void ResolveUncheckedPairs();
   int ResolveJoint(const std::string& name, const std::string& key) const;
   Eigen::VectorXd ResolveJoints(const std::map<std::string, double>& values, const std::string& key) const;
+  /// Refuses what a stance states about a contact whose kind does not have it.
+  static void CheckProperties(const Contact& contact, const ContactTarget& target, const TextSource& source);
   std::vector<ProblemDefinition> ReadProblems(Task task, const std::string& file) const;
   std::vector<std::string> ContactNames() const;
   std::string file_for_errors() const;

@@ -92,18 +92,9 @@ bool Stance::only_poses() const {
   return !push_N && std::ranges::all_of(contacts, [](const ContactTarget& target) { return target.only_pose(); });
 }
 
-namespace {
-
 bool HaveSamePose(const ContactTarget& a, const ContactTarget& b) {
   return a.contact == b.contact && a.position == b.position && a.rotation.coeffs() == b.rotation.coeffs();
 }
-
-/// Returns the smaller of two values, one of them a default if only one is given.
-std::optional<double> Smaller(const std::optional<double>& a, const std::optional<double>& b) {
-  return a && b ? std::optional(std::min(*a, *b)) : a ? a : b;
-}
-
-}  // namespace
 
 bool operator==(const ContactTarget& a, const ContactTarget& b) {
   return HaveSamePose(a, b) && a.friction == b.friction && a.slide_m == b.slide_m && a.carries == b.carries;
@@ -113,19 +104,6 @@ bool operator==(const Stance& a, const Stance& b) { return a.contacts == b.conta
 
 bool operator==(const ProblemDefinition& a, const ProblemDefinition& b) {
   return a.id == b.id && a.stances == b.stances;
-}
-
-Stance PlantedContacts(const Stance& from, const Stance& to) {
-  Stance planted;
-  for (const ContactTarget& target : from.contacts) {
-    const auto same = std::ranges::find_if(to.contacts, [&](const auto& other) { return HaveSamePose(target, other); });
-    if (same == to.contacts.end()) continue;
-    ContactTarget& kept = planted.contacts.emplace_back(target);
-    kept.friction = Smaller(target.friction, same->friction);
-    kept.slide_m = Smaller(target.slide_m, same->slide_m);
-    kept.carries = target.carries && same->carries;
-  }
-  return planted;
 }
 
 bool Fits(Task task, const ProblemDefinition& problem) {
@@ -194,7 +172,10 @@ void SetProperty(const std::string& key, const Json& value, const TextSource& so
     if (!IsFriction(number)) Fail(source, Dump(value), "must lie in (0, 2]", "typical values: 0.4 to 0.8");
     target.friction = number;
   } else {
-    if (number < 0.0) Fail(source, Dump(value), "must not be negative", "write a distance in metres");
+    constexpr double kLargest_m = 1.0;
+    if (!(number >= 0.0 && number <= kLargest_m)) {
+      Fail(source, Dump(value), "must lie in [0, 1]", "write a distance in metres");
+    }
     target.slide_m = number;
   }
 }
@@ -223,6 +204,10 @@ Stance ReadStance(const Json& json, const TextSource& source) {
       SetProperty(key, entry, {.file = place.file, .field = place.field + "." + name},
                   NamedTarget(stance, name, place));
     }
+  }
+  if (std::ranges::none_of(stance.contacts, &ContactTarget::carries)) {
+    Fail({.file = source.file, .field = source.field + ", load"}, Dump(json["load"]), "no contact carries the robot",
+         "leave one of them out");
   }
   return stance;
 }

@@ -50,13 +50,10 @@ struct ProblemDefinition {
 };
 
 bool operator==(const ContactTarget& a, const ContactTarget& b);
+/// Returns true if contact and pose are equal, whatever else differs.
+bool HaveSamePose(const ContactTarget& a, const ContactTarget& b);
 bool operator==(const Stance& a, const Stance& b);
 bool operator==(const ProblemDefinition& a, const ProblemDefinition& b);
-
-/// Returns the contacts that stay between a waypoint of one stance and a waypoint of the next: those with the same
-/// target pose in both stances. In the order of `from`. They carry if they do in both, with the smaller friction and
-/// slide of the two; no push is asked for.
-Stance PlantedContacts(const Stance& from, const Stance& to);
 
 /// Returns true if the problem has the number of stances that the task requires.
 bool Fits(Task task, const ProblemDefinition& problem);

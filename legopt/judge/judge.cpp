@@ -299,7 +299,7 @@ HoldingScore Judge::Workspace::HoldingHalfway(Task task, const ProblemDefinition
     InterpolateConfiguration(ClampedConfiguration(robot_, waypoints[w - 1]), ClampedConfiguration(robot_, waypoints[w]),
                              0.5, halfway);
     SetState(halfway);
-    Count(holding_.MeasureOnce(PlantedContacts(stance(w - 1), stance(w)), kinematics_), &score);
+    Count(holding_.MeasureOnce(PlantedContacts(*dataset_, stance(w - 1), stance(w)), kinematics_), &score);
   }
   return score;
 }

@@ -119,9 +119,9 @@ class RobotModel {
   /// Largest absolute velocities per degree of freedom, rad/s or m/s, as effort_limits().
   const Eigen::VectorXd& velocity_limits() const { return velocity_; }
 
-  /// Sets the limits of one degree of freedom, in the joint's units, > 0 or Joint::kNoLimit; only before the model is
-  /// shared.
+  /// Sets the effort limit of one degree of freedom, N m or N, > 0 or Joint::kNoLimit; only before the model is shared.
   void SetEffortLimit(int dof, double limit);
+  /// Sets the velocity limit of one degree of freedom, rad/s or m/s, likewise.
   void SetVelocityLimit(int dof, double limit);
 
   /// Moves the joints of a configuration or tangent-sized vector into their limits; the base stays.

@@ -161,6 +161,11 @@ SlideProof CheckedProof(const StanceForces& forces, const Eigen::Vector3d& direc
   return proof;
 }
 
+std::vector<Eigen::Vector2d> BalancePolygon(const Dataset& dataset, const Stance& stance) {
+  if (StandsOnFeet(dataset, stance)) return TargetSupportPolygon(dataset, stance);
+  return ComputeEquilibriumPolygon(StanceForces(SurfacesOf(dataset, stance))).corners;
+}
+
 bool IsProof(const SlideProof& proof) { return proof.largest <= kProofRounding && proof.margin >= kProofMargin; }
 
 EquilibriumPolygon ComputeEquilibriumPolygon(const StanceForces& forces) {

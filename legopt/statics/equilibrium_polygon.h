@@ -56,4 +56,8 @@ inline constexpr double kPolygonAccuracy_m = 1e-4;
 /// Source: Bretl, Lall, Testing Static Equilibrium for Legged Robots, IEEE T-RO 24(4), 2008.
 EquilibriumPolygon ComputeEquilibriumPolygon(const StanceForces& forces);
 
+/// Returns the polygon in which a stance at its targets demands the centre of mass, by every rule: the support polygon
+/// on feet (StandsOnFeet), else the equilibrium polygon. Empty if nothing carries or nothing balances.
+std::vector<Eigen::Vector2d> BalancePolygon(const Dataset& dataset, const Stance& stance);
+
 }  // namespace legopt

@@ -217,7 +217,7 @@ inline constexpr std::array kChecks = {
         kComTolerance_m,
         {"only if a hand carries: horizontal distance of the centre of mass outside the equilibrium polygon", "", "",
          "the same for all stances"},
-        CheckDrawing::kNone},
+        CheckDrawing::kCom},
     CheckDescription{Verdict::kTorque,
                      "torque",
                      "joints hold the robot within their effort limits",

@@ -53,6 +53,7 @@ Stance WithIdleHands(const Dataset& dataset, Stance stance) {
 
 /// Returns a proof that the stance slides whatever the posture, even with more friction than it has.
 std::optional<SlideProof> SlideWithMargin(const Dataset& dataset, const Stance& stance) {
+  if (SlidesUnderLoad(dataset, stance)) return std::nullopt;  // another grip may hold
   std::vector<TouchedSurface> surfaces = SurfacesOf(dataset, stance);
   for (TouchedSurface& surface : surfaces) surface.friction += kFrictionMargin;
   return ComputeEquilibriumPolygon(StanceForces(surfaces, FrictionPyramid::kCircumscribed)).slide;
@@ -199,7 +200,7 @@ std::vector<Planted> ContactBuilder::Solve(const std::vector<Station>& stations)
   ForEachIndex(options_.threads, stations.size(), [&](int worker, std::size_t i) {
     all[i] = {.station = stations[i],
               .posture = finders[static_cast<std::size_t>(worker)]->Find(dataset->problems(Task::kPosture)[i])};
-    if (all[i].posture.accepted) all[i].posture.x.segment<3>(base) -= PlaceOfStation(i, stations.size());
+    if (all[i].posture.accepted) all[i].posture.x.segment<3>(base) -= PlaceOfStation(*dataset, i, stations.size());
   });
   fs::remove_all(field);
   std::erase_if(all, [](const Planted& planted) { return !planted.posture.accepted; });
@@ -228,7 +229,8 @@ std::vector<Planted> ContactBuilder::PlantMany(const Key& key, int wanted, Count
 Vector6d ContactBuilder::Features(const Planted& planted) const {
   double tilt_rad = 0.0, low = 1e9, high = -1e9;
   for (const ContactTarget& target : planted.station.stance.contacts) {
-    tilt_rad = std::max(tilt_rad, std::acos(std::clamp(NormalOf(target).z(), -1.0, 1.0)));
+    const bool is_foot = source_->contact(target.contact).facts().supports;
+    if (is_foot) tilt_rad = std::max(tilt_rad, std::acos(std::clamp(NormalOf(target).z(), -1.0, 1.0)));
     low = std::min(low, target.position.z());
     high = std::max(high, target.position.z());
   }
@@ -270,7 +272,7 @@ void ContactBuilder::Choose(ContactFamily family, int count) {
 
 void ContactBuilder::Describe() {
   static constexpr std::array<std::array<const char*, 2>, 6> kNames = {{{"contacts", ""},
-                                                                        {"largest tilt", "deg"},
+                                                                        {"largest tilt of feet", "deg"},
                                                                         {"height range", "m"},
                                                                         {"log10 of polygon area", ""},
                                                                         {"resisted push", "N"},
@@ -312,7 +314,7 @@ void ContactBuilder::WriteDataset() {
   for (int k = 0; k < options_.threads; ++k) finders.push_back(std::make_unique<PostureFinder>(dataset));
   ForEachIndex(options_.threads, chosen_.size(), [&](int worker, std::size_t i) {
     Eigen::VectorXd x = chosen_[i].posture.x;
-    x.segment<3>(base) += PlaceOfStation(i, chosen_.size());
+    x.segment<3>(base) += PlaceOfStation(*dataset, i, chosen_.size());
     const ProblemDefinition& problem = dataset->problems(Task::kPosture)[i];
     chosen_[i].posture = finders[static_cast<std::size_t>(worker)]->Measure(problem, x);
   });

@@ -35,8 +35,8 @@ struct ContactDatasetReport {
 };
 
 /// Generates a dataset of posture problems in `folder`, which must exist. Every problem is a *station* of its own, a
-/// few slabs and bars 4 m from the next (contact_station.h), with a *planted* posture: one that LegOpt-best found and
-/// that the judge accepts by the physical rule; from level intermediate on it resists a push of 0.05 M g, which the
+/// few slabs and bars, apart from the next (contact_station.h), with a *planted* posture: one that LegOpt-best found
+/// and that the judge accepts by the physical rule; from level intermediate on it resists a push of 0.05 M g, which the
 /// problem then asks for. Families:
 ///
 /// - slide: forces of the feet alone do not balance the weight, even with friction + 0.02 and the circumscribed

@@ -257,6 +257,8 @@ TEST_F(ContactTest, ErrorsOfHandsNameTheKey) {
               HasSubstr("contacts.grip.points: the key is missing"));
   EXPECT_THAT(with("max_force_N: 200", "max_force_N: 200\n    friction: 0.5"),
               HasSubstr("contacts.grip.friction: is for contacts of kind 'sole' or 'point' or 'palm'"));
+  EXPECT_THAT(with("    points: [[0.02, 0.02, 0], [-0.02, 0.02, 0], [-0.02, -0.02, 0], [0.02, -0.02, 0]]\n", ""),
+              HasSubstr("contacts.palm.points: the key is missing"));
   EXPECT_THAT(with("link: l_arm", "link: l_hand"), HasSubstr("contacts.palm.link: the robot has no such link"));
   EXPECT_THAT(MessageWith(Contacts() + kHands + "support: [l_foot, palm]\n"),
               AllOf(HasSubstr("support: is of kind 'palm'"), HasSubstr("sole or point")));
@@ -278,6 +280,61 @@ TEST_F(ContactTest, LimitsOfJointsReplaceThoseOfTheRobotFile) {
   EXPECT_THAT(
       MessageWith(Contacts() + "effort_limits: {l_hop: 3}\n"),
       AllOf(HasSubstr("effort_limits: the robot has no such movable joint"), HasSubstr("did you mean 'l_hip'?")));
+}
+
+TEST_F(ContactTest, PlantedFeetAreThoseOfBothAtTheSameTarget) {
+  const auto dataset = Load();
+  const auto foot = [](const char* link, double x) {
+    return ContactTarget{.contact = link, .position = {x, 0, 0}, .rotation = Eigen::Quaterniond::Identity()};
+  };
+  const Stance both{{foot("l_foot", 0), foot("r_foot", 0.1)}};
+  const Stance stepped{{foot("r_foot", 0.3), foot("l_foot", 0)}};
+  const Stance right{{foot("r_foot", 0.1)}};
+  const Stance none = PlantedContacts(*dataset, right, stepped);
+  EXPECT_TRUE(PlantedContacts(*dataset, both, both) == both);
+  EXPECT_TRUE(PlantedContacts(*dataset, both, stepped) == Stance{{foot("l_foot", 0)}});
+  EXPECT_TRUE(PlantedContacts(*dataset, right, both) == right);
+  EXPECT_TRUE(PlantedContacts(*dataset, both, right) == right);
+  EXPECT_TRUE(none.contacts.empty());
+  Stance turned = right;
+  turned.contacts[0].rotation = Eigen::Quaterniond(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()));
+  EXPECT_TRUE(PlantedContacts(*dataset, right, turned).contacts.empty());
+}
+
+TEST_F(ContactTest, PlantedContactsKeepWhatBothStancesAllow) {
+  Use(Contacts() + kHands);
+  const auto dataset = Load();
+  const auto at = [](const char* name) {
+    return ContactTarget{
+        .contact = name, .position = Eigen::Vector3d::Zero(), .rotation = Eigen::Quaterniond::Identity()};
+  };
+  Stance from{{at("l_foot"), at("palm"), at("grip")}, 10.0}, to = from;
+  from.contacts[1].friction = 0.9;  // the palm's own is 0.4
+  from.contacts[2].slide_m = 0.3;   // the grip's own is 0.1
+  to.contacts[0].carries = false;
+  const Stance planted = PlantedContacts(*dataset, from, to);
+  ASSERT_EQ(planted.contacts.size(), 3u);
+  EXPECT_FALSE(planted.contacts[0].carries);
+  EXPECT_EQ(planted.contacts[1].friction, 0.4);
+  EXPECT_EQ(planted.contacts[2].slide_m, 0.1);
+  EXPECT_FALSE(planted.push_N);
+}
+
+TEST_F(ContactTest, StancesStateOnlyWhatTheKindHas) {
+  Use(Contacts() + kHands);
+  const auto pose = [&](const std::string& more) {
+    WriteText(folder_.path() / "problems-posture.json",
+              R"({"task": "posture", "problems": [{"id": 0, "definition": [{"contacts": )"
+              R"("l_foot,1 0 0 0 0 0.1 0 ,palm,1 0 0 0 0 0.4 1 ,grip,1 0 0 0 0 -0.4 1 ,", )" +
+                  more + "}]}]}");
+    WriteManifestHashes(folder_.path());
+  };
+  pose(R"("friction": {"palm": 0.3}, "slide_m": {"grip": 0.2})");
+  EXPECT_EQ(Load()->problem(Task::kPosture, 0).stances[0].contacts[1].friction, 0.3);
+  pose(R"("friction": {"grip": 0.3})");
+  EXPECT_THAT(MessageOf([&] { Load(); }), HasSubstr("friction.grip: contacts of this kind have no friction"));
+  pose(R"("slide_m": {"palm": 0.3})");
+  EXPECT_THAT(MessageOf([&] { Load(); }), HasSubstr("slide_m.palm: contacts of this kind have no slide_m"));
 }
 
 }  // namespace

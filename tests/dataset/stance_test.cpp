@@ -100,7 +100,9 @@ TEST(Stance, FaultsOfObjectsNameTheKey) {
   EXPECT_THAT(message(R"(, "friction": {"palm": "high"})"), HasSubstr("friction.palm: must be a finite number"));
   EXPECT_THAT(message(R"(, "friction": 0.3)"), HasSubstr("friction: must map contacts to values"));
   EXPECT_THAT(message(R"(, "load": {"palm": "none"})"), AllOf(HasSubstr("load.palm"), HasSubstr("touch")));
-  EXPECT_THAT(message(R"(, "slide_m": {"palm": -1})"), HasSubstr("slide_m.palm: must not be negative"));
+  EXPECT_THAT(message(R"(, "slide_m": {"palm": -1})"), HasSubstr("slide_m.palm: must lie in [0, 1]"));
+  EXPECT_THAT(message(R"(, "load": {"palm": "touch", "foot": "touch"})"),
+              HasSubstr("problem 3, stance 1, load: no contact carries the robot"));
   EXPECT_THAT(message(R"(, "push_N": 0)"), HasSubstr("push_N: must be greater than 0"));
   EXPECT_THAT(message(R"(, "push": 3)"), AllOf(HasSubstr("push: unknown key"), HasSubstr("did you mean 'push_N'?")));
   EXPECT_THAT(MessageOf([] { ReadObject("{}"); }), HasSubstr("or an object with the text 'contacts'"));
@@ -137,24 +139,6 @@ TEST(Stance, ATaskSaysHowManyAProblemHas) {
 }
 
 // A foot is planted in the segment between two stances if it has bitwise the same target in both.
-TEST(Stance, PlantedFeetAreThoseOfBothAtTheSameTarget) {
-  const auto foot = [](const char* link, double x) {
-    return ContactTarget{.contact = link, .position = {x, 0, 0}, .rotation = Eigen::Quaterniond::Identity()};
-  };
-  const Stance both{{foot("left", 0), foot("right", 0.1)}};
-  const Stance stepped{{foot("right", 0.3), foot("left", 0)}};
-  const Stance right{{foot("right", 0.1)}};
-  const Stance none = PlantedContacts(right, stepped);
-  EXPECT_TRUE(PlantedContacts(both, both) == both);
-  EXPECT_TRUE(PlantedContacts(both, stepped) == Stance{{foot("left", 0)}});
-  EXPECT_TRUE(PlantedContacts(right, both) == right);
-  EXPECT_TRUE(PlantedContacts(both, right) == right);
-  EXPECT_TRUE(none.contacts.empty());
-  Stance turned = right;
-  turned.contacts[0].rotation = Eigen::Quaterniond(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()));
-  EXPECT_TRUE(PlantedContacts(right, turned).contacts.empty());
-}
-
 TEST(Words, TasksAndInitialisations) {
   EXPECT_EQ(ReadTask(ToString(Task::kMotion), "f"), Task::kMotion);
   EXPECT_EQ(ReadInitialization(ToString(Initialization::kInCollision), "f"), Initialization::kInCollision);

@@ -95,7 +95,7 @@ TEST(LeggedPlans, AlternateBetweenAllFeetAndThoseThatStand) {
     EXPECT_LT(standing.contacts.size(), 4u);
     for (const Stance* all : {&plan->stances[s - 1], &plan->stances[s + 1]}) {
       ASSERT_EQ(all->contacts.size(), 4u);
-      EXPECT_EQ(PlantedContacts(standing, *all), standing);
+      EXPECT_EQ(PlantedContacts(*dataset, standing, *all), standing);
     }
   }
   EXPECT_EQ(planner.Plan(known.front(), known.back())->stances, plan->stances) << "the cache changes nothing";

@@ -36,7 +36,7 @@ function decisiveViolation(verdict: string | null, findings: Findings | null, co
   const overlapOf = (list: Overlap[]) => { const o = largest(list, depth); return o && (o.points ? { point: o.points[0] } : { link: o.link }); };
   const any = verdict === 'window_unsolved';  // the detail names the reason
   if (verdict === 'foot_pose' || any) { const foot = largest((findings?.feet ?? []).filter((f) => f.violated), (f) => f.error); if (foot) return { link: foot.link }; }
-  if ((verdict === 'com' || any) && findings?.com_violated) return { point: findings.com };
+  if ((verdict === 'com' || verdict === 'equilibrium' || any) && findings?.com_violated) return { point: findings.com };
   if (verdict === 'joint_limit' || any) { const limit = largest((findings?.limits ?? []).filter((l) => l.violated), (l) => l.excess); if (limit) return { link: limit.link }; }
   const value = findings?.values.find((v) => v.check === verdict && v.violated);
   if (value) return { link: value.subject };
@@ -65,7 +65,7 @@ function FindingList({ findings, overlaps, look, fraction, rule }: { findings: F
       {fraction && <p class="none">Between waypoints only overlaps are looked at; they are no part of a verdict.</p>}
       {findings && <>
         <h3>Feet</h3>
-        <ul>{findings.feet.map((foot) => <li key={foot.link} class={foot.violated ? 'bad' : ''}>{foot.link}: {foot.component.startsWith('rot') ? `${number(foot.error)} (half the angle, rad)` : length(foot.error)} off in {foot.component}</li>)}</ul>
+        <ul>{findings.feet.map((foot, index) => <li key={index} class={foot.violated ? 'bad' : ''}>{foot.link}: {foot.component.startsWith('rot') ? `${number(foot.error)} (half the angle, rad)` : length(foot.error)} off in {foot.component}</li>)}</ul>
         <h3>Centre of mass</h3>
         <p class={findings.com_violated ? 'bad' : ''}>{findings.com_m === null ? 'not to be computed' : findings.com_m > 0 ? `${length(findings.com_m)} outside of the support polygon` : `${length(-findings.com_m)} inside of the support polygon`}</p>
         <h3>Joints at limits ({findings.limits.length})</h3>

@@ -137,7 +137,7 @@ void CheckPatch(const YamlFields& fields, const std::vector<Eigen::Vector3d>& po
 
 void ReadPoints(const YamlFields& fields, ContactDescription* contact) {
   const ContactKindDescription& facts = DescriptionOf(contact->kind);
-  const YAML::Node list = facts.shape == ContactShape::kBar ? fields.Require("points") : fields.Get("points");
+  const YAML::Node list = facts.supports ? fields.Get("points") : fields.Require("points");
   const auto least = static_cast<std::size_t>(facts.least_points);
   if (!list.IsDefined() || list.IsNull()) return;
   if (!list.IsSequence() || list.size() < least || list.size() > kMostPoints) {

@@ -27,8 +27,9 @@ void HoldingProbe::Prepare(const Stance& stance, const Kinematics& kinematics) {
 }
 
 double HoldingProbe::SignedDistance(const Stance& stance, const Kinematics& kinematics) {
+  if (!kinematics.com().allFinite()) return std::numeric_limits<double>::infinity();
   Prepare(stance, kinematics);
-  if (polygon_.corners.empty() || !kinematics.com().allFinite()) return std::numeric_limits<double>::infinity();
+  if (polygon_.corners.empty()) return std::numeric_limits<double>::infinity();
   return SignedDistanceToPolygon(polygon_.corners, kinematics.com().head<2>());
 }
 
@@ -37,10 +38,11 @@ double HoldingProbe::ResistedPush_N(const Kinematics& kinematics) {
 }
 
 Holding HoldingProbe::Measure(const Stance& stance, const Kinematics& kinematics) {
-  Prepare(stance, kinematics);
   Holding holding;
   holding.torque_ratio = std::numeric_limits<double>::quiet_NaN();
   holding.distance_m = std::numeric_limits<double>::infinity();
+  if (!kinematics.com().allFinite()) return holding;
+  Prepare(stance, kinematics);
   if (polygon_.corners.empty()) return holding;
   const double distance = SignedDistanceToPolygon(polygon_.corners, kinematics.com().head<2>());
   holding.distance_m = std::max(0.0, distance);

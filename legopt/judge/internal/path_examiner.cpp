@@ -183,7 +183,7 @@ PathExamination PathExaminer::Examine(Task task, const ProblemDefinition& proble
     };
     ExamineSegment({.waypoint = w,
                     .balanced = DescriptionOf(task).between == TransitionRule::kBalanced,
-                    .planted = PlantedContacts(stance(w), stance(w + 1))},
+                    .planted = PlantedContacts(*dataset_, stance(w), stance(w + 1))},
                    path, &findings);
     if (!segment_failed_) ++free;
   }

@@ -232,8 +232,9 @@ ContactTouch TouchProbe::MeasureBar(const Contact& contact, const Eigen::Isometr
     scene_.Clear();
     collision_.AddSceneTriangles(X_WD, box, &scene_);
     for (const Eigen::Vector3d& point_L : contact.points_L) {
-      const double distance_m = GapAt({(X_CL * point_L).head<2>(), 0.0});
-      touch.gap_m = std::max(touch.gap_m, distance_m - contact.radius_m);
+      const double distance_m = -scene_.HighestBelow((X_CL * point_L).head<2>(), 0.0);
+      const double gap_m = distance_m < kFarGap_m ? distance_m - contact.radius_m : kFarGap_m;
+      touch.gap_m = std::max(touch.gap_m, gap_m);
     }
   }
   return touch;

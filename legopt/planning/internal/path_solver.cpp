@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 
 #include "legopt/dataset/contact.h"
 #include "legopt/judge/internal/diagnostic.h"
 #include "legopt/problem/terms/task_program.h"
 #include "legopt/robot/configuration.h"
+#include "legopt/statics/equilibrium_polygon.h"
 
 namespace legopt {
 namespace {
@@ -171,7 +173,11 @@ double PathSolver::ComDeviation(const Eigen::VectorXd& points) {
   double largest = 0.0;
   if (DescriptionOf(task_).between != TransitionRule::kBalanced) return largest;
   ForEachMiddle(points, [&](std::size_t way) {
-    if (polygons_[way].empty()) return;
+    if (planted_[way].contacts.empty()) return;
+    if (polygons_[way].empty()) {
+      largest = std::numeric_limits<double>::infinity();
+      return;
+    }
     largest = std::max(largest, SignedDistanceToPolygon(polygons_[way], kinematics_.com().head<2>()));
   });
   return largest;
@@ -270,9 +276,9 @@ void PathSolver::BindPath(const WaypointPath& start) {
   planted_.clear();
   polygons_.clear();
   for (std::size_t w = 0; w < start.num_segments(); ++w) {
-    planted_.push_back(PlantedContacts(*start.stances[w], *start.stances[w + 1]));
+    planted_.push_back(PlantedContacts(*dataset_, *start.stances[w], *start.stances[w + 1]));
     polygons_.emplace_back();
-    if (!planted_.back().contacts.empty()) polygons_.back() = TargetSupportPolygon(*dataset_, planted_.back());
+    if (!planted_.back().contacts.empty()) polygons_.back() = BalancePolygon(*dataset_, planted_.back());
   }
 }
 

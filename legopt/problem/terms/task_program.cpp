@@ -190,7 +190,11 @@ void AddTransitions(const TermInputs& of, WaypointProgram& program) {
 void AddBalanceOnSegment(const Dataset& dataset, WaypointProgram& program, int waypoint, const Stance& own,
                          const Stance& planted) {
   if (planted.contacts.empty()) return;
-  if (planted.contacts.size() == own.contacts.size()) return;  // same as the waypoint's own constraint
+  const auto is_own = [&](const ContactTarget& target) {
+    return std::ranges::find(own.contacts, target) != own.contacts.end();
+  };
+  const bool same_size = planted.contacts.size() == own.contacts.size();
+  if (same_size && std::ranges::all_of(planted.contacts, is_own)) return;  // same as the waypoint's own constraint
   program.Append(
       std::make_unique<ComTerm>(waypoint, program.state(waypoint), BalanceEdges(dataset, planted, Physics::kNone)));
 }
@@ -200,7 +204,7 @@ void AddBalancedTransitions(const TermInputs& of, WaypointProgram& program) {
   for (int t = 0; t + 1 < program.num_waypoints(); ++t) {
     const Stance& from = *of.demands[static_cast<std::size_t>(t)].stance;
     const Stance& to = *of.demands[static_cast<std::size_t>(t) + 1].stance;
-    const Stance planted = PlantedContacts(from, to);
+    const Stance planted = PlantedContacts(of.dataset, from, to);
     AddBalanceOnSegment(of.dataset, program, t, from, planted);
     AddBalanceOnSegment(of.dataset, program, t + 1, to, planted);
   }
@@ -279,7 +283,7 @@ std::unique_ptr<WaypointProgram> MakePathProgram(const Dataset& dataset, Collisi
   constexpr int kVelocityUnit = 0;
   const auto ways = stances.size() - 1;
   std::vector<Stance> planted;
-  for (std::size_t w = 0; w < ways; ++w) planted.push_back(PlantedContacts(*stances[w], *stances[w + 1]));
+  for (std::size_t w = 0; w < ways; ++w) planted.push_back(PlantedContacts(dataset, *stances[w], *stances[w + 1]));
   const WaypointConstraints fixed = {.stance = nullptr, .fixed = true};
   std::vector<WaypointConstraints> demands = {{.stance = stances.front(), .on_segment = true}};
   for (std::size_t w = 0; w < ways; ++w) {

@@ -229,7 +229,7 @@ void StationDrawer::DrawClimb(ContactLevel level, std::mt19937_64& generator, St
     first = !first;
     AddContact(foot, frame, station);
     Isometry3d top = frame;
-    top.translation().y() *= 2.0;  // the legs pass between the two slabs
+    top.translation().y() *= 2.0;  // away from the other leg
     AddSlab(name + foot.name, top, {0.5 * kSide_m, kSide_m, kThickness_m}, station);
   }
   AddHands(level == ContactLevel::kHard ? 1 : 2, true, generator, station);

@@ -63,7 +63,7 @@ struct Station {
 /// A workspace: not thread-safe. Draws depend on the generator only.
 class StationDrawer {
  public:
-  /// Friction of the feet's ground.
+  /// Friction of ground and walls.
   static constexpr double kFriction = 0.5;
   /// Friction of one contact of a hard slope.
   static constexpr double kLowFriction = 0.4;
@@ -84,7 +84,8 @@ class StationDrawer {
   void DrawReach(ContactLevel level, std::mt19937_64& generator, Station* station);
   void DrawClimb(ContactLevel level, std::mt19937_64& generator, Station* station);
   void DrawRubble(ContactLevel level, std::mt19937_64& generator, Station* station);
-  /// Adds a hand on each of `sides`, of a random kind, at a frame of a random posture of the arm.
+  /// Adds `count` hands, each of a random kind (`bars_only`: a rail if the hand has one), at a frame of a random
+  /// posture of the arm.
   void AddHands(int count, bool bars_only, std::mt19937_64& generator, Station* station);
   void AddContact(const Contact& contact, const Frame& frame, Station* station);
   void AddSlab(const std::string& name, const Frame& top, const Eigen::Vector3d& size, Station* station);

@@ -33,6 +33,7 @@ StanceFeatures FeaturesOf(const Stance& stance, StanceProbe& probe);
 /// `seed` only. Throws InputError unless 1 <= k <= number of points.
 std::vector<std::vector<int>> ClusterPoints(std::span<const Eigen::Vector3d> points, int k, std::uint64_t seed);
 using Vector6d = Eigen::Matrix<double, 6, 1>;
+/// Clusters points of six coordinates likewise.
 std::vector<std::vector<int>> ClusterPoints(std::span<const Vector6d> points, int k, std::uint64_t seed);
 
 /// Predicate: does point `point` have a posture? Called by thread `worker` < threads, concurrently for different

@@ -229,6 +229,21 @@ SampledStances SampleStances(const std::shared_ptr<const ProbeModel>& model, con
   sampling.Refuse();
 }
 
+namespace {
+
+/// Plans walk on feet: throws InputError for other contacts, and for what a stance string cannot express.
+void RequireFeet(const Dataset& dataset, const Stance& stance, const std::filesystem::path& path, int id) {
+  for (const ContactTarget& target : stance.contacts) {
+    const bool is_foot = std::ranges::find(dataset.feet(), target.contact, &Contact::name) != dataset.feet().end();
+    if (is_foot && stance.only_poses()) continue;
+    throw InputError({path.string(), "problem " + std::to_string(id), target.contact,
+                      is_foot ? "the stance has more than poses" : "is no foot on which plans walk",
+                      "leave this problem out"});
+  }
+}
+
+}  // namespace
+
 std::vector<Stance> ReadFeasibleStances(const std::shared_ptr<const Dataset>& dataset,
                                         const std::filesystem::path& path) {
   const SolutionFile file = ReadSolutions(path);
@@ -247,6 +262,7 @@ std::vector<Stance> ReadFeasibleStances(const std::shared_ptr<const Dataset>& da
                         std::to_string(definition.stances.size()) + " stances", "is no " + word + " problem",
                         "export the solutions with --task " + word});
     }
+    RequireFeet(*dataset, definition.stances.front(), path, definition.id);
     const bool proven = std::any_of(problem.solutions.begin(), problem.solutions.end(),
                                     [&](const Solution& solution) { return accepted(definition, solution); });
     if (proven && known.insert(StanceKey(definition.stances.front())).second) {

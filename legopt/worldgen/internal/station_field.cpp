@@ -15,17 +15,18 @@
 
 namespace legopt::worldgen {
 
-Eigen::Vector3d PlaceOfStation(std::size_t index, std::size_t count) {
+Eigen::Vector3d PlaceOfStation(const Dataset& robot, std::size_t index, std::size_t count) {
+  constexpr double kLeast_m = 4.0, kHeights = 4.5;
+  const double spacing_m = std::max(kLeast_m, kHeights * robot.trunk_height_m());
   const auto columns = static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(count))));
-  return {kStationSpacing_m * static_cast<double>(index % columns),
-          kStationSpacing_m * static_cast<double>(index / columns), 0.0};
+  return {spacing_m * static_cast<double>(index % columns), spacing_m * static_cast<double>(index / columns), 0.0};
 }
 
 namespace {
 
 /// Returns a station moved to its place, with the names of its objects made unique.
-Station PlacedStation(const Station& station, std::size_t index, std::size_t count) {
-  const Eigen::Vector3d place = PlaceOfStation(index, count);
+Station PlacedStation(const Dataset& robot, const Station& station, std::size_t index, std::size_t count) {
+  const Eigen::Vector3d place = PlaceOfStation(robot, index, count);
   Station placed = station;
   for (SceneObject& object : placed.objects) {
     object.name = "s" + std::to_string(index) + "-" + object.name;
@@ -50,7 +51,7 @@ void WriteStations(const std::filesystem::path& source, const std::string& name,
   std::string scene = "objects:\n";
   std::vector<ProblemDefinition> problems;
   for (std::size_t i = 0; i < stations.size(); ++i) {
-    const Station placed = PlacedStation(stations[i], i, stations.size());
+    const Station placed = PlacedStation(*dataset, stations[i], i, stations.size());
     for (const SceneObject& object : placed.objects) {
       scene += "  - {name: " + Dump(nlohmann::json(object.name)) + ", shape: " + FormatPrimitive(object.shape) + "}\n";
     }

@@ -17,11 +17,9 @@
 
 namespace legopt::worldgen {
 
-/// Distance of neighbouring stations, m.
-inline constexpr double kStationSpacing_m = 4.0;
-
-/// Returns the place of station `index` of `count` on a square grid.
-Eigen::Vector3d PlaceOfStation(std::size_t index, std::size_t count);
+/// Returns the place of station `index` of `count` on a square grid: 4 m apart, or 4.5 times the height of the robot's
+/// trunk if that is more.
+Eigen::Vector3d PlaceOfStation(const Dataset& robot, std::size_t index, std::size_t count);
 
 /// Writes a dataset whose posture problems are stations at their places: robot and constants of the dataset in
 /// `source`, problem k at station k.
@@ -44,6 +42,7 @@ struct PlantedPosture {
 class PostureFinder {
  public:
   explicit PostureFinder(const std::shared_ptr<const Dataset>& dataset);
+  /// Searches, judges and measures a posture.
   PlantedPosture Find(const ProblemDefinition& problem);
   /// Judges and measures a posture.
   PlantedPosture Measure(const ProblemDefinition& problem, const Eigen::VectorXd& x);

@@ -210,7 +210,8 @@ std::shared_ptr<const Dataset> WithHands(const std::filesystem::path& folder, co
       yaml, "feet: [l_foot, r_foot]\nsole_offset_m: 0.051\n",
       "contacts:\n  l_foot: {link: l_foot, kind: sole, frame: {position: [0, 0, -0.051]}}\n  r_foot: {link: r_foot, "
       "kind: sole, frame: {position: [0, 0, -0.051]}}\n  palm: {link: l_arm, kind: palm, frame: {position: [0, 0.03, "
-      "-0.35], rpy: [0.3, 0.4, 0.5]}}\n  grip: {link: r_arm, kind: rail, frame: {position: [0.01, -0.06, -0.4], rpy: "
+      "-0.35], rpy: [0.3, 0.4, 0.5]}, points: [[0.02, 0.02, 0], [-0.02, 0.02, 0], [0, -0.02, 0]]}\n  grip: {link: "
+      "r_arm, kind: rail, frame: {position: [0.01, -0.06, -0.4], rpy: "
       "[-0.2, 0.3, 0.1]}, points: [[0.03, 0, 0], [-0.03, 0, 0]], max_force_N: 200, slide_m: 0.1}\n");
   test::WriteText(folder / "problems-posture.json",
                   R"({"task": "posture", "problems": [{"id": 0, "definition": [{"contacts": )"

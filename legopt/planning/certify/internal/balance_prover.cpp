@@ -26,11 +26,10 @@ std::vector<int> JointsBetween(const RobotModel& robot, int from_body, int to_bo
   return joints;
 }
 
-/// Largest change of the distance between the two sides of a prismatic joint, which is at 0 or its nearest limit.
+/// Largest change of the distance between the two sides of a prismatic joint, from any value to any other.
 double RangeOf(const Joint& joint) {
   if (joint.type != JointType::kPrismatic) return 0.0;
-  return std::max(std::abs(joint.lower), std::abs(joint.upper)) + std::max(0.0, joint.lower) +
-         std::max(0.0, -joint.upper);
+  return 2.0 * std::max(std::abs(joint.lower), std::abs(joint.upper));
 }
 
 /// Distance of a point from a convex polygon, counter-clockwise with one corner or more; 0 inside.

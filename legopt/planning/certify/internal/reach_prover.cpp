@@ -256,8 +256,9 @@ struct ReachProver::Cell {
 };
 
 ReachProver::ReachProver(const Dataset& dataset) : dataset_(&dataset) {
-  for (const Contact& foot : dataset.feet()) {
-    legs_.emplace(foot.link, LegReach(dataset.robot(), foot.link_index));
+  for (const Contact& contact : dataset.contacts()) {
+    if (contact.facts().free_rotation != FreeRotation::kNone) continue;  // its link may turn: its pose is not known
+    legs_.emplace(contact.link, LegReach(dataset.robot(), contact.link_index));
   }
 }
 
@@ -265,7 +266,7 @@ std::vector<ReachProver::Standing> ReachProver::StanceLegs(const Stance& stance)
   std::vector<Standing> standing;
   for (const ContactTarget& target : stance.contacts) {
     const Contact& contact = dataset_->contact(target.contact);
-    if (contact.facts().free_rotation != FreeRotation::kNone) continue;  // the link may turn: its pose is not known
+    if (contact.facts().free_rotation != FreeRotation::kNone) continue;
     const LegReach& leg = legs_.at(contact.link);
     if (leg.bounded()) standing.push_back({&leg, dataset_->LinkTarget(target)});
   }

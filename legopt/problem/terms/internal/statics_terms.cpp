@@ -20,10 +20,11 @@ constexpr double kBalanceSlack = 1e-4;
 
 std::vector<HalfPlane> BalanceEdges(const Dataset& dataset, const Stance& stance, Physics physics) {
   const bool on_feet = StandsOnFeet(dataset, stance);
-  if (on_feet && physics == Physics::kNone) return Edges(TargetSupportPolygon(dataset, stance));
-  const EquilibriumPolygon polygon = ComputeEquilibriumPolygon(StanceForces(SurfacesOf(dataset, stance)));
   const std::vector<Eigen::Vector2d> support = TargetSupportPolygon(dataset, stance);
-  if (polygon.corners.empty()) return support.empty() ? std::vector<HalfPlane>() : Edges(support);
+  const auto of_support = [&] { return support.empty() ? std::vector<HalfPlane>() : Edges(support); };
+  if (on_feet && physics == Physics::kNone) return of_support();
+  const EquilibriumPolygon polygon = ComputeEquilibriumPolygon(StanceForces(SurfacesOf(dataset, stance)));
+  if (polygon.corners.empty()) return of_support();
   std::vector<HalfPlane> edges = Edges(polygon.corners);
   constexpr double kInset_m = 1e-3, kShareOfWidth = 0.25;
   double perimeter = 0.0;
