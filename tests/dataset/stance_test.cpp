@@ -109,17 +109,6 @@ TEST(Stance, FaultsOfObjectsNameTheKey) {
   EXPECT_THAT(MessageOf([] { ReadObject("3"); }), HasSubstr("must be a text"));
 }
 
-TEST(Stance, PlantedContactsKeepWhatBothStancesAllow) {
-  const Stance from = ReadObject(std::string("{") + kTwoContacts + R"(, "friction": {"palm": 0.3}, "push_N": 10})");
-  const Stance to =
-      ReadObject(std::string("{") + kTwoContacts + R"(, "friction": {"palm": 0.6}, "load": {"foot": "touch"}})");
-  const Stance planted = PlantedContacts(from, to);
-  ASSERT_EQ(planted.contacts.size(), 2u);
-  EXPECT_FALSE(planted.contacts[0].carries);
-  EXPECT_EQ(planted.contacts[1].friction, 0.3);
-  EXPECT_FALSE(planted.push_N);
-}
-
 TEST(Stance, WaypointsPerProblem) {
   EXPECT_EQ(NumWaypoints(Task::kPosture, 1), 1);
   EXPECT_EQ(StanceOfWaypoint(Task::kPosture, 0), 0);
