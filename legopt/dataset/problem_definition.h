@@ -72,7 +72,7 @@ struct TextSource {
 
 /// Reads a stance: a string or an object (ProblemFile). Throws InputError as ParseStance, and for unknown keys,
 /// contacts and values.
-Stance ReadStance(const nlohmann::json& stance, const TextSource& source);
+Stance ReadStance(const nlohmann::json& json, const TextSource& source);
 
 /// Returns the stance as ReadStance reads it: a string if that expresses it, else an object.
 nlohmann::json StanceJson(const Stance& stance);
