@@ -19,7 +19,8 @@ Eigen::Vector3d PlaceOfStation(const Dataset& robot, std::size_t index, std::siz
   constexpr double kLeast_m = 4.0, kHeights = 4.5;
   const double spacing_m = std::max(kLeast_m, kHeights * robot.trunk_height_m());
   const auto columns = static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(count))));
-  return {spacing_m * static_cast<double>(index % columns), spacing_m * static_cast<double>(index / columns), 0.0};
+  const std::size_t column = index % columns, row = index / columns;
+  return {spacing_m * static_cast<double>(column), spacing_m * static_cast<double>(row), 0.0};
 }
 
 namespace {
