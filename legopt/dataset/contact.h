@@ -31,8 +31,8 @@ struct ContactDescription {
   double radius_m = 0.0;               ///< radius of a point's ball or a rail's bar, >= 0; 0 for other kinds
   double friction = kDefaultFriction;  ///< Coulomb coefficient, in (0, 2]; not of a rail
   std::optional<double> max_normal_N;  ///< bound of the sum of the normal forces, > 0; not of a rail
-  double max_force_N = 0.0;            ///< of a rail: bound of each component of the force at each point, > 0
-  double slide_m = 0.0;                ///< of a rail: how far the grip may be from its target along the bar, >= 0
+  double max_force_N = 0.0;            ///< rail: bound of each component of the force at each point, > 0
+  double slide_m = 0.0;                ///< rail: largest distance of the grip from its target, along the bar, >= 0
 
   bool operator==(const ContactDescription&) const = default;
 };
@@ -61,8 +61,8 @@ struct Contact {
   Eigen::AlignedBox3d box_L;              ///< AABB of the link's collision geometry in the link frame, m; not empty
   double friction = ContactDescription::kDefaultFriction;  ///< Coulomb coefficient
   std::optional<double> max_normal_N;                      ///< bound of the sum of the normal forces
-  double max_force_N = 0.0;  ///< of a rail: bound of each component of the force at each point
-  double slide_m = 0.0;      ///< of a rail: largest distance from the target along the bar
+  double max_force_N = 0.0;                                ///< rail: bound of each component of the force at each point
+  double slide_m = 0.0;                                    ///< rail: largest distance from the target along the bar
   /// Position of the frame's origin relative to the base in the nominal posture, m; set by Dataset.
   Eigen::Vector3d nominal_position_B = Eigen::Vector3d::Zero();
   /// Whether the points are declared. Else they are corners of the link's box, as in format 1, and the judge only

@@ -125,7 +125,7 @@ class Dataset {
   void ResolveUncheckedPairs();
   int ResolveJoint(const std::string& name, const std::string& key) const;
   Eigen::VectorXd ResolveJoints(const std::map<std::string, double>& values, const std::string& key) const;
-  /// Refuses what a stance states about a contact whose kind does not have it.
+  /// Throws InputError for a friction or slide that the contact's kind does not have.
   static void CheckProperties(const Contact& contact, const ContactTarget& target, const TextSource& source);
   std::vector<ProblemDefinition> ReadProblems(Task task, const std::string& file) const;
   std::vector<std::string> ContactNames() const;

@@ -23,8 +23,8 @@ struct ContactTarget {
   Eigen::Quaterniond rotation;  ///< orientation of the contact frame in the world
 
   // The rest is only in stances that are JSON objects (ProblemFile).
-  std::optional<double> friction = {};  ///< of this surface, in (0, 2]; default: Contact::friction
-  std::optional<double> slide_m = {};   ///< of this rail, >= 0; default: Contact::slide_m
+  std::optional<double> friction = {};  ///< Coulomb coefficient of the surface, in (0, 2]; default: Contact::friction
+  std::optional<double> slide_m = {};   ///< largest distance from a rail's target, m, >= 0; default: Contact::slide_m
   bool carries = true;                  ///< false: the contact only touches, without force
 
   /// Returns true if the target is only a pose, which a stance string expresses.

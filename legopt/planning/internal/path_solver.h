@@ -140,7 +140,7 @@ class PathSolver {
   Eigen::VectorXd x_;
   // Data of the current path, one entry per segment.
   std::vector<Stance> planted_;
-  std::vector<std::vector<Eigen::Vector2d>> polygons_;  ///< of balance on the planted contacts; may be empty
+  std::vector<std::vector<Eigen::Vector2d>> polygons_;  ///< polygons of balance on the planted contacts; may be empty
   std::int64_t evaluations_ = 0;                        ///< evaluations of finished programs
   const Program* program_ = nullptr;                    ///< program that is being solved
 };

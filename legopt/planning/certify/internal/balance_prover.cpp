@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Joints that move on the way from one body to another: first outwards to the common ancestor, then inwards.
+/// Returns the moving joints on the chain between two bodies: first up to the common ancestor, then down.
 std::vector<int> JointsBetween(const RobotModel& robot, int from_body, int to_body) {
   std::vector<int> up = robot.body_chain(from_body), down = robot.body_chain(to_body);
   std::size_t common = 0;

@@ -23,7 +23,7 @@ inline constexpr double kNearEffortShare = 0.7;
 
 /// Returns half-planes in which the centre of mass must be. On feet (StandsOnFeet) without physics: the edges of the
 /// support polygon. Else those of the equilibrium polygon, moved inwards by up to 1 mm, so that forces with a margin
-/// hold the whole of it; on feet, those of the support polygon, too. None for a stance that nothing balances.
+/// hold the whole of it, and on feet also those of the support polygon. None for a stance that nothing balances.
 std::vector<HalfPlane> BalanceEdges(const Dataset& dataset, const Stance& stance, Physics physics);
 
 /// Inequality: torques of joints that no contact of the stance loads, which gravity alone determines:
