@@ -4,6 +4,7 @@
 #include <dirent.h>
 #include <fcntl.h>
 #include <pthread.h>
+#include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/uio.h>
@@ -14,6 +15,7 @@
 #include <charconv>
 #include <csignal>
 #include <cstring>
+#include <new>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -49,6 +51,25 @@ std::set<int> Descriptors() {
   }
   ::closedir(folder);
   return descriptors;
+}
+
+std::size_t ThreadStackBytes() {
+  pthread_attr_t attributes;
+  std::size_t bytes = 0;
+  if (pthread_getattr_default_np(&attributes) != 0) return 0;
+  pthread_attr_getstacksize(&attributes, &bytes);
+  pthread_attr_destroy(&attributes);
+  return bytes;
+}
+
+// GLib, which LCM uses, recurses until the stack ends if an allocation fails. Throws std::bad_alloc unless there is
+// enough memory for LCM's thread and buffers.
+void RequireMemoryOfLcm() {
+  constexpr std::size_t kBufferBytes = std::size_t{8} << 20;
+  const std::size_t bytes = ThreadStackBytes() + kBufferBytes;
+  void* memory = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (memory == MAP_FAILED) throw std::bad_alloc();
+  ::munmap(memory, bytes);
 }
 
 }  // namespace
@@ -186,6 +207,7 @@ void PortLink::OpenLcm() {
   const LoopbackMembership membership(group_);
   const OpenFilesBefore before;
   const SignalsBlocked guard;
+  RequireMemoryOfLcm();
   lcm_ = lcm_create(url.c_str());
   require(lcm_ != nullptr, "open");
   if (sends_locally()) BindSendersToLoopback(before);
