@@ -10,7 +10,7 @@
 namespace legopt {
 namespace {
 
-constexpr int kFixedRows = 4;  // three forces, and the moment about the vertical axis
+constexpr int kFixedRows = 4;  // three forces, and the moment about their sum
 constexpr int kReachRows = 2;
 
 /// A point of the polygon's boundary, furthest in a direction.
@@ -19,10 +19,11 @@ struct Extreme {
   Eigen::Vector2d position;   ///< relative to the origin of moments, m
 };
 
-/// Searches extreme positions of the centre of mass.
+/// Searches extreme positions of the centre of mass, where forces of the sum `total` (weight; vertical part 1) act.
 class PositionProgram {
  public:
-  explicit PositionProgram(const StanceForces& forces) : forces_(forces), num_generators_(forces.num_generators()) {
+  PositionProgram(const StanceForces& forces, const Eigen::Vector3d& total)
+      : forces_(forces), num_generators_(forces.num_generators()) {
     const auto num_bounds = static_cast<Eigen::Index>(forces.bounds().size());
     const Eigen::Index rows = kFixedRows + kReachRows + num_bounds;
     A_.setZero(rows, num_generators_ + kReachRows + num_bounds);
@@ -30,8 +31,8 @@ class PositionProgram {
     upper_.setConstant(A_.cols(), LinearProgramSolver::kInfinity);
     upper_.head(num_generators_) = forces.upper();
     A_.topLeftCorner(3, num_generators_) = forces.directions();
-    A_.row(3).head(num_generators_) = forces.moments().row(2);
-    b_[2] = 1.0;
+    A_.row(3).head(num_generators_) = total.transpose() * forces.moments();
+    b_.head<3>() = total;
     // position + slack = reach, with slack in [0, 2 reach]
     A_.row(4).head(num_generators_) = -forces.moments().row(1);
     A_.row(5).head(num_generators_) = forces.moments().row(0);
@@ -135,6 +136,20 @@ std::optional<SlideProof> ProofOf(const StanceForces& forces, const Eigen::Vecto
   return IsProof(proof) ? std::optional(proof) : std::nullopt;
 }
 
+/// Returns the corners of all positions of a program that has some.
+std::vector<Eigen::Vector2d> CornersOf(PositionProgram* program, const StanceForces& forces) {
+  static const std::array<Eigen::Vector2d, 4> kFirstDirections = {Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1),
+                                                                  Eigen::Vector2d(-1, 0), Eigen::Vector2d(0, -1)};
+  std::vector<Extreme> extremes;
+  for (const Eigen::Vector2d& direction : kFirstDirections) {
+    if (const std::optional<Extreme> extreme = program->Furthest(direction)) extremes.push_back(*extreme);
+  }
+  if (extremes.size() == kFirstDirections.size()) Complete(program, &extremes);
+  std::vector<Eigen::Vector2d> positions;
+  for (const Extreme& extreme : extremes) positions.push_back(extreme.position + forces.origin_W().head<2>());
+  return ConvexHull2d(std::move(positions));
+}
+
 }  // namespace
 
 SlideProof CheckedProof(const StanceForces& forces, const Eigen::Vector3d& direction, double turn) {
@@ -169,23 +184,17 @@ std::vector<Eigen::Vector2d> BalancePolygon(const Dataset& dataset, const Stance
 bool IsProof(const SlideProof& proof) { return proof.largest <= kProofRounding && proof.margin >= kProofMargin; }
 
 EquilibriumPolygon ComputeEquilibriumPolygon(const StanceForces& forces) {
-  PositionProgram program(forces);
+  PositionProgram program(forces, Eigen::Vector3d::UnitZ());
   EquilibriumPolygon result;
-  if (program.status() != LinearProgramStatus::kOptimal) {
-    if (program.status() == LinearProgramStatus::kInfeasible) result.slide = ProofOf(forces, program.multipliers());
-    return result;
-  }
-  static const std::array<Eigen::Vector2d, 4> kFirstDirections = {Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1),
-                                                                  Eigen::Vector2d(-1, 0), Eigen::Vector2d(0, -1)};
-  std::vector<Extreme> extremes;
-  for (const Eigen::Vector2d& direction : kFirstDirections) {
-    if (const std::optional<Extreme> extreme = program.Furthest(direction)) extremes.push_back(*extreme);
-  }
-  if (extremes.size() == kFirstDirections.size()) Complete(&program, &extremes);
-  std::vector<Eigen::Vector2d> positions;
-  for (const Extreme& extreme : extremes) positions.push_back(extreme.position + forces.origin_W().head<2>());
-  result.corners = ConvexHull2d(std::move(positions));
+  if (program.status() == LinearProgramStatus::kOptimal) result.corners = CornersOf(&program, forces);
+  if (program.status() == LinearProgramStatus::kInfeasible) result.slide = ProofOf(forces, program.multipliers());
   return result;
+}
+
+std::vector<Eigen::Vector2d> ComputePushPolygon(const StanceForces& forces, const Eigen::Vector2d& push) {
+  PositionProgram program(forces, Eigen::Vector3d(-push.x(), -push.y(), 1.0));
+  if (program.status() != LinearProgramStatus::kOptimal) return {};
+  return CornersOf(&program, forces);
 }
 
 }  // namespace legopt

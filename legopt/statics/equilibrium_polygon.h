@@ -56,6 +56,16 @@ inline constexpr double kPolygonAccuracy_m = 1e-4;
 /// Source: Bretl, Lall, Testing Static Equilibrium for Legged Robots, IEEE T-RO 24(4), 2008.
 EquilibriumPolygon ComputeEquilibriumPolygon(const StanceForces& forces);
 
+/// Computes the polygon that remains while a horizontal force pushes the centre of mass c. `push`: that force in units
+/// of the weight. The forces then have the sum F = e_z - push and the moments c x F, so that only the line through c
+/// along F matters. The polygon contains the points where that line meets the horizontal plane through
+/// StanceForces::origin_W():
+///
+///     c_xy + (c_z - origin_z) push
+///
+/// Same accuracy as the polygon without a push; a polygon without corners has no proof. Thread-safe.
+std::vector<Eigen::Vector2d> ComputePushPolygon(const StanceForces& forces, const Eigen::Vector2d& push);
+
 /// Returns the polygon in which a stance at its targets demands the centre of mass, by every rule: the support polygon
 /// on feet (StandsOnFeet), else the equilibrium polygon. Empty if nothing carries or nothing balances.
 std::vector<Eigen::Vector2d> BalancePolygon(const Dataset& dataset, const Stance& stance);

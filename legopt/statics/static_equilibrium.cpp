@@ -11,15 +11,15 @@ constexpr Eigen::Index kBalanceRows = 6;
 
 constexpr double kLargestPush = 10.0;  // weights
 
-Eigen::Vector3d PushDirection(int k) {
-  const double angle = 2.0 * std::numbers::pi * k / kPushDirections;
-  return {std::cos(angle), std::sin(angle), 0.0};
-}
-
 /// A finite effort limit > 0.
 bool IsLimited(double limit) { return std::isfinite(limit) && limit > 0.0; }
 
 }  // namespace
+
+Eigen::Vector3d PushDirection(int k) {
+  const double angle = 2.0 * std::numbers::pi * k / kPushDirections;
+  return {std::cos(angle), std::sin(angle), 0.0};
+}
 
 StaticEquilibrium::StaticEquilibrium(const RobotModel& robot, double gravity_m_s2)
     : robot_(robot),
@@ -222,28 +222,6 @@ TorqueRatio StaticEquilibrium::ComputeTorqueRatio(const StanceForces& forces, co
     result.forces_N[static_cast<size_t>(forces.point_of(l))] += weight_N_ * lambda[l] * forces.directions().col(l);
   }
   return result;
-}
-
-bool StaticEquilibrium::ComputePushes(const StanceForces& forces, const Eigen::Vector3d& com_W, double tolerance,
-                                      Pushes* pushes) {
-  if (forces.num_generators() == 0) return false;
-  const Eigen::Index L = forces.num_generators();
-  for (int k = 0; k < kPushDirections; ++k) {
-    SetBalanceRows(forces, com_W, tolerance, 0, 1);
-    A_.block<3, 1>(0, L) = PushDirection(k);
-    upper_[L] = kLargestPush;
-    cost_.setZero(A_.cols());
-    cost_[L] = -1.0;
-    if (solver_.Constrain(A_, b_, upper_) != LinearProgramStatus::kOptimal ||
-        solver_.Minimize(cost_) != LinearProgramStatus::kOptimal) {
-      return false;
-    }
-    pushes->shares[k] = solver_.x()[L];
-    // The moments about the centre of mass change by -dc x sum of the forces; the program minimises the negative push.
-    const Eigen::Vector3d sum = forces.directions() * solver_.x().head(L);
-    pushes->gradients_W.col(k) = -sum.cross(solver_.multipliers().segment<3>(3));
-  }
-  return true;
 }
 
 double StaticEquilibrium::ResistedPush_N(const StanceForces& forces, const Kinematics& kinematics) {

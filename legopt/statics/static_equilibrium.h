@@ -39,11 +39,8 @@ struct TorqueRatio {
 /// Number of horizontal directions of pushes: 0, 45, .. 315 degrees from the x axis.
 inline constexpr int kPushDirections = 8;
 
-/// Largest horizontal forces at the centre of mass that contact forces alone balance, without effort limits.
-struct Pushes {
-  Eigen::Matrix<double, kPushDirections, 1> shares;       ///< of the weight
-  Eigen::Matrix<double, 3, kPushDirections> gradients_W;  ///< derivatives by the centre of mass, 1/m
-};
+/// Returns direction k of them, unit.
+Eigen::Vector3d PushDirection(int k);
 
 /// Static equilibrium of a posture with given contacts. All programs demand, with moments about the centre of mass,
 ///
@@ -71,10 +68,6 @@ class StaticEquilibrium {
   /// the multipliers of the linear program; where its optimal basis changes, it is one of several.
   void ComputeLoadedRatio(const StanceForces& forces, const Kinematics& kinematics, double tolerance,
                           bool with_gradient, LoadedRatio* result);
-
-  /// Computes the pushes with balance within `tolerance`; returns false without equilibrium. The gradient follows from
-  /// the multipliers of the linear programs.
-  bool ComputePushes(const StanceForces& forces, const Eigen::Vector3d& com_W, double tolerance, Pushes* pushes);
 
   /// Returns the largest force, N, that may push the centre of mass in each of kPushDirections while contacts
   /// and effort limits still balance it; negative if the posture cannot be held as it is.

@@ -57,7 +57,7 @@ void WaypointProgram::AddConstraints(const Dataset& dataset, const WaypointConst
     terms_.push_back(std::make_unique<ComTerm>(waypoint, state, BalanceEdges(dataset, stance, proximity.physics)));
   }
   if (proximity.physics != Physics::kNone && stance.push_N) {
-    terms_.push_back(std::make_unique<PushTerm>(waypoint, state, dataset, stance));
+    terms_.push_back(std::make_unique<PushTerm>(waypoint, state, PushHalfSpaces(dataset, stance)));
   }
   if (proximity.physics == Physics::kEffort) AddTorqueLimits(dataset, stance, waypoint);
   terms_.push_back(std::make_unique<CollisionTerm>(waypoint, state, margin_m, proximity.relaxed_margin_m));

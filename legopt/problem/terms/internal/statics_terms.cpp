@@ -129,37 +129,60 @@ void LoadedTorqueTerm::ComputeModel(LinearModel& model) {
   Eigen::Map<Eigen::VectorXd>(model.row(0, 0), size) = result_.gradient;
 }
 
-PushTerm::PushTerm(int waypoint, WaypointState& state, const Dataset& dataset, const Stance& stance)
-    : Term({"push", TermKind::kInequality, waypoint, 1}),
-      state_(&state),
-      forces_(SurfacesOf(dataset, stance)),
-      equilibrium_(dataset.robot(), dataset.gravity_m_s2()),
-      required_((stance.push_N.value_or(0.0) + 0.5 * kPushTolerance_N) /
-                (dataset.robot().total_mass() * dataset.gravity_m_s2())),
-      com_jacobian_(3, dataset.robot().tangent_size()) {}
+std::vector<HalfSpace> PushHalfSpaces(const Dataset& dataset, const Stance& stance) {
+  const StanceForces forces(SurfacesOf(dataset, stance));
+  const double weight_N = dataset.robot().total_mass() * dataset.gravity_m_s2();
+  const double share = (stance.push_N.value_or(0.0) + 0.5 * kPushTolerance_N) / weight_N;
+  std::vector<HalfSpace> half_spaces;
+  for (int k = 0; k < kPushDirections; ++k) {
+    const Eigen::Vector2d push = share * PushDirection(k).head<2>();
+    const std::vector<Eigen::Vector2d> corners = ComputePushPolygon(forces, push);
+    if (corners.empty()) continue;
+    for (const HalfPlane& edge : Edges(corners)) {
+      const double slope = edge.normal.dot(push);
+      half_spaces.push_back({.normal_W = {edge.normal.x(), edge.normal.y(), slope},
+                             .offset_m = edge.offset - slope * forces.origin_W().z()});
+    }
+  }
+  return half_spaces;
+}
 
-void PushTerm::Compute() {
-  if (revision_ == state_->revision()) return;
-  balanced_ = equilibrium_.ComputePushes(forces_, state_->kinematics().com(), kBalanceSlack, &pushes_);
-  revision_ = state_->revision();
+PushTerm::PushTerm(int waypoint, WaypointState& state, std::vector<HalfSpace> half_spaces)
+    : Term({"push", TermKind::kInequality, waypoint, 1}), state_(&state), half_spaces_(std::move(half_spaces)) {
+  near_.reserve(half_spaces_.size());
+  com_jacobian_.setZero(3, state.kinematics().model().tangent_size());
+}
+
+void PushTerm::FindNear() {
+  const Eigen::Vector3d com_W = state_->kinematics().com();
+  near_.clear();
+  for (size_t i = 0; i < half_spaces_.size(); ++i) {
+    if (half_spaces_[i].Distance(com_W) > -kNearPush_m) near_.push_back(static_cast<int>(i));
+  }
 }
 
 void PushTerm::ComputeResiduals(std::vector<double>& residuals) {
-  Compute();
-  if (!balanced_) return;
-  for (const double share : pushes_.shares) residuals.push_back(required_ - share);
+  FindNear();
+  const Eigen::Vector3d com_W = state_->kinematics().com();
+  for (const int i : near_) residuals.push_back(half_spaces_[static_cast<size_t>(i)].Distance(com_W));
+}
+
+void PushTerm::RowKeys(int /*rows*/, std::vector<int>& keys) {
+  FindNear();
+  keys.insert(keys.end(), near_.begin(), near_.end());
 }
 
 void PushTerm::ComputeModel(LinearModel& model) {
-  Compute();
+  FindNear();
   const int size = state_->kinematics().model().tangent_size();
-  model.Reset(balanced_ ? kPushDirections : 0, size, 1);
-  if (!balanced_) return;
+  model.Reset(static_cast<int>(near_.size()), size, 1);
+  if (near_.empty()) return;
   state_->kinematics().ComJacobian(com_jacobian_);
-  for (int k = 0; k < kPushDirections; ++k) {
-    model.value(k) = required_ - pushes_.shares[k];
-    Eigen::Map<Eigen::VectorXd>(model.row(0, k), size).noalias() =
-        -com_jacobian_.transpose() * pushes_.gradients_W.col(k);
+  const Eigen::Vector3d com_W = state_->kinematics().com();
+  for (int i = 0; i < model.rows(); ++i) {
+    const HalfSpace& half_space = half_spaces_[static_cast<size_t>(near_[static_cast<size_t>(i)])];
+    model.value(i) = half_space.Distance(com_W);
+    Eigen::Map<Eigen::VectorXd>(model.row(0, i), size).noalias() = com_jacobian_.transpose() * half_space.normal_W;
   }
 }
 

@@ -71,28 +71,40 @@ class LoadedTorqueTerm : public Term {
   bool has_gradient_ = false;
 };
 
-/// Inequality: the posture resists the stance's push in kPushDirections, by contact forces alone: p / (M g) - s_k <= 0,
-/// one row a direction (StaticEquilibrium::ComputePushes), with a margin of half of the judge's tolerance. Without
-/// equilibrium there is no row.
+/// A set of places of the centre of mass c for which a push is balanced: normal . c + offset <= 0.
+struct HalfSpace {
+  Eigen::Vector3d normal_W;  ///< outward; its horizontal part is unit
+  double offset_m = 0.0;
+
+  /// Returns the horizontal distance of c from the set: > 0 outside, m.
+  double Distance(const Eigen::Vector3d& com_W) const { return normal_W.dot(com_W) + offset_m; }
+};
+
+/// Returns half-spaces in which contact forces alone balance the stance's push in each of kPushDirections: the edges
+/// of ComputePushPolygon. The push is half of the judge's tolerance larger. Directions in which nothing balances it
+/// have none.
+std::vector<HalfSpace> PushHalfSpaces(const Dataset& dataset, const Stance& stance);
+
+/// Inequality: the centre of mass is in PushHalfSpaces, m; a half-space has a row if its edge is nearer than
+/// kNearPush_m.
 class PushTerm : public Term {
  public:
-  /// `stance` has a push.
-  PushTerm(int waypoint, WaypointState& state, const Dataset& dataset, const Stance& stance);
+  PushTerm(int waypoint, WaypointState& state, std::vector<HalfSpace> half_spaces);
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
-  double AbsentRow() const override { return -required_; }
+  /// Appends the indices of the half-spaces.
+  void RowKeys(int rows, std::vector<int>& keys) override;
+  double AbsentRow() const override { return -kNearPush_m; }
 
  private:
-  /// Sets pushes_ and balanced_.
-  void Compute();
+  static constexpr double kNearPush_m = 0.05;
+
+  /// Sets near_.
+  void FindNear();
 
   WaypointState* state_;
-  StanceForces forces_;
-  StaticEquilibrium equilibrium_;
-  double required_;  ///< share of the weight
-  Pushes pushes_;
-  bool balanced_ = false;
-  std::uint64_t revision_ = 0;  ///< of the state at the last computation
+  std::vector<HalfSpace> half_spaces_;
+  std::vector<int> near_;  ///< those with a row
   Eigen::MatrixXd com_jacobian_;
 };
 
