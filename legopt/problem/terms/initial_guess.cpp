@@ -8,6 +8,7 @@
 
 #include "legopt/dataset/dataset.h"
 #include "legopt/math/random_numbers.h"
+#include "legopt/problem/terms/internal/arm_guess.h"
 #include "legopt/robot/configuration.h"
 
 namespace legopt {
@@ -105,6 +106,12 @@ Eigen::VectorXd InitialGuess(const Dataset& dataset, const Stance& whole_stance,
   parts.joints() = dataset.nominal_joints();
   parts.base_position() << centre, sole - dataset.nominal_sole_height_m();
   parts.set_base_quaternion({std::cos(yaw / 2), 0, 0, std::sin(yaw / 2)});
+  if (has_hands) {
+    const double height = parts.base_position().z();
+    parts.base_position().z() = 0.5 * (lowest + highest) - dataset.nominal_sole_height_m();  // feet on the ground
+    BringHandsNear(dataset, whole_stance, x);
+    parts.base_position().z() = height;
+  }
   return x;
 }
 
