@@ -99,12 +99,13 @@ double Uncertainty(const Extreme& a, const Extreme& b, Eigen::Vector2d* normal) 
   return normal->dot(MeetingPoint(a, b) - a.position);
 }
 
-/// Cuts the largest uncertainty until none is left. `extremes`: in the order of their directions, counter-clockwise.
-void Complete(PositionProgram* program, std::vector<Extreme>* extremes) {
+/// Cuts the largest uncertainty until none is above the accuracy. `extremes`: in the order of their directions,
+/// counter-clockwise.
+void Complete(PositionProgram* program, double accuracy_m, std::vector<Extreme>* extremes) {
   constexpr size_t kMaxCorners = 400;
   std::vector<bool> done(extremes->size(), false);
   while (extremes->size() < kMaxCorners) {
-    double largest = kPolygonAccuracy_m;
+    double largest = accuracy_m;
     size_t worst = extremes->size();
     Eigen::Vector2d normal, worst_normal;
     for (size_t i = 0; i < extremes->size(); ++i) {
@@ -118,8 +119,7 @@ void Complete(PositionProgram* program, std::vector<Extreme>* extremes) {
     if (worst == extremes->size()) return;
     const std::optional<Extreme> found = program->Furthest(worst_normal);
     constexpr double kShareOfAccuracy = 1e-2;
-    if (!found ||
-        worst_normal.dot(found->position - (*extremes)[worst].position) < kShareOfAccuracy * kPolygonAccuracy_m) {
+    if (!found || worst_normal.dot(found->position - (*extremes)[worst].position) < kShareOfAccuracy * accuracy_m) {
       done[worst] = true;  // the chord is an edge
       continue;
     }
@@ -137,14 +137,14 @@ std::optional<SlideProof> ProofOf(const StanceForces& forces, const Eigen::Vecto
 }
 
 /// Returns the corners of all positions of a program that has some.
-std::vector<Eigen::Vector2d> CornersOf(PositionProgram* program, const StanceForces& forces) {
+std::vector<Eigen::Vector2d> CornersOf(PositionProgram* program, const StanceForces& forces, double accuracy_m) {
   static const std::array<Eigen::Vector2d, 4> kFirstDirections = {Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1),
                                                                   Eigen::Vector2d(-1, 0), Eigen::Vector2d(0, -1)};
   std::vector<Extreme> extremes;
   for (const Eigen::Vector2d& direction : kFirstDirections) {
     if (const std::optional<Extreme> extreme = program->Furthest(direction)) extremes.push_back(*extreme);
   }
-  if (extremes.size() == kFirstDirections.size()) Complete(program, &extremes);
+  if (extremes.size() == kFirstDirections.size()) Complete(program, accuracy_m, &extremes);
   std::vector<Eigen::Vector2d> positions;
   for (const Extreme& extreme : extremes) positions.push_back(extreme.position + forces.origin_W().head<2>());
   return ConvexHull2d(std::move(positions));
@@ -186,7 +186,8 @@ bool IsProof(const SlideProof& proof) { return proof.largest <= kProofRounding &
 EquilibriumPolygon ComputeEquilibriumPolygon(const StanceForces& forces) {
   PositionProgram program(forces, Eigen::Vector3d::UnitZ());
   EquilibriumPolygon result;
-  if (program.status() == LinearProgramStatus::kOptimal) result.corners = CornersOf(&program, forces);
+  if (program.status() == LinearProgramStatus::kOptimal)
+    result.corners = CornersOf(&program, forces, kPolygonAccuracy_m);
   if (program.status() == LinearProgramStatus::kInfeasible) result.slide = ProofOf(forces, program.multipliers());
   return result;
 }
@@ -194,7 +195,7 @@ EquilibriumPolygon ComputeEquilibriumPolygon(const StanceForces& forces) {
 std::vector<Eigen::Vector2d> ComputePushPolygon(const StanceForces& forces, const Eigen::Vector2d& push) {
   PositionProgram program(forces, Eigen::Vector3d(-push.x(), -push.y(), 1.0));
   if (program.status() != LinearProgramStatus::kOptimal) return {};
-  return CornersOf(&program, forces);
+  return CornersOf(&program, forces, kPushPolygonAccuracy_m);
 }
 
 }  // namespace legopt

@@ -56,6 +56,9 @@ inline constexpr double kPolygonAccuracy_m = 1e-4;
 /// Source: Bretl, Lall, Testing Static Equilibrium for Legged Robots, IEEE T-RO 24(4), 2008.
 EquilibriumPolygon ComputeEquilibriumPolygon(const StanceForces& forces);
 
+/// Distance up to which the corners approximate the exact polygon from within, if a push acts.
+inline constexpr double kPushPolygonAccuracy_m = 1e-3;
+
 /// Computes the polygon that remains while a horizontal force pushes the centre of mass c. `push`: that force in units
 /// of the weight. The forces then have the sum F = e_z - push and the moments c x F, so that only the line through c
 /// along F matters. The polygon contains the points where that line meets the horizontal plane through
@@ -63,7 +66,8 @@ EquilibriumPolygon ComputeEquilibriumPolygon(const StanceForces& forces);
 ///
 ///     c_xy + (c_z - origin_z) push
 ///
-/// Same accuracy as the polygon without a push; a polygon without corners has no proof. Thread-safe.
+/// The corners approximate the exact polygon from within up to kPushPolygonAccuracy_m. Empty if nothing balances the
+/// push. Thread-safe.
 std::vector<Eigen::Vector2d> ComputePushPolygon(const StanceForces& forces, const Eigen::Vector2d& push);
 
 /// Returns the polygon in which a stance at its targets demands the centre of mass, by every rule: the support polygon

@@ -110,7 +110,8 @@ void StaticEquilibrium::SetTorqueRows(const StanceForces& forces, const Kinemati
   }
 }
 
-bool StaticEquilibrium::MinimizeRatio(const StanceForces& forces, const Kinematics& kinematics, double tolerance) {
+bool StaticEquilibrium::MinimizeRatio(const StanceForces& forces, const Kinematics& kinematics, double tolerance,
+                                      bool resume, LinearProgramSolver& solver) {
   SetTorqueRows(forces, kinematics);
   const auto m = static_cast<Eigen::Index>(loaded_.size());
   const Eigen::Index L = forces.num_generators();
@@ -129,8 +130,9 @@ bool StaticEquilibrium::MinimizeRatio(const StanceForces& forces, const Kinemati
   upper_[L] = kLargestTorqueRatio;
   cost_.setZero(A_.cols());
   cost_[L] = -1.0;
-  return solver_.Constrain(A_, b_, upper_) == LinearProgramStatus::kOptimal &&
-         solver_.Minimize(cost_) == LinearProgramStatus::kOptimal;
+  const bool feasible =
+      (resume && solver.Resume(A_, b_, upper_)) || solver.Constrain(A_, b_, upper_) == LinearProgramStatus::kOptimal;
+  return feasible && solver.Minimize(cost_) == LinearProgramStatus::kOptimal;
 }
 
 bool StaticEquilibrium::IsLoadedRatioBelow(const StanceForces& forces, const Kinematics& kinematics, double tolerance,
@@ -147,21 +149,22 @@ bool StaticEquilibrium::IsLoadedRatioBelow(const StanceForces& forces, const Kin
     b_[first + i] = ratio - gravity_torques_[dof] / robot_.effort_limits()[dof];
     upper_[L + first + i] = 2.0 * ratio;
   }
-  return solver_.Constrain(A_, b_, upper_) == LinearProgramStatus::kOptimal;
+  return bounded_solver_.Resume(A_, b_, upper_) ||
+         bounded_solver_.Constrain(A_, b_, upper_) == LinearProgramStatus::kOptimal;
 }
 
 void StaticEquilibrium::ComputeLoadedRatio(const StanceForces& forces, const Kinematics& kinematics, double tolerance,
                                            bool with_gradient, LoadedRatio* result) {
-  if (!MinimizeRatio(forces, kinematics, tolerance)) {
+  if (!MinimizeRatio(forces, kinematics, tolerance, true, loaded_solver_)) {
     result->ratio = LinearProgramSolver::kInfinity;
     return;
   }
   const int n = robot_.num_dofs();
   const Eigen::Index L = forces.num_generators(), m = static_cast<Eigen::Index>(loaded_.size());
-  result->ratio = kLargestTorqueRatio - solver_.x()[L];
+  result->ratio = kLargestTorqueRatio - loaded_solver_.x()[L];
   if (!with_gradient) return;
   // The rate of the optimum is that of y . (b - A x) at fixed x, y. The torque rows are -+ tau_j / limit_j.
-  const Eigen::VectorXd& y = solver_.multipliers();
+  const Eigen::VectorXd& y = loaded_solver_.multipliers();
   const Eigen::Index first = y.size() - 2 * m;
   weights_.setZero(n);
   for (Eigen::Index i = 0; i < m; ++i) {
@@ -177,7 +180,7 @@ void StaticEquilibrium::ComputeLoadedRatio(const StanceForces& forces, const Kin
   for (size_t k = 0; k < forces.points().size(); ++k) {
     Eigen::Vector3d force = Eigen::Vector3d::Zero();  // in weights
     for (; l < forces.num_generators() && forces.point_of(l) == static_cast<int>(k); ++l) {
-      force += solver_.x()[l] * forces.directions().col(l);
+      force += loaded_solver_.x()[l] * forces.directions().col(l);
     }
     sum += force;
     if (force.isZero(0.0)) continue;
@@ -192,7 +195,7 @@ void StaticEquilibrium::ComputeLoadedRatio(const StanceForces& forces, const Kin
 
 TorqueRatio StaticEquilibrium::ComputeTorqueRatio(const StanceForces& forces, const Kinematics& kinematics) {
   TorqueRatio result;
-  if (!MinimizeRatio(forces, kinematics, kBalanceTolerance)) {
+  if (!MinimizeRatio(forces, kinematics, kBalanceTolerance, false, solver_)) {
     result.ratio = LinearProgramSolver::kInfinity;
     return result;
   }

@@ -61,11 +61,13 @@ class StaticEquilibrium {
   TorqueRatio ComputeTorqueRatio(const StanceForces& forces, const Kinematics& kinematics);
 
   /// Returns true if forces with balance within `tolerance` exist for which no loaded joint needs more than `ratio` of
-  /// its limit. In a small part of the time of ComputeLoadedRatio.
+  /// its limit. In a small part of the time of ComputeLoadedRatio, most of all if little has changed since the last
+  /// call.
   bool IsLoadedRatioBelow(const StanceForces& forces, const Kinematics& kinematics, double tolerance, double ratio);
 
   /// Computes the ratio of the joints that contacts load, with balance within `tolerance`. The gradient follows from
-  /// the multipliers of the linear program; where its optimal basis changes, it is one of several.
+  /// the multipliers of the linear program; where its optimal basis changes, it is one of several. The search begins
+  /// at the last call's basis, so that the last digits depend on the calls before.
   void ComputeLoadedRatio(const StanceForces& forces, const Kinematics& kinematics, double tolerance,
                           bool with_gradient, LoadedRatio* result);
 
@@ -74,8 +76,10 @@ class StaticEquilibrium {
   double ResistedPush_N(const StanceForces& forces, const Kinematics& kinematics);
 
  private:
-  /// Minimises the ratio of loaded joints over the forces; returns false without equilibrium.
-  bool MinimizeRatio(const StanceForces& forces, const Kinematics& kinematics, double tolerance);
+  /// Minimises the ratio of loaded joints over the forces; returns false without equilibrium. `resume`: begins at the
+  /// last basis of `solver`, if that is feasible.
+  bool MinimizeRatio(const StanceForces& forces, const Kinematics& kinematics, double tolerance, bool resume,
+                     LinearProgramSolver& solver);
   /// Torques of loaded joints as linear functions of the generators, in shares of their limits.
   void SetTorqueRows(const StanceForces& forces, const Kinematics& kinematics);
   /// Sets the rows of balance and bounds; `columns` follow the generators. Returns the first column of the slacks.
@@ -93,6 +97,7 @@ class StaticEquilibrium {
   Eigen::MatrixXd com_jacobian_, gravity_jacobian_;
   Eigen::VectorXd weights_;
   LinearProgramSolver solver_;
+  LinearProgramSolver loaded_solver_, bounded_solver_;  ///< of ComputeLoadedRatio and IsLoadedRatioBelow
 };
 
 }  // namespace legopt

@@ -41,15 +41,17 @@ Eigen::Matrix3d Tilted(double angle_rad, double heading_rad = 0.0) {
       .toRotationMatrix();
 }
 
-/// Residual of (E) at a centre of mass by non-negative least squares; 0: equilibrium.
-double LeastSquaresResidual(const StanceForces& forces, const Eigen::Vector3d& com_W) {
+/// Residual of the balance at a centre of mass, where a push (weights) acts, by non-negative least squares; 0:
+/// equilibrium.
+double LeastSquaresResidual(const StanceForces& forces, const Eigen::Vector3d& com_W,
+                            const Eigen::Vector2d& push = Eigen::Vector2d::Zero()) {
   Eigen::MatrixXd A(6, forces.num_generators());
   for (int l = 0; l < forces.num_generators(); ++l) {
     const Eigen::Vector3d position_W = forces.points()[static_cast<size_t>(forces.point_of(l))].position_W;
     A.col(l) << forces.directions().col(l), (position_W - com_W).cross(forces.directions().col(l));
   }
   Eigen::VectorXd b = Eigen::VectorXd::Zero(6);
-  b[2] = 1.0;
+  b.head<3>() << -push, 1.0;
   return test::NonNegativeResidual(A, b);
 }
 
@@ -154,6 +156,46 @@ TEST(EquilibriumPolygon, AgreesWithLeastSquaresOnRandomStances) {
   EXPECT_GT(outside, 1'000);
   EXPECT_GT(empty, 1'000);
   EXPECT_GT(proven, empty * 9 / 10);
+}
+
+TEST(EquilibriumPolygon, WithAPushAgreesWithLeastSquaresOnRandomStances) {
+  std::mt19937_64 random(12);
+  std::uniform_real_distribution<double> share(-0.3, 0.3);
+  int inside = 0, outside = 0, empty = 0;
+  for (int trial = 0; trial < 3'000; ++trial) {
+    SCOPED_TRACE(trial);
+    std::vector<TouchedSurface> surfaces = test::RandomSurfaces(random);
+    for (TouchedSurface& surface : surfaces) surface.max_normal.reset();
+    const StanceForces forces(surfaces);
+    const Eigen::Vector3d com_W = test::RandomCom(surfaces, random);
+    const Eigen::Vector2d push(share(random), share(random));
+    const std::vector<Eigen::Vector2d> corners = ComputePushPolygon(forces, push);
+    const double residual = LeastSquaresResidual(forces, com_W, push);
+    if (corners.empty()) {
+      EXPECT_GT(residual, 1e-6);
+      ++empty;
+      continue;
+    }
+    const Eigen::Vector2d place = com_W.head<2>() + (com_W.z() - forces.origin_W().z()) * push;
+    const double distance = SignedDistanceToPolygon(corners, place);
+    if (distance < 0.0) {
+      EXPECT_LT(residual, 1e-9) << distance;
+      ++inside;
+    } else if (distance > 2.0 * kPushPolygonAccuracy_m &&
+               (place - forces.origin_W().head<2>()).cwiseAbs().maxCoeff() < 2.9) {
+      EXPECT_GT(residual, 1e-9) << distance;
+      ++outside;
+    }
+  }
+  EXPECT_GT(inside, 300);
+  EXPECT_GT(outside, 300);
+  EXPECT_GT(empty, 300);
+}
+
+TEST(EquilibriumPolygon, WithoutAPushIsThePolygonOfTheWeight) {
+  const StanceForces forces({Patch(Tilted(0.2), {0, 0.2, 0.1}, 0.5), Patch(Tilted(-0.1), {0, -0.2, 0}, 0.5)});
+  const double with = PolygonArea(ComputePushPolygon(forces, Eigen::Vector2d::Zero()));
+  EXPECT_NEAR(with, PolygonArea(ComputeEquilibriumPolygon(forces).corners), 2e-3);
 }
 
 TEST(StaticEquilibrium, ImbalanceAgreesWithGlpkOnRandomStances) {

@@ -150,5 +150,52 @@ TEST(LinearProgram, SecondObjectiveStartsFromTheFirstOptimum) {
   EXPECT_GT(compared, 50);
 }
 
+TEST(LinearProgram, ResumesOnlyFromABasisThatIsStillFeasible) {
+  std::mt19937_64 random(5);
+  LinearProgramSolver solver, fresh;
+  int resumed = 0, refused = 0;
+  for (int trial = 0; trial < 1'000; ++trial) {
+    SCOPED_TRACE(trial);
+    Program program = RandomProgram(random);
+    if (solver.Constrain(program.A, program.b, program.upper) != LinearProgramStatus::kOptimal) continue;
+    if (solver.Minimize(program.c) != LinearProgramStatus::kOptimal) continue;
+    std::uniform_real_distribution<double> change(-0.3, 0.3);
+    for (Eigen::Index i = 0; i < program.A.size(); ++i) {
+      if (program.A.data()[i] != 0.0) program.A.data()[i] += 0.1 * change(random);
+    }
+    for (Eigen::Index i = 0; i < program.b.size(); ++i) program.b[i] += change(random);
+    const LinearProgramStatus feasible = fresh.Constrain(program.A, program.b, program.upper);
+    if (!solver.Resume(program.A, program.b, program.upper)) {
+      ++refused;
+      continue;
+    }
+    ++resumed;
+    ASSERT_EQ(feasible, LinearProgramStatus::kOptimal);
+    const LinearProgramStatus expected = fresh.Minimize(program.c);
+    ASSERT_EQ(solver.Minimize(program.c), expected);
+    if (expected != LinearProgramStatus::kOptimal) continue;
+    ExpectFeasible(program, solver.x());
+    EXPECT_NEAR(solver.objective(), fresh.objective(), 1e-8 * (1.0 + std::abs(fresh.objective())));
+  }
+  EXPECT_GT(resumed, 100);
+  EXPECT_GT(refused, 50);
+}
+
+TEST(LinearProgram, DoesNotResumeAnotherSize) {
+  Program program;
+  program.A.resize(1, 2);
+  program.A << 1, 1;
+  program.b = Eigen::VectorXd::Constant(1, 2.0);
+  program.upper.setConstant(2, kInfinity);
+  LinearProgramSolver solver;
+  EXPECT_FALSE(solver.Resume(program.A, program.b, program.upper)) << "no basis yet";
+  ASSERT_EQ(solver.Constrain(program.A, program.b, program.upper), LinearProgramStatus::kOptimal);
+  EXPECT_TRUE(solver.Resume(program.A, program.b, program.upper));
+  program.A.resize(1, 3);
+  program.A << 1, 1, 1;
+  program.upper.setConstant(3, kInfinity);
+  EXPECT_FALSE(solver.Resume(program.A, program.b, program.upper));
+}
+
 }  // namespace
 }  // namespace legopt

@@ -44,8 +44,32 @@ LinearProgramStatus LinearProgramSolver::Constrain(const Eigen::MatrixXd& A, con
   return LinearProgramStatus::kOptimal;
 }
 
+bool LinearProgramSolver::Resume(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& upper) {
+  const bool same_size = A.rows() == rows() && A.cols() == columns() && upper.size() == columns();
+  const auto is_artificial = [this](int basic) { return basic >= columns(); };
+  if (!same_size || basis_.empty() || std::ranges::any_of(basis_, is_artificial)) return false;
+  A_ = A;
+  b_ = b;
+  upper_ = upper;
+  pivots_ = 0;
+  has_tableau_ = false;
+  artificial_upper_ = 0.0;
+  FactorBasis();
+  values_ = factors_.solve(right_side_);
+  // A nearly singular basis has no exact solution.
+  if (!((basis_matrix_ * values_ - right_side_).cwiseAbs().maxCoeff() <= kFeasibilityTolerance)) return false;
+  for (Eigen::Index i = 0; i < rows(); ++i) {
+    if (values_[i] < 0.0 || values_[i] > UpperOfBasic(i)) return false;
+  }
+  return true;
+}
+
 LinearProgramStatus LinearProgramSolver::Minimize(const Eigen::VectorXd& c) {
   pivots_ = 0;
+  if (!has_tableau_) {
+    tableau_ = factors_.solve(A_);
+    has_tableau_ = true;
+  }
   const LinearProgramStatus status = Iterate(c, 0.0);
   if (status == LinearProgramStatus::kOptimal) Refine(c, 0.0);
   return status;
@@ -56,6 +80,7 @@ LinearProgramStatus LinearProgramSolver::Minimize(const Eigen::VectorXd& c) {
 void LinearProgramSolver::SetInitialBasis() {
   const Eigen::Index m = rows(), n = columns();
   tableau_ = A_;
+  has_tableau_ = true;
   values_ = b_;
   sign_.setOnes(m);
   basis_.assign(static_cast<size_t>(m), -1);
@@ -186,29 +211,38 @@ LinearProgramStatus LinearProgramSolver::Iterate(const Eigen::VectorXd& cost, do
   return LinearProgramStatus::kStalled;
 }
 
-/// Computes x, y and the objective from the basis and the original numbers.
-void LinearProgramSolver::Refine(const Eigen::VectorXd& cost, double artificial_cost) {
+void LinearProgramSolver::FactorBasis() {
   const Eigen::Index m = rows(), n = columns();
   basis_matrix_.setZero(m, m);
-  basis_cost_.resize(m);
-  x_.setZero(n);
   right_side_ = b_;
   for (Eigen::Index j = 0; j < n; ++j) {
     if (in_basis_[static_cast<size_t>(j)] != 0 || at_upper_[static_cast<size_t>(j)] == 0) continue;
-    x_[j] = upper_[j];
     right_side_ -= upper_[j] * A_.col(j);
   }
   for (Eigen::Index i = 0; i < m; ++i) {
     const int basic = basis_[static_cast<size_t>(i)];
     if (basic < n) {
       basis_matrix_.col(i) = A_.col(basic);
-      basis_cost_[i] = cost[basic];
     } else {
       basis_matrix_(basic - n, i) = sign_[basic - n];
-      basis_cost_[i] = artificial_cost;
     }
   }
   factors_.compute(basis_matrix_);
+}
+
+/// Computes x, y and the objective from the basis and the original numbers.
+void LinearProgramSolver::Refine(const Eigen::VectorXd& cost, double artificial_cost) {
+  const Eigen::Index m = rows(), n = columns();
+  basis_cost_.resize(m);
+  x_.setZero(n);
+  for (Eigen::Index j = 0; j < n; ++j) {
+    if (in_basis_[static_cast<size_t>(j)] == 0 && at_upper_[static_cast<size_t>(j)] != 0) x_[j] = upper_[j];
+  }
+  for (Eigen::Index i = 0; i < m; ++i) {
+    const int basic = basis_[static_cast<size_t>(i)];
+    basis_cost_[i] = basic < n ? cost[basic] : artificial_cost;
+  }
+  FactorBasis();
   values_ = factors_.solve(right_side_);
   y_ = factors_.transpose().solve(basis_cost_);
   objective_ = 0.0;

@@ -46,7 +46,12 @@ class LinearProgramSolver {
   /// rounding, y . A_j <= 0 for all other columns: no x can satisfy y . A x = y . b.
   LinearProgramStatus Constrain(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& upper);
 
-  /// Minimises c . x from the present basis. Only after Constrain returned kOptimal. `c`: n.
+  /// Replaces the constraints by others of the same size, for which the last basis may still be feasible: a small part
+  /// of the time of Constrain. Returns false if it is not, or if there is none; then only Constrain may follow. The
+  /// basis, and with it x(), depends on the programs before.
+  bool Resume(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& upper);
+
+  /// Minimises c . x from the present basis. Only after Constrain returned kOptimal or Resume true. `c`: n.
   LinearProgramStatus Minimize(const Eigen::VectorXd& c);
 
   const Eigen::VectorXd& x() const { return x_; }            ///< n
@@ -65,6 +70,8 @@ class LinearProgramSolver {
   Eigen::Index rows() const { return b_.size(); }
   Eigen::Index columns() const { return upper_.size(); }
   void SetInitialBasis();
+  /// Sets basis_matrix_ and its factors, and right_side_: b less the columns at their upper bounds.
+  void FactorBasis();
   LinearProgramStatus Iterate(const Eigen::VectorXd& cost, double artificial_cost);
   void ComputeReducedCosts(const Eigen::VectorXd& cost, double artificial_cost);
   Eigen::Index EnteringColumn(bool first_index) const;
@@ -76,7 +83,8 @@ class LinearProgramSolver {
 
   Eigen::MatrixXd A_;
   Eigen::VectorXd b_, upper_;
-  Eigen::MatrixXd tableau_;        ///< inverse of the basis times A
+  Eigen::MatrixXd tableau_;  ///< inverse of the basis times A; only if has_tableau_
+  bool has_tableau_ = false;
   Eigen::VectorXd values_;         ///< of the basic variables
   Eigen::VectorXd reduced_;        ///< reduced costs
   Eigen::VectorXd sign_;           ///< of each row's artificial variable

@@ -11,6 +11,7 @@
 #include "legopt/dataset/internal/text_file.h"
 #include "legopt/dataset/scene_file.h"
 #include "legopt/input/json.h"
+#include "legopt/solvers/sqp_options.h"
 #include "legopt/statics/stance_forces.h"
 
 namespace legopt::worldgen {
@@ -73,6 +74,12 @@ Method FinderMethod() {
   method.name = PlantedPosture::kMethod;
   method.multi_starts = kRestarts;
   method.physics = Physics::kEffort;
+  // As in data/suites/contacts.yaml.
+  method.contact_range_m = 0.06;
+  auto options = method.options.As<BestOptions>();
+  options.sqp.initial_penalty = 1e3;
+  options.rescue_noise = 0.4;
+  method.options = options;
   return method;
 }
 

@@ -151,5 +151,40 @@ TEST(InitialGuessOfHands, HandsFarAheadDrawTheTrunkForwards) {
   EXPECT_EQ(with.tail<4>(), without.tail<4>());
 }
 
+TEST(InitialGuessOfHands, ArmsBringHandsNearTheirTargets) {
+  const auto dataset = Dataset::Load(SourceFolder() + "/data/contacts-humanoid");
+  const RobotModel& robot = dataset->robot();
+  Kinematics kinematics(robot);
+  int near = 0, all = 0;
+  for (const ProblemDefinition& problem : dataset->problems(Task::kPosture)) {
+    const Stance& stance = problem.stances.front();
+    Eigen::VectorXd x = InitialGuess(*dataset, stance, Initialization::kGood);
+    const Eigen::VectorXd buried = InitialGuess(*dataset, stance, Initialization::kInCollision);
+    EXPECT_EQ(x.head(robot.num_dofs()), buried.head(robot.num_dofs())) << "the same arms, whatever the height";
+    double lowest = 1e9, highest = -1e9;
+    for (const ContactTarget& target : stance.contacts) {
+      if (!dataset->contact(target.contact).facts().supports) continue;
+      lowest = std::min(lowest, target.position.z());
+      highest = std::max(highest, target.position.z());
+    }
+    x[robot.base_position_index() + 2] = 0.5 * (lowest + highest) - dataset->nominal_sole_height_m();
+    kinematics.Update(x);
+    for (const ContactTarget& target : stance.contacts) {
+      const Contact& contact = dataset->contact(target.contact);
+      if (contact.facts().supports) continue;
+      const Eigen::Isometry3d X_WC = kinematics.link_pose(contact.link_index) * contact.X_LC;
+      near += (X_WC.translation() - contact.OriginTarget(target)).norm() < 0.3 ? 1 : 0;
+      ++all;
+    }
+    for (int dof = 0; dof < robot.num_dofs(); ++dof) {
+      EXPECT_GE(x[dof], robot.lower_limits()[dof]);
+      EXPECT_LE(x[dof], robot.upper_limits()[dof]);
+    }
+    const int leg = robot.joints()[static_cast<size_t>(robot.FindJoint("l_leg_kny"))].dof;
+    EXPECT_EQ(x[leg], dataset->nominal_joints()[leg]) << "legs stay";
+  }
+  EXPECT_GT(near, all / 2);  // hands far ahead or high stay out of reach until the trunk moves
+}
+
 }  // namespace
 }  // namespace legopt
