@@ -114,6 +114,7 @@ constexpr const char* kContactsKind = "contacts";
 
 struct DatasetFlags {
   ScenarioFlags scenario;
+  int motions = worldgen::ContactDatasetOptions().motions;
   int traps = worldgen::ContactDatasetOptions().traps;
   std::optional<std::string> robot;
   std::optional<std::string> from;
@@ -216,6 +217,7 @@ void RequireApplicable(const DatasetFlags& flags, bool contacts) {
     if (!used) return;
     throw ClientError(ExitCode::kUsage, flag + " does not apply to --kind " + flags.scenario.kind + "; leave it out");
   };
+  refuse(!contacts && flags.motions != worldgen::ContactDatasetOptions().motions, "--motions");
   refuse(!contacts && flags.traps != worldgen::ContactDatasetOptions().traps, "--traps");
   if (!contacts) return;
   refuse(flags.scenario.level != ScenarioFlags().level, "--level");
@@ -235,6 +237,7 @@ ExitCode MakeContactDataset(const DatasetFlags& flags) {
   options.robot_folder = flags.robot ? std::filesystem::path(*flags.robot) : app::DataFolder() / "hands-small";
   options.seed = flags.scenario.seed;
   options.postures = flags.postures.value_or(options.postures);
+  options.motions = flags.motions;
   options.traps = flags.traps;
   options.threads = flags.options.threads;
   options.read_guard = GuardedReader();
@@ -277,6 +280,7 @@ void AddGenerateCommand(const app::Command& program, Invocation* invocation) {
                    "garage, house, or contacts: postures that need hands, or feet on rubble");
   dataset.AddOption("--robot", dataset_flags->robot,
                     "Dataset folder whose robot is used (default: the embedded one's)");
+  dataset.AddOption("--motions", dataset_flags->motions, "Motion problems, only of kind contacts").ShowDefault();
   dataset.AddOption("--traps", dataset_flags->traps, "Stances that no forces hold, only of kind contacts")
       .ShowDefault();
   AddInstanceFlags(dataset, dataset_flags.get());

@@ -16,7 +16,7 @@
 #include "legopt/statics/equilibrium_polygon.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/number_text.h"
-#include "legopt/worldgen/internal/contact_station.h"
+#include "legopt/worldgen/internal/contact_planter.h"
 #include "legopt/worldgen/internal/posture_selection.h"
 #include "legopt/worldgen/internal/seeds.h"
 #include "legopt/worldgen/internal/station_field.h"
@@ -25,13 +25,6 @@ namespace legopt::worldgen {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Friction by which a proof must exceed the problem's, so that no tolerance decides it.
-constexpr double kFrictionMargin = 0.02;
-/// Push that a posture must resist from level intermediate on, as a share of the weight.
-constexpr double kPushShare = 0.05;
-/// Least area of the equilibrium polygon of a station that is tried.
-constexpr double kLeastArea_m2 = 2e-3;
 
 /// A family's share of the problems.
 struct Share {
@@ -43,72 +36,18 @@ constexpr std::array kShares = {Share{ContactFamily::kSlide, 40}, Share{ContactF
 
 constexpr std::array kLevels = {ContactLevel::kEasy, ContactLevel::kIntermediate, ContactLevel::kHard};
 
-/// The stance with hands that only touch.
-Stance WithIdleHands(const Dataset& dataset, Stance stance) {
-  for (ContactTarget& target : stance.contacts) {
-    if (!dataset.contact(target.contact).facts().supports) target.carries = false;
-  }
-  return stance;
-}
-
-/// Returns a proof that the stance slides whatever the posture, even with more friction than it has.
-std::optional<SlideProof> SlideWithMargin(const Dataset& dataset, const Stance& stance) {
-  if (SlidesUnderLoad(dataset, stance)) return std::nullopt;  // another grip may hold
-  std::vector<TouchedSurface> surfaces = SurfacesOf(dataset, stance);
-  for (TouchedSurface& surface : surfaces) surface.friction += kFrictionMargin;
-  return ComputeEquilibriumPolygon(StanceForces(surfaces, FrictionPyramid::kCircumscribed)).slide;
-}
-
-double PolygonArea_m2(const Dataset& dataset, const Stance& stance) {
-  const EquilibriumPolygon polygon = ComputeEquilibriumPolygon(StanceForces(SurfacesOf(dataset, stance)));
-  return polygon.corners.size() < 3 ? 0.0 : PolygonArea(polygon.corners);
-}
-
-int NumHands(const Dataset& dataset, const Stance& stance) {
-  return static_cast<int>(std::ranges::count_if(
-      stance.contacts, [&](const ContactTarget& target) { return !dataset.contact(target.contact).facts().supports; }));
-}
-
-/// Why feet alone do not hold a station, as in the column of features.csv.
-std::string FeetAlone(const Dataset& dataset, const Station& station) {
-  const Stance feet = WithIdleHands(dataset, station.stance);
-  if (NumHands(dataset, feet) == 0) return "no hands";
-  if (SlideWithMargin(dataset, feet)) return "slide proven";
-  return certify::RefuteBalance(dataset, feet) ? "reach proven" : "open";
-}
-
-/// Returns true if a station has what its family promises, as far as geometry and forces tell.
-bool IsPlausible(const Dataset& dataset, const Station& station) {
-  const int hands = NumHands(dataset, station.stance);
-  if (station.family != ContactFamily::kRubble && hands == 0) return false;
-  if (!(PolygonArea_m2(dataset, station.stance) >= kLeastArea_m2)) return false;
-  const std::string alone = FeetAlone(dataset, station);
-  if (station.family == ContactFamily::kSlide) return alone == "slide proven";
-  if (station.family == ContactFamily::kReach) return alone == "reach proven";
-  return true;
-}
-
-/// A station with its planted posture.
-struct Planted {
-  Station station;
-  PlantedPosture posture;
-};
-
-/// Numbers of stations of a family and level.
-struct Counts {
-  int drawn = 0, plausible = 0, solved = 0;
-};
-
 class ContactBuilder {
  public:
   ContactBuilder(const ContactDatasetOptions& options, fs::path folder, const BuildProgress& progress)
       : options_(options),
         folder_(std::move(folder)),
         progress_(progress),
-        source_(Dataset::Load(options.robot_folder, options.read_guard)) {}
+        source_(Dataset::Load(options.robot_folder, options.read_guard)),
+        planter_(options, folder_, progress, source_) {}
 
   ContactDatasetReport Build() {
-    for (const auto& [family, count] : Quotas()) Choose(family, count);
+    for (const auto& [family, count] : Quotas(options_.postures)) Choose(family, count);
+    for (const auto& [family, count] : Quotas(options_.motions)) ChooseCourses(family, count);
     WriteDataset();
     WriteTraps();
     Certify();
@@ -116,16 +55,15 @@ class ContactBuilder {
   }
 
  private:
-  using Key = std::pair<ContactFamily, ContactLevel>;
-
-  std::vector<std::pair<ContactFamily, int>> Quotas() const;
+  std::vector<std::pair<ContactFamily, int>> Quotas(int total) const;
   void Choose(ContactFamily family, int count);
-  std::vector<Planted> PlantMany(const Key& key, int wanted, Counts* counts);
-  std::vector<Station> DrawPlausible(const Key& key, int first, int number, Counts* counts);
-  std::vector<Planted> Solve(const std::vector<Station>& stations);
-  std::mt19937_64 Generator(const Key& key, const std::string& purpose, int number) const;
+  void ChooseCourses(ContactFamily family, int count);
+  /// Throws InputError.
+  [[noreturn]] void RefuseTooFew(const std::string& flag, int number, const std::string& line) const;
   Vector6d Features(const Planted& planted) const;
   void WriteDataset();
+  void MoveToPlaces(const std::shared_ptr<const Dataset>& dataset, std::size_t count);
+  void WriteSolutions(const Dataset& dataset);
   void WriteTraps();
   void Certify();
   void Describe();
@@ -134,12 +72,14 @@ class ContactBuilder {
   fs::path folder_;
   const BuildProgress& progress_;
   std::shared_ptr<const Dataset> source_;
+  ContactPlanter planter_;
   std::vector<Planted> chosen_;
+  std::vector<PlantedCourse> courses_;
   ContactDatasetReport report_;
 };
 
-/// Returns the families that suit the robot, with their numbers of problems.
-std::vector<std::pair<ContactFamily, int>> ContactBuilder::Quotas() const {
+/// Returns the families that suit the robot, with their shares of `total` problems.
+std::vector<std::pair<ContactFamily, int>> ContactBuilder::Quotas(int total) const {
   const StationDrawer drawer(source_);
   int weights = 0;
   for (const Share& share : kShares) weights += drawer.Suits(share.family) ? share.weight : 0;
@@ -149,7 +89,7 @@ std::vector<std::pair<ContactFamily, int>> ContactBuilder::Quotas() const {
                       "declare contacts of kind palm or rail (docs/reference/datasets.md#contacts)"});
   }
   std::vector<std::pair<ContactFamily, int>> quotas;
-  int left = options_.postures;
+  int left = total;
   for (const Share& share : kShares) {
     if (!drawer.Suits(share.family)) continue;
     const int count = weights == share.weight ? left : left * share.weight / weights;
@@ -158,72 +98,6 @@ std::vector<std::pair<ContactFamily, int>> ContactBuilder::Quotas() const {
     weights -= share.weight;
   }
   return quotas;
-}
-
-std::mt19937_64 ContactBuilder::Generator(const Key& key, const std::string& purpose, int number) const {
-  return std::mt19937_64(DeriveSeed(options_.seed, purpose + "/" + std::string(legopt::ToString(key.first)) + "/" +
-                                                       std::string(legopt::ToString(key.second)) + "/" +
-                                                       std::to_string(number)));
-}
-
-/// Draws the stations of `number` numbers from `first` on, and returns the plausible ones in their order.
-std::vector<Station> ContactBuilder::DrawPlausible(const Key& key, int first, int number, Counts* counts) {
-  std::vector<std::optional<Station>> drawn(static_cast<std::size_t>(number));
-  std::vector<StationDrawer> drawers(static_cast<std::size_t>(options_.threads), StationDrawer(source_));
-  ForEachIndex(options_.threads, drawn.size(), [&](int worker, std::size_t i) {
-    std::mt19937_64 generator = Generator(key, "station", first + static_cast<int>(i));
-    Station station = drawers[static_cast<std::size_t>(worker)].Draw(key.first, key.second, generator);
-    if (key.second != ContactLevel::kEasy) {
-      station.stance.push_N = kPushShare * source_->robot().total_mass() * source_->gravity_m_s2();
-    }
-    if (IsPlausible(*source_, station)) drawn[i] = std::move(station);
-  });
-  counts->drawn += number;
-  std::vector<Station> plausible;
-  for (std::optional<Station>& station : drawn) {
-    if (station) plausible.push_back(std::move(*station));
-  }
-  counts->plausible += static_cast<int>(plausible.size());
-  return plausible;
-}
-
-/// Searches postures of stations in a field of their own; returns those that have one.
-std::vector<Planted> ContactBuilder::Solve(const std::vector<Station>& stations) {
-  const fs::path field = folder_ / "candidates";
-  fs::create_directories(field);
-  WriteStations(options_.robot_folder, "candidates", "Candidates", stations, field, options_.read_guard);
-  const auto dataset = Dataset::Load(field, options_.read_guard);
-  std::vector<std::unique_ptr<PostureFinder>> finders;
-  for (int k = 0; k < options_.threads; ++k) finders.push_back(std::make_unique<PostureFinder>(dataset));
-  std::vector<Planted> all(stations.size());
-  const Eigen::Index base = dataset->robot().base_position_index();
-  ForEachIndex(options_.threads, stations.size(), [&](int worker, std::size_t i) {
-    all[i] = {.station = stations[i],
-              .posture = finders[static_cast<std::size_t>(worker)]->Find(dataset->problems(Task::kPosture)[i])};
-    if (all[i].posture.accepted) all[i].posture.x.segment<3>(base) -= PlaceOfStation(*dataset, i, stations.size());
-  });
-  fs::remove_all(field);
-  std::erase_if(all, [](const Planted& planted) { return !planted.posture.accepted; });
-  return all;
-}
-
-std::vector<Planted> ContactBuilder::PlantMany(const Key& key, int wanted, Counts* counts) {
-  constexpr int kBatch = 400, kMostDrawn = 2'000;
-  constexpr int kPerPosture = 4, kLeastInField = 12, kMostInField = 100;
-  const auto most = static_cast<std::size_t>(std::clamp(kPerPosture * wanted, kLeastInField, kMostInField));
-  const std::string stage = std::string(legopt::ToString(key.first)) + ", " + std::string(legopt::ToString(key.second));
-  std::vector<Planted> planted;
-  for (int first = 0; first < kMostDrawn && std::ssize(planted) < wanted; first += kBatch) {
-    if (progress_) progress_(stage, static_cast<double>(planted.size()), wanted, "postures");
-    std::vector<Station> stations = DrawPlausible(key, first, kBatch, counts);
-    if (stations.size() > most) stations.resize(most);
-    if (stations.empty()) continue;
-    for (Planted& found : Solve(stations)) {
-      ++counts->solved;
-      if (std::ssize(planted) < wanted) planted.push_back(std::move(found));
-    }
-  }
-  return planted;
 }
 
 Vector6d ContactBuilder::Features(const Planted& planted) const {
@@ -249,17 +123,13 @@ void ContactBuilder::Choose(ContactFamily family, int count) {
     const int wanted = left / levels--;
     left -= wanted;
     if (wanted == 0) continue;
-    Counts counts;
-    std::vector<Planted> planted = PlantMany({family, level}, kCandidatesPerProblem * wanted, &counts);
+    ContactPlanter::Counts counts;
+    std::vector<Planted> planted = planter_.Plant({family, level}, kCandidatesPerProblem * wanted, &counts);
     report_.lines.push_back(std::string(legopt::ToString(family)) + ", " + std::string(legopt::ToString(level)) + ": " +
                             std::to_string(counts.drawn) + " drawn, " + std::to_string(counts.plausible) +
                             " plausible, " + std::to_string(counts.solved) + " with a posture, " +
                             std::to_string(wanted) + " chosen");
-    if (std::ssize(planted) < wanted) {
-      throw InputError({"", "--postures", std::to_string(options_.postures),
-                        "too few stations of this robot have a posture: " + report_.lines.back(),
-                        "ask for fewer, or check the robot's contacts and effort limits"});
-    }
+    if (std::ssize(planted) < wanted) RefuseTooFew("--postures", options_.postures, report_.lines.back());
     std::vector<Vector6d> points;
     for (const Planted& candidate : planted) points.push_back(Features(candidate));
     const std::string purpose =
@@ -267,6 +137,29 @@ void ContactBuilder::Choose(ContactFamily family, int count) {
     for (const std::vector<int>& cluster : ClusterPoints(points, wanted, DeriveSeed(options_.seed, purpose))) {
       chosen_.push_back(planted[static_cast<std::size_t>(cluster.front())]);
     }
+  }
+}
+
+void ContactBuilder::RefuseTooFew(const std::string& flag, int number, const std::string& line) const {
+  throw InputError({"", flag, std::to_string(number), "too few stations of this robot have a solution: " + line,
+                    "ask for fewer, or check the robot's contacts and effort limits"});
+}
+
+/// Takes the first courses of a family that have a motion, the same number of each level.
+void ContactBuilder::ChooseCourses(ContactFamily family, int count) {
+  int left = count, levels = static_cast<int>(kLevels.size());
+  for (const ContactLevel level : kLevels) {
+    const int wanted = left / levels--;
+    left -= wanted;
+    if (wanted == 0) continue;
+    ContactPlanter::Counts counts;
+    std::vector<PlantedCourse> planted = planter_.PlantCourses({family, level}, wanted, &counts);
+    report_.lines.push_back(std::string(legopt::ToString(family)) + ", " + std::string(legopt::ToString(level)) +
+                            ", motions: " + std::to_string(counts.drawn) + " drawn, " +
+                            std::to_string(counts.plausible) + " plausible, " + std::to_string(counts.solved) +
+                            " solved, " + std::to_string(planted.size()) + " taken");
+    if (std::ssize(planted) < wanted) RefuseTooFew("--motions", options_.motions, report_.lines.back());
+    std::ranges::move(planted, std::back_inserter(courses_));
   }
 }
 
@@ -303,40 +196,19 @@ void ContactBuilder::Describe() {
 }
 
 void ContactBuilder::WriteDataset() {
-  std::vector<Station> stations;
-  for (const Planted& planted : chosen_) stations.push_back(planted.station);
-  WriteStations(options_.robot_folder, options_.name, "Made by `legopt generate`; " + options_.Identity(), stations,
+  StationField field;
+  for (const Planted& planted : chosen_) field.stations.push_back(planted.station);
+  for (const PlantedCourse& planted : courses_) field.courses.push_back(planted.course);
+  WriteStations(options_.robot_folder, options_.name, "Made by `legopt generate`; " + options_.Identity(), field,
                 folder_, options_.read_guard);
   const auto dataset = Dataset::Load(folder_, options_.read_guard);
   report_.content_hash = dataset->content_hash();
-  const Eigen::Index base = dataset->robot().base_position_index();
-  std::vector<std::unique_ptr<PostureFinder>> finders;
-  for (int k = 0; k < options_.threads; ++k) finders.push_back(std::make_unique<PostureFinder>(dataset));
-  ForEachIndex(options_.threads, chosen_.size(), [&](int worker, std::size_t i) {
-    Eigen::VectorXd x = chosen_[i].posture.x;
-    x.segment<3>(base) += PlaceOfStation(*dataset, i, chosen_.size());
-    const ProblemDefinition& problem = dataset->problems(Task::kPosture)[i];
-    chosen_[i].posture = finders[static_cast<std::size_t>(worker)]->Measure(problem, x);
-  });
-  SolutionFile solutions{dataset->robot().name(), "stations", Task::kPosture, {}};
-  for (std::size_t i = 0; i < chosen_.size(); ++i) {
-    if (!chosen_[i].posture.accepted) {
-      throw InputError(
-          {"", "--seed", std::to_string(options_.seed),
-           "the posture of station " + std::to_string(i) + " is not accepted any more at its place in the dataset",
-           "use another seed, and report this one"});
-    }
-    Solution solution;
-    solution.method = PlantedPosture::kMethod;
-    solution.time_s = std::nan("");  // times vary between runs; this file must not
-    solution.waypoints = {chosen_[i].posture.x};
-    solution.success = true;
-    solutions.problems.push_back({dataset->problems(Task::kPosture)[i], {std::move(solution)}});
-  }
-  WriteTextFile(folder_ / "solutions-posture.json", FormatSolutions(solutions));
-  WriteTextFile(folder_ / "generation.json", Dump(nlohmann::ordered_json{{"format", "legopt-contacts/1"},
+  MoveToPlaces(dataset, field.size());
+  WriteSolutions(*dataset);
+  WriteTextFile(folder_ / "generation.json", Dump(nlohmann::ordered_json{{"format", "legopt-contacts/2"},
                                                                          {"seed", options_.seed},
                                                                          {"postures", options_.postures},
+                                                                         {"motions", options_.motions},
                                                                          {"traps", options_.traps},
                                                                          {"friction", StationDrawer::kFriction},
                                                                          {"friction_margin", kFrictionMargin},
@@ -345,6 +217,52 @@ void ContactBuilder::WriteDataset() {
                                                   1) +
                                                  "\n");
   Describe();
+}
+
+/// Moves the planted solutions to their places of `count`, and judges them there.
+void ContactBuilder::MoveToPlaces(const std::shared_ptr<const Dataset>& dataset, std::size_t count) {
+  const Eigen::Index base = dataset->robot().base_position_index();
+  const std::vector<std::unique_ptr<PostureFinder>> finders = planter_.Finders(dataset);
+  ForEachIndex(options_.threads, count, [&](int worker, std::size_t i) {
+    PostureFinder& finder = *finders[static_cast<std::size_t>(worker)];
+    const Eigen::Vector3d place = PlaceOfStation(*dataset, i, count);
+    if (i < chosen_.size()) {
+      Eigen::VectorXd x = chosen_[i].posture.x;
+      x.segment<3>(base) += place;
+      chosen_[i].posture = finder.Measure(dataset->problems(Task::kPosture)[i], x);
+      return;
+    }
+    PlantedMotion& motion = courses_[i - chosen_.size()].motion;
+    for (Eigen::VectorXd& x : motion.waypoints) x.segment<3>(base) += place;
+    motion.accepted = finder.Accepts(dataset->problems(Task::kMotion)[i - chosen_.size()], motion.waypoints);
+  });
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool is_station = i < chosen_.size();
+    if (is_station ? chosen_[i].posture.accepted : courses_[i - chosen_.size()].motion.accepted) continue;
+    throw InputError({"", "--seed", std::to_string(options_.seed),
+                      "the solution of place " + std::to_string(i) + " is not accepted any more in the dataset",
+                      "use another seed, and report this one"});
+  }
+}
+
+/// Writes the planted solutions.
+void ContactBuilder::WriteSolutions(const Dataset& dataset) {
+  const auto write = [&](Task task, const char* file, const auto& waypoints_of) {
+    const std::vector<ProblemDefinition>& problems = dataset.problems(DescriptionOf(task).problems);
+    SolutionFile solutions{dataset.robot().name(), "stations", task, {}};
+    for (std::size_t i = 0; i < problems.size(); ++i) {
+      Solution solution;
+      solution.method = PlantedPosture::kMethod;
+      solution.time_s = std::nan("");  // times vary between runs; this file must not
+      solution.waypoints = waypoints_of(i);
+      solution.success = true;
+      solutions.problems.push_back({problems[i], {std::move(solution)}});
+    }
+    if (!problems.empty()) WriteTextFile(folder_ / file, FormatSolutions(solutions));
+  };
+  write(Task::kPosture, "solutions-posture.json",
+        [&](std::size_t i) { return std::vector<Eigen::VectorXd>{chosen_[i].posture.x}; });
+  write(Task::kBalanced, "solutions-motion.json", [&](std::size_t i) { return courses_[i].motion.waypoints; });
 }
 
 /// Writes stances of slopes and fragments that slide with all their contacts.
@@ -356,7 +274,7 @@ void ContactBuilder::WriteTraps() {
   std::vector<Station> traps;
   nlohmann::ordered_json proofs = nlohmann::ordered_json::array();
   for (int number = 0; number < kMostDrawn && std::ssize(traps) < options_.traps; ++number) {
-    std::mt19937_64 generator = Generator({family, ContactLevel::kHard}, "trap", number);
+    std::mt19937_64 generator = planter_.Generator({family, ContactLevel::kHard}, "trap", number);
     Station station = drawer.Draw(family, ContactLevel::kHard, generator);
     const bool complete = family == ContactFamily::kRubble || NumHands(*source_, station.stance) > 0;
     const std::optional<SlideProof> proof = complete ? SlideWithMargin(*source_, station.stance) : std::nullopt;
@@ -375,8 +293,8 @@ void ContactBuilder::WriteTraps() {
   const fs::path folder = folder_ / "traps";
   fs::create_directories(folder);
   WriteStations(options_.robot_folder, options_.name + "-traps",
-                "Made by `legopt generate`: stances that no forces hold; " + options_.Identity(), traps, folder,
-                options_.read_guard);
+                "Made by `legopt generate`: stances that no forces hold; " + options_.Identity(),
+                {.stations = traps, .courses = {}}, folder, options_.read_guard);
   WriteTextFile(folder / "proofs.json", Dump(nlohmann::ordered_json{{"format", "legopt-slide-proofs/1"},
                                                                     {"pyramid", "circumscribed"},
                                                                     {"friction_margin", kFrictionMargin},
@@ -403,13 +321,13 @@ void ContactBuilder::Certify() {
 
 std::string ContactDatasetOptions::Identity() const {
   return "name " + name + ", contacts, seed " + std::to_string(seed) + ", postures " + std::to_string(postures) +
-         ", traps " + std::to_string(traps);
+         ", motions " + std::to_string(motions) + ", traps " + std::to_string(traps);
 }
 
 void ContactDatasetOptions::Validate() const {
   constexpr int kMost = 10'000;
-  for (const auto& [field, value, least] :
-       {std::tuple("--postures", postures, 1), std::tuple("--traps", traps, 0), std::tuple("--threads", threads, 1)}) {
+  for (const auto& [field, value, least] : {std::tuple("--postures", postures, 1), std::tuple("--motions", motions, 0),
+                                            std::tuple("--traps", traps, 0), std::tuple("--threads", threads, 1)}) {
     if (value >= least && value <= kMost) continue;
     throw InputError({"", field, std::to_string(value), "out of range", "see --help"});
   }

@@ -11,12 +11,13 @@
 
 namespace legopt::worldgen {
 
-/// Options of a dataset of stances that feet alone, or level feet, cannot hold.
+/// Options of a dataset of stances, and of motions through them, that feet alone or level feet cannot hold.
 struct ContactDatasetOptions {
   std::string name;                    ///< name of the dataset; letters, digits, '-', '_'
   std::filesystem::path robot_folder;  ///< folder of the dataset that provides robot, contacts and constants
   std::uint64_t seed = 1;              ///< seed of all random numbers
-  int postures = 100;                  ///< number of problems, shared by the families that suit the robot
+  int postures = 100;                  ///< number of postures, shared by the families that suit the robot
+  int motions = 30;                    ///< number of motions, shared likewise
   int traps = 20;                      ///< number of certified infeasible problems
   int threads = 1;                     ///< does not affect the result
   ReadGuard read_guard;                ///< runs the parsers of robot and meshes; does not affect the result
@@ -34,10 +35,10 @@ struct ContactDatasetReport {
   std::vector<HistogramRow> histograms;  ///< of the six features
 };
 
-/// Generates a dataset of posture problems in `folder`, which must exist. Every problem is a *station* of its own, a
-/// few slabs and bars, apart from the next (contact_station.h), with a *planted* posture: one that LegOpt-best found
-/// and that the judge accepts by the physical rule; from level intermediate on it resists a push of 0.05 M g, which the
-/// problem then asks for. Families:
+/// Generates a dataset of posture and motion problems in `folder`, which must exist. Every posture is a *station* of
+/// its own, a few slabs and bars, apart from the next (contact_station.h), with a *planted* posture: one that
+/// LegOpt-best found and that the judge accepts by the physical rule; from level intermediate on it resists a push of
+/// 0.05 M g, which the problem then asks for. Families:
 ///
 /// - slide: forces of the feet alone do not balance the weight, even with friction + 0.02 and the circumscribed
 ///   pyramid: proven for every posture (SlideProof). Hands on walls and bars do.
@@ -49,10 +50,15 @@ struct ContactDatasetReport {
 /// tilt, range of heights, area of the equilibrium polygon (logarithm), resisted push, distance of the trunk from the
 /// scene.
 ///
-/// Files: those of a dataset (dataset_file.h), solutions-posture.json (the planted postures), certificate.json,
+/// A motion is a *course* over a station (contact_course.h): in turn each contact is lifted and placed again. It has a
+/// planted motion, which LegOpt-best found without restarts and which the judge accepts as `balanced` by the physical
+/// rule. The first courses that have one are taken, the same number of each level.
+///
+/// Files: those of a dataset (dataset_file.h), solutions-posture.json and solutions-motion.json (the planted ones),
+/// certificate.json,
 /// features.csv, histograms.txt and .svg, generation.json; and in `traps`, a dataset of stances that no forces hold,
 /// with a proof of each in proofs.json. The result depends on the options only, not on the number of threads. Throws
-/// InputError for a robot that suits no family, and if too few stations have a posture.
+/// InputError for a robot that suits no family, and if too few stations have a posture or too few courses a motion.
 ContactDatasetReport BuildContactDataset(const ContactDatasetOptions& options, const std::filesystem::path& folder,
                                          const BuildProgress& progress);
 

@@ -124,7 +124,7 @@ test('a view opens at the violation that decided the verdict', async () => {
   for (const [verdict, job] of tried) {
     await page.evaluate((id) => { location.hash = `#v=job&job=${id}`; }, job);
     await page.locator('.findings').waitFor();
-    await page.waitForFunction((id) => document.querySelector('h2').textContent.startsWith(`Job ${id}:`) && window.legopt.view?.filled() > 0.01, job);
+    await page.waitForFunction((id) => window.legopt.looksAt === id && window.legopt.view?.filled() > 0.01, job);
     const target = await page.evaluate(() => window.legopt.view.cameraState().slice(3));
     if (verdict === 'foot_pose') {
       const link = (await page.locator('.findings li.bad').filter({ hasText: ' off in ' }).first().textContent()).split(':')[0];

@@ -9,6 +9,7 @@
 #include <set>
 #include <string>
 
+#include "legopt/dataset/contact.h"
 #include "legopt/judge/judge.h"
 #include "legopt/judge/solution_file.h"
 #include "legopt/planning/certify/certificate.h"
@@ -22,11 +23,12 @@ namespace {
 
 using ::testing::HasSubstr;
 
-ContactDatasetOptions OptionsFor(const std::string& robot, int postures) {
+ContactDatasetOptions OptionsFor(const std::string& robot, int postures, int motions) {
   ContactDatasetOptions options;
   options.name = "stations";
   options.robot_folder = SourceFolder() + "/data/" + robot;
   options.postures = postures;
+  options.motions = motions;
   options.traps = 3;
   options.threads = 2;
   return options;
@@ -44,6 +46,27 @@ std::vector<std::string> Column(const std::filesystem::path& csv, std::size_t co
   return values;
 }
 
+/// Checks contact sequences: consecutive stances differ by one contact that is lifted or placed, and every planted
+/// motion is balanced between its waypoints, too.
+void CheckMotions(const std::filesystem::path& folder, const Dataset& dataset, Judge& judge) {
+  const SolutionFile planted = ReadSolutions(folder / "solutions-motion.json");
+  ASSERT_EQ(planted.problems.size(), dataset.problems(Task::kMotion).size());
+  for (const SolvedProblem& problem : planted.problems) {
+    const std::vector<Stance>& stances = problem.definition.stances;
+    const std::size_t contacts = stances.front().contacts.size();
+    ASSERT_EQ(stances.size() % (2 * contacts), 1u) << "every contact moves equally often";
+    for (std::size_t s = 0; s < stances.size(); ++s) {
+      EXPECT_EQ(stances[s].contacts.size(), contacts - s % 2);
+      const Stance planted_contacts = PlantedContacts(dataset, stances[s], stances[s + 1 < stances.size() ? s + 1 : s]);
+      EXPECT_GE(planted_contacts.contacts.size(), contacts - 1);
+    }
+    EXPECT_FALSE(stances.front() == stances.back()) << "the robot goes somewhere";
+    const Evaluation evaluation =
+        judge.Evaluate(Task::kBalanced, problem.definition, problem.solutions.at(0).waypoints);
+    EXPECT_EQ(evaluation.physical, Verdict::kSuccess) << problem.definition.id << ": " << evaluation.detail;
+  }
+}
+
 /// Checks planted postures, certificate and traps of a generated dataset.
 void CheckPromises(const std::filesystem::path& folder, std::size_t postures) {
   const auto dataset = Dataset::Load(folder);
@@ -55,6 +78,7 @@ void CheckPromises(const std::filesystem::path& folder, std::size_t postures) {
     const Evaluation evaluation = judge.Evaluate(Task::kPosture, problem.definition, problem.solutions.at(0).waypoints);
     EXPECT_EQ(evaluation.physical, Verdict::kSuccess) << problem.definition.id << ": " << evaluation.detail;
   }
+  CheckMotions(folder, *dataset, judge);
   const certify::ProblemFeasibility feasibility =
       certify::ReadProblemFeasibility(folder / certify::kCertificateFileName);
   for (const auto& [id, state] : feasibility.problems[Task::kPosture]) EXPECT_EQ(state, Feasibility::kCertified) << id;
@@ -76,7 +100,7 @@ void CheckPromises(const std::filesystem::path& folder, std::size_t postures) {
 
 TEST(ContactDataset, AHumanoidGetsSlidesReachesAndClimbs) {
   const test::TemporaryFolder folder;
-  const ContactDatasetReport report = BuildContactDataset(OptionsFor("hands-small", 9), folder.path(), {});
+  const ContactDatasetReport report = BuildContactDataset(OptionsFor("hands-small", 9, 1), folder.path(), {});
   EXPECT_EQ(report.histograms.at(0).histograms.size(), 6u);
   CheckPromises(folder.path(), 9);
   const std::vector<std::string> families = Column(folder.path() / "features.csv", 1);
@@ -96,19 +120,20 @@ TEST(ContactDataset, AHumanoidGetsSlidesReachesAndClimbs) {
 
 TEST(ContactDataset, AQuadrupedGetsRubbleAndTheSameBitsAgain) {
   const test::TemporaryFolder folder, again;
-  const std::string hash = BuildContactDataset(OptionsFor("quadruped-rubble", 3), folder.path(), {}).content_hash;
+  const std::string hash = BuildContactDataset(OptionsFor("quadruped-rubble", 3, 3), folder.path(), {}).content_hash;
   CheckPromises(folder.path(), 3);
-  ContactDatasetOptions options = OptionsFor("quadruped-rubble", 3);
+  ContactDatasetOptions options = OptionsFor("quadruped-rubble", 3, 3);
   options.threads = 1;
   EXPECT_EQ(BuildContactDataset(options, again.path(), {}).content_hash, hash);
-  for (const char* file : {"features.csv", "solutions-posture.json", "certificate.json", "traps/proofs.json"}) {
+  for (const char* file :
+       {"features.csv", "solutions-posture.json", "solutions-motion.json", "certificate.json", "traps/proofs.json"}) {
     EXPECT_EQ(test::ReadText(folder.path() / file), test::ReadText(again.path() / file)) << file;
   }
 }
 
 TEST(ContactDataset, ARobotWithoutHandsOnTwoFeetIsRefused) {
   const test::TemporaryFolder folder;
-  EXPECT_THAT(test::MessageOf([&] { BuildContactDataset(OptionsFor("garage-small", 3), folder.path(), {}); }),
+  EXPECT_THAT(test::MessageOf([&] { BuildContactDataset(OptionsFor("garage-small", 3, 0), folder.path(), {}); }),
               HasSubstr("contacts: the robot has neither hands nor more than two feet; declare contacts of kind palm"));
 }
 

@@ -221,6 +221,7 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
     const decisive = decisiveViolation(subject.verdict, findings, overlaps.filter(failsBy(rule)));
     if (decisive?.point) view.current.look(decisive.point);
     else if (decisive?.link !== undefined) view.current.lookAtLink(decisive.link);
+    (window as unknown as { legopt: Record<string, unknown> }).legopt.looksAt = subject.job;
   }, [ready, solution]);
   useEffect(() => {
     if (!playing) return;

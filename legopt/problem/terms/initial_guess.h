@@ -25,9 +25,9 @@ inline constexpr double kInCollisionSoleDepth_m = 0.05;
 /// highest contact position, or kInCollisionSoleDepth_m below the lowest one. These heights do not include the 1 mm
 /// clearance of the contact frame. If the stance has contacts of kind point, whose targets have no heading, xy and yaw
 /// are those with which the contacts in the nominal posture fit their targets best, in least squares. Hands (palms and
-/// rails) count only for xy, which then fits all contacts, and for the joints of their arms, which bring them near their
-/// targets with the feet between the lowest and the highest foot's target (arm_guess.h). The result has n + 7 numbers (q, p, wxyz) with a unit
-/// quaternion. `stance` must not be empty (abort).
+/// rails) count only for xy, which then fits all contacts, and for the joints of their arms, which bring them near
+/// their targets with the feet between the lowest and the highest foot's target (arm_guess.h). The result has n + 7
+/// numbers (q, p, wxyz) with a unit quaternion. `stance` must not be empty (abort).
 Eigen::VectorXd InitialGuess(const Dataset& dataset, const Stance& stance, Initialization initialization);
 
 /// Adds independent uniform noise from [-half_width_rad, half_width_rad) to every actuated joint of `x` (n + 7; for

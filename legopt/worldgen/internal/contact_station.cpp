@@ -55,15 +55,18 @@ Vector3d OnPlane(const Isometry3d& plane, const Eigen::Vector2d& at) {
   return {at.x(), at.y(), origin.z() - normal.head<2>().dot(at - origin.head<2>()) / normal.z()};
 }
 
+constexpr double kFragmentThickness = 0.15;  // share of the trunk's height
+
 bool IsHand(const Contact& contact) { return !contact.facts().supports; }
 
 }  // namespace
 
-StationDrawer::StationDrawer(std::shared_ptr<const Dataset> dataset)
+StationDrawer::StationDrawer(std::shared_ptr<const Dataset> dataset, double fragment)
     : dataset_(std::move(dataset)),
       kinematics_(dataset_->robot()),
       nominal_(dataset_->self_collision_reference()),
-      height_m_(dataset_->trunk_height_m()) {
+      height_m_(dataset_->trunk_height_m()),
+      fragment_m_(fragment * height_m_) {
   const RobotModel& robot = dataset_->robot();
   nominal_.head(robot.num_dofs()) = dataset_->nominal_joints();
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();
@@ -110,15 +113,16 @@ void StationDrawer::AddSlab(const std::string& name, const Frame& top, const Vec
   station->objects.push_back(std::move(slab));
 }
 
-void StationDrawer::AddTouched(const Contact& contact, const Frame& frame, Station* station) {
+void StationDrawer::AddTouched(const Contact& contact, const Frame& frame, const std::string& suffix,
+                               Station* station) {
   if (contact.facts().shape == ContactShape::kPatch) {
     constexpr double kWall_m = 0.3, kThickness_m = 0.08;
-    AddSlab("wall-" + contact.name, frame, {kWall_m, kWall_m, kThickness_m}, station);
+    AddSlab("wall-" + contact.name + suffix, frame, {kWall_m, kWall_m, kThickness_m}, station);
     return;
   }
   constexpr double kBar_m = 0.5;
   SceneObject bar;
-  bar.name = "bar-" + contact.name;
+  bar.name = "bar-" + contact.name + suffix;
   bar.shape.kind = ShapeSpec::Kind::kCapsule;
   bar.shape.size = {contact.radius_m, 0.0, kBar_m};
   bar.shape.pose = frame * AngleAxisd(0.5 * std::numbers::pi, Vector3d::UnitY());
@@ -165,7 +169,7 @@ void StationDrawer::AddHands(int count, bool bars_only, std::mt19937_64& generat
     const std::optional<Frame> frame = DrawHand(*choice[index], generator);
     if (!frame) continue;
     AddContact(*choice[index], *frame, station);
-    AddTouched(*choice[index], *frame, station);
+    AddTouched(*choice[index], *frame, "", station);
   }
 }
 
@@ -240,8 +244,18 @@ void StationDrawer::DrawClimb(ContactLevel level, std::mt19937_64& generator, St
   }
 }
 
+StationDrawer::Frame StationDrawer::DrawFragment(const Vector3d& near_position, double spread, double steepest_rad,
+                                                 std::mt19937_64& generator) const {
+  constexpr double kLeastShare = 0.5, kHeight = 0.15;
+  Isometry3d frame = Slope(steepest_rad * (kLeastShare + (1.0 - kLeastShare) * UniformRandom(generator)),
+                           2.0 * std::numbers::pi * UniformRandom(generator), 0.0);
+  frame.translation() << near_position.x() + Between(-spread, spread, generator) * height_m_,
+      near_position.y() + Between(-spread, spread, generator) * height_m_,
+      Between(-kHeight, kHeight, generator) * height_m_;
+  return frame;
+}
+
 void StationDrawer::DrawRubble(ContactLevel level, std::mt19937_64& generator, Station* station) {
-  constexpr double kFragment = 0.35, kThickness = 0.15;  // of the trunk's height
   const std::vector<Contact>& feet = dataset_->feet();
   const bool lifts = level != ContactLevel::kEasy && feet.size() > 3 && UniformRandom(generator) < 0.4;
   const auto lifted = static_cast<std::size_t>(UniformRandom(generator) * static_cast<double>(feet.size()));
@@ -249,12 +263,9 @@ void StationDrawer::DrawRubble(ContactLevel level, std::mt19937_64& generator, S
   for (std::size_t k = 0; k < feet.size(); ++k) {
     if (lifts && k == lifted) continue;
     const Vector3d nominal = feet[k].nominal_position_B + PartsOf(nominal_).base_position();
-    Isometry3d frame = Slope(steepest_rad * (0.5 + 0.5 * UniformRandom(generator)),
-                             2.0 * std::numbers::pi * UniformRandom(generator), 0.0);
-    frame.translation() << nominal.x() + Between(-0.2, 0.2, generator) * height_m_,
-        nominal.y() + Between(-0.2, 0.2, generator) * height_m_, Between(-0.15, 0.15, generator) * height_m_;
+    const Isometry3d frame = DrawFragment(nominal, 0.2, steepest_rad, generator);
     AddContact(feet[k], frame, station);
-    AddSlab("fragment-" + feet[k].name, frame, Vector3d(kFragment, kFragment, kThickness) * height_m_, station);
+    AddSlab("fragment-" + feet[k].name, frame, {fragment_m_, fragment_m_, kFragmentThickness * height_m_}, station);
   }
 }
 
@@ -275,6 +286,32 @@ Station StationDrawer::Draw(ContactFamily family, ContactLevel level, std::mt199
       break;
   }
   return station;
+}
+
+ContactTarget StationDrawer::Continue(const ContactTarget& target, const Vector3d& shift, const std::string& suffix,
+                                      std::mt19937_64& generator, Station* station) {
+  constexpr double kSlab_m = 0.45, kThickness_m = 0.1, kSpread = 0.03;
+  const Contact& contact = dataset_->contact(target.contact);
+  Isometry3d frame = Isometry3d::Identity();
+  frame.linear() = target.rotation.normalized().toRotationMatrix();
+  frame.translation() = target.position + shift;
+  const Vector3d normal = frame.linear().col(2);
+  if (station->family == ContactFamily::kRubble) {
+    frame = DrawFragment(frame.translation(), kSpread, std::acos(std::clamp(normal.z(), -1.0, 1.0)), generator);
+    AddSlab("fragment-" + contact.name + "-" + suffix, frame,
+            {fragment_m_, fragment_m_, kFragmentThickness * height_m_}, station);
+  } else {
+    if (contact.facts().shape != ContactShape::kBar) frame.translation() -= normal.dot(shift) * normal;
+    if (IsHand(contact)) {
+      AddTouched(contact, frame, "-" + suffix, station);
+    } else {
+      AddSlab("slab-" + contact.name + "-" + suffix, frame, {kSlab_m, kSlab_m, kThickness_m}, station);
+    }
+  }
+  ContactTarget moved = target;
+  moved.position = frame.translation();
+  moved.rotation = Eigen::Quaterniond(frame.linear()).normalized();
+  return moved;
 }
 
 }  // namespace legopt::worldgen

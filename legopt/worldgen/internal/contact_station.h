@@ -68,13 +68,19 @@ class StationDrawer {
   /// Friction of one contact of a hard slope.
   static constexpr double kLowFriction = 0.4;
 
-  explicit StationDrawer(std::shared_ptr<const Dataset> dataset);
+  /// `fragment`: side of a fragment of rubble, as a share of the trunk's height.
+  explicit StationDrawer(std::shared_ptr<const Dataset> dataset, double fragment = 0.35);
 
   /// Whether the robot has what the family needs: hands, or several feet and no hands for kRubble.
   bool Suits(ContactFamily family) const;
 
   /// Draws a station. Nothing is checked: most have no posture.
   Station Draw(ContactFamily family, ContactLevel level, std::mt19937_64& generator);
+
+  /// Returns a target of the station moved by about `shift`: within its plane, a bar's freely, and a fragment's with
+  /// another tilt and height. Adds what it touches there; `suffix` distinguishes the names of objects.
+  ContactTarget Continue(const ContactTarget& target, const Eigen::Vector3d& shift, const std::string& suffix,
+                         std::mt19937_64& generator, Station* station);
 
  private:
   /// Place of a contact frame in the frame of the station.
@@ -89,8 +95,11 @@ class StationDrawer {
   void AddHands(int count, bool bars_only, std::mt19937_64& generator, Station* station);
   void AddContact(const Contact& contact, const Frame& frame, Station* station);
   void AddSlab(const std::string& name, const Frame& top, const Eigen::Vector3d& size, Station* station);
-  /// Adds what the hand touches: a slab behind a palm, a bar in a grip.
-  void AddTouched(const Contact& contact, const Frame& frame, Station* station);
+  /// Adds what the hand touches: a slab behind a palm, a bar in a grip. `suffix`: of the object's name.
+  void AddTouched(const Contact& contact, const Frame& frame, const std::string& suffix, Station* station);
+  /// Draws the frame of a fragment near a position.
+  Frame DrawFragment(const Eigen::Vector3d& near_position, double spread, double steepest_rad,
+                     std::mt19937_64& generator) const;
   std::optional<Frame> DrawHand(const Contact& contact, std::mt19937_64& generator);
 
   std::shared_ptr<const Dataset> dataset_;
@@ -102,7 +111,8 @@ class StationDrawer {
     std::vector<int> dofs;  ///< of the arm
   };
   std::vector<Hand> hands_;
-  double height_m_;  ///< of the trunk above the ground
+  double height_m_;    ///< of the trunk above the ground
+  double fragment_m_;  ///< side of a fragment
 };
 
 }  // namespace legopt::worldgen

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "legopt/dataset/internal/dataset_content.h"
@@ -26,22 +27,24 @@ Eigen::Vector3d PlaceOfStation(const Dataset& robot, std::size_t index, std::siz
 
 namespace {
 
-/// Returns a station moved to its place, with the names of its objects made unique.
-Station PlacedStation(const Dataset& robot, const Station& station, std::size_t index, std::size_t count) {
-  const Eigen::Vector3d place = PlaceOfStation(robot, index, count);
-  Station placed = station;
-  for (SceneObject& object : placed.objects) {
+/// Appends the objects of a station at its place, with names that are unique.
+void AppendObjects(const Station& station, std::size_t index, const Eigen::Vector3d& place, std::string* scene) {
+  for (SceneObject object : station.objects) {
     object.name = "s" + std::to_string(index) + "-" + object.name;
     object.shape.pose.pretranslate(place);
+    *scene += "  - {name: " + Dump(nlohmann::json(object.name)) + ", shape: " + FormatPrimitive(object.shape) + "}\n";
   }
-  for (ContactTarget& target : placed.stance.contacts) target.position += place;
-  return placed;
+}
+
+Stance Placed(Stance stance, const Eigen::Vector3d& place) {
+  for (ContactTarget& target : stance.contacts) target.position += place;
+  return stance;
 }
 
 }  // namespace
 
 void WriteStations(const std::filesystem::path& source, const std::string& name, const std::string& comment,
-                   std::span<const Station> stations, const std::filesystem::path& folder, const ReadGuard& guard) {
+                   const StationField& field, const std::filesystem::path& folder, const ReadGuard& guard) {
   const auto dataset = Dataset::Load(source, guard);
   DatasetDescription description = DescribeDataset(source);
   CopyRobot(*dataset, description, folder);
@@ -49,19 +52,27 @@ void WriteStations(const std::filesystem::path& source, const std::string& name,
   description.scene_file = "scene.yaml";
   description.files.clear();
   for (const TaskDescription& task : ProblemTasks()) description.problem_files[task.task].clear();
-  description.problem_files[Task::kPosture] = DescriptionOf(Task::kPosture).problem_file;
   std::string scene = "objects:\n";
-  std::vector<ProblemDefinition> problems;
-  for (std::size_t i = 0; i < stations.size(); ++i) {
-    const Station placed = PlacedStation(*dataset, stations[i], i, stations.size());
-    for (const SceneObject& object : placed.objects) {
-      scene += "  - {name: " + Dump(nlohmann::json(object.name)) + ", shape: " + FormatPrimitive(object.shape) + "}\n";
-    }
-    problems.push_back({.id = static_cast<int>(i), .stances = {placed.stance}});
+  std::map<Task, std::vector<ProblemDefinition>> problems;
+  for (std::size_t i = 0; i < field.stations.size(); ++i) {
+    const Eigen::Vector3d place = PlaceOfStation(*dataset, i, field.size());
+    AppendObjects(field.stations[i], i, place, &scene);
+    problems[Task::kPosture].push_back(
+        {.id = static_cast<int>(i), .stances = {Placed(field.stations[i].stance, place)}});
+  }
+  for (std::size_t k = 0; k < field.courses.size(); ++k) {
+    const std::size_t i = field.stations.size() + k;
+    const Eigen::Vector3d place = PlaceOfStation(*dataset, i, field.size());
+    AppendObjects(field.courses[k].station, i, place, &scene);
+    ProblemDefinition& problem = problems[Task::kMotion].emplace_back(ProblemDefinition{static_cast<int>(k), {}});
+    for (const Stance& stance : field.courses[k].stances) problem.stances.push_back(Placed(stance, place));
   }
   WriteTextFile(folder / "scene.yaml", scene);
-  WriteTextFile(folder / description.problem_files[Task::kPosture],
-                FormatProblems(problems, Task::kPosture, dataset->robot().name(), "stations"));
+  for (const auto& [task, list] : problems) {
+    description.problem_files[task] = DescriptionOf(task).problem_file;
+    WriteTextFile(folder / description.problem_files[task],
+                  FormatProblems(list, task, dataset->robot().name(), "stations"));
+  }
   WriteTextFile(folder / kDatasetFileName, FormatDatasetFile(description, comment));
   WriteManifestHashes(folder, guard);
 }
@@ -123,6 +134,31 @@ PlantedPosture PostureFinder::Measure(const ProblemDefinition& problem, const Ei
   posture.push_N = equilibrium_.ResistedPush_N(forces, kinematics_);
   posture.trunk_distance_m = TrunkDistance_m(kinematics_);
   return posture;
+}
+
+PlantedMotion PostureFinder::FindMotion(const ProblemDefinition& problem) {
+  // Many times what a solve needs that succeeds: most courses without a motion would cost minutes.
+  constexpr std::int64_t kPerPosture = 3'000, kPerStance = 6'000;  // evaluations of terms
+  PlantedMotion motion;
+  Method method = method_;
+  method.multi_starts = 0;
+  SolveSettings settings;
+  settings.effort_limit = kPerPosture;
+  for (const Stance& stance : problem.stances) {
+    const ProblemDefinition posture{.id = problem.id, .stances = {stance}};
+    const SolveOutcome outcome = solver_.Solve(Task::kPosture, posture, Initialization::kGood, method, settings);
+    if (outcome.waypoints.size() != 1 || !Measure(posture, outcome.waypoints.front()).accepted) return motion;
+  }
+  settings.effort_limit = kPerStance * std::ssize(problem.stances);
+  const SolveOutcome outcome = solver_.Solve(Task::kBalanced, problem, Initialization::kGood, method, settings);
+  if (outcome.windows_solved < outcome.windows) return motion;
+  motion.waypoints = outcome.waypoints;
+  motion.accepted = Accepts(problem, motion.waypoints);
+  return motion;
+}
+
+bool PostureFinder::Accepts(const ProblemDefinition& problem, const std::vector<Eigen::VectorXd>& waypoints) {
+  return judge_.Evaluate(Task::kBalanced, problem, waypoints).physical == Verdict::kSuccess;
 }
 
 }  // namespace legopt::worldgen

@@ -13,6 +13,7 @@
 #include "legopt/planning/problem_solver.h"
 #include "legopt/statics/static_equilibrium.h"
 #include "legopt/types/read_guard.h"
+#include "legopt/worldgen/internal/contact_course.h"
 #include "legopt/worldgen/internal/contact_station.h"
 
 namespace legopt::worldgen {
@@ -21,10 +22,17 @@ namespace legopt::worldgen {
 /// trunk if that is more.
 Eigen::Vector3d PlaceOfStation(const Dataset& robot, std::size_t index, std::size_t count);
 
-/// Writes a dataset whose posture problems are stations at their places: robot and constants of the dataset in
-/// `source`, problem k at station k.
+/// The problems of a dataset, each at a place of its own: first the stations, then the courses.
+struct StationField {
+  std::vector<Station> stations;  ///< posture problem k is at station k
+  std::vector<Course> courses;    ///< motion problem k is at course k
+
+  std::size_t size() const { return stations.size() + courses.size(); }
+};
+
+/// Writes a dataset of a field: robot and constants are those of the dataset in `source`.
 void WriteStations(const std::filesystem::path& source, const std::string& name, const std::string& comment,
-                   std::span<const Station> stations, const std::filesystem::path& folder, const ReadGuard& guard);
+                   const StationField& field, const std::filesystem::path& folder, const ReadGuard& guard);
 
 /// A posture that the judge accepts by the physical rule.
 struct PlantedPosture {
@@ -33,6 +41,12 @@ struct PlantedPosture {
   double push_N = 0.0;                                   ///< that it resists
   double trunk_distance_m = 0.0;                         ///< from the scene, at most 1 m
   static constexpr const char* kMethod = "LegOpt-best";  ///< in solution files
+};
+
+/// A motion that the judge accepts as balanced, by the physical rule.
+struct PlantedMotion {
+  bool accepted = false;
+  std::vector<Eigen::VectorXd> waypoints;  ///< n + 7 numbers each
 };
 
 /// Searches planted postures. First a few starts of a search without costs decide whether the stance has a posture at
@@ -46,6 +60,11 @@ class PostureFinder {
   PlantedPosture Find(const ProblemDefinition& problem);
   /// Judges and measures a posture.
   PlantedPosture Measure(const ProblemDefinition& problem, const Eigen::VectorXd& x);
+  /// Searches a motion through the stances of a problem: first a posture for each of them, then the motion by
+  /// LegOpt-best without restarts.
+  PlantedMotion FindMotion(const ProblemDefinition& problem);
+  /// Judges a motion.
+  bool Accepts(const ProblemDefinition& problem, const std::vector<Eigen::VectorXd>& waypoints);
 
  private:
   double TrunkDistance_m(const Kinematics& kinematics);
