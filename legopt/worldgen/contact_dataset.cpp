@@ -12,8 +12,6 @@
 #include "legopt/judge/solution_file.h"
 #include "legopt/math/parallel.h"
 #include "legopt/planning/certify/certificate.h"
-#include "legopt/planning/certify/internal/balance_prover.h"
-#include "legopt/statics/equilibrium_polygon.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/number_text.h"
 #include "legopt/worldgen/internal/contact_planter.h"

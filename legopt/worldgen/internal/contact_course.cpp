@@ -1,8 +1,8 @@
 #include "legopt/worldgen/internal/contact_course.h"
 
-#include <algorithm>
 #include <array>
 #include <string>
+#include <utility>
 
 #include "legopt/math/random_numbers.h"
 
@@ -28,7 +28,8 @@ std::vector<std::size_t> RandomOrder(std::size_t n, std::mt19937_64& generator) 
 
 }  // namespace
 
-CourseDrawer::CourseDrawer(std::shared_ptr<const Dataset> dataset) : dataset_(dataset), stations_(dataset, kFragment) {}
+CourseDrawer::CourseDrawer(const std::shared_ptr<const Dataset>& dataset)
+    : dataset_(dataset), stations_(dataset, kFragment) {}
 
 Course CourseDrawer::Draw(ContactFamily family, ContactLevel level, std::mt19937_64& generator) {
   const auto index = static_cast<std::size_t>(level);

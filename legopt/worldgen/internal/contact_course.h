@@ -25,7 +25,7 @@ struct Course {
 /// A workspace: not thread-safe. Draws depend on the generator only.
 class CourseDrawer {
  public:
-  explicit CourseDrawer(std::shared_ptr<const Dataset> dataset);
+  explicit CourseDrawer(const std::shared_ptr<const Dataset>& dataset);
 
   /// Draws a course. Nothing is checked: most have stances without a posture.
   Course Draw(ContactFamily family, ContactLevel level, std::mt19937_64& generator);
