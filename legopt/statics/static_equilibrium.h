@@ -97,7 +97,7 @@ class StaticEquilibrium {
   Eigen::MatrixXd com_jacobian_, gravity_jacobian_;
   Eigen::VectorXd weights_;
   LinearProgramSolver solver_;
-  LinearProgramSolver loaded_solver_, bounded_solver_;  ///< of ComputeLoadedRatio and IsLoadedRatioBelow
+  LinearProgramSolver loaded_solver_, bounded_solver_;  ///< used by ComputeLoadedRatio and IsLoadedRatioBelow
 };
 
 }  // namespace legopt

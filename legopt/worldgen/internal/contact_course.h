@@ -18,7 +18,7 @@ struct Course {
 };
 
 /// Draws courses. The robot goes sideways, on rubble forwards. In each cycle every contact moves once by the stride, in
-/// an order drawn for the course; what it touches is continued: slopes, walls and tables in their plane, bars by
+/// an order drawn for the course. The touched surfaces are continued: slopes, walls and tables in their plane, bars by
 /// parallel ones, fragments by others of random tilt. Easy courses have one cycle, intermediate ones two, hard ones
 /// three with larger strides; the surfaces of hard ones are those of intermediate stations.
 ///

@@ -6,6 +6,7 @@
 
 #include "legopt/math/random_numbers.h"
 #include "legopt/planning/certify/internal/balance_prover.h"
+#include "legopt/problem/terms/internal/arm_guess.h"
 #include "legopt/robot/configuration.h"
 
 namespace legopt::worldgen {
@@ -79,12 +80,7 @@ StationDrawer::StationDrawer(std::shared_ptr<const Dataset> dataset, double frag
         hands_, [&](const Hand& hand) { return hand.contacts.front()->link_index == contact.link_index; });
     Hand& hand = known != hands_.end() ? *known : hands_.emplace_back();
     hand.contacts.push_back(&contact);
-    if (!hand.dofs.empty()) continue;
-    const std::vector<int>& trunk = robot.body_chain(robot.link_body(dataset_->trunk().link));
-    for (const int body : robot.body_chain(robot.link_body(contact.link_index))) {
-      if (std::ranges::find(trunk, body) != trunk.end()) continue;
-      hand.dofs.push_back(robot.joints()[static_cast<std::size_t>(robot.body_joint(body))].dof);
-    }
+    hand.dofs = ArmDofs(*dataset_, contact);
   }
 }
 

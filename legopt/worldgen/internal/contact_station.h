@@ -78,7 +78,7 @@ class StationDrawer {
   Station Draw(ContactFamily family, ContactLevel level, std::mt19937_64& generator);
 
   /// Returns a target of the station moved by about `shift`: within its plane, a bar's freely, and a fragment's with
-  /// another tilt and height. Adds what it touches there; `suffix` distinguishes the names of objects.
+  /// another tilt and height. Adds the object that it touches there; `suffix` distinguishes the names of objects.
   ContactTarget Continue(const ContactTarget& target, const Eigen::Vector3d& shift, const std::string& suffix,
                          std::mt19937_64& generator, Station* station);
 
@@ -95,7 +95,7 @@ class StationDrawer {
   void AddHands(int count, bool bars_only, std::mt19937_64& generator, Station* station);
   void AddContact(const Contact& contact, const Frame& frame, Station* station);
   void AddSlab(const std::string& name, const Frame& top, const Eigen::Vector3d& size, Station* station);
-  /// Adds what the hand touches: a slab behind a palm, a bar in a grip. `suffix`: of the object's name.
+  /// Adds the object that a hand touches: a slab behind a palm, a bar in a grip. Its name ends with `suffix`.
   void AddTouched(const Contact& contact, const Frame& frame, const std::string& suffix, Station* station);
   /// Draws the frame of a fragment near a position.
   Frame DrawFragment(const Eigen::Vector3d& near_position, double spread, double steepest_rad,
@@ -111,7 +111,7 @@ class StationDrawer {
     std::vector<int> dofs;  ///< of the arm
   };
   std::vector<Hand> hands_;
-  double height_m_;    ///< of the trunk above the ground
+  double height_m_;    ///< height of the trunk above the ground
   double fragment_m_;  ///< side of a fragment
 };
 

@@ -137,7 +137,7 @@ PlantedPosture PostureFinder::Measure(const ProblemDefinition& problem, const Ei
 }
 
 PlantedMotion PostureFinder::FindMotion(const ProblemDefinition& problem) {
-  // Many times what a solve needs that succeeds: most courses without a motion would cost minutes.
+  // Limits of effort, because a solve that fails can take minutes. Most solves that succeed need less.
   constexpr std::int64_t kPerPosture = 3'000, kPerStance = 6'000;  // evaluations of terms
   PlantedMotion motion;
   Method method = method_;

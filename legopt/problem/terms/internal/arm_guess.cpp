@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 #include <random>
-#include <vector>
 
 #include "legopt/math/random_numbers.h"
 #include "legopt/robot/kinematics.h"
@@ -21,14 +20,8 @@ class ArmSearch {
         kinematics_(kinematics),
         axis_(contact_.facts().free_rotation == FreeRotation::kAboutBar ? 0 : 2),
         position_W_(contact_.OriginTarget(target)),
-        axis_W_(target.rotation.normalized().toRotationMatrix().col(axis_)) {
-    const RobotModel& robot = dataset.robot();
-    const std::vector<int>& trunk = robot.body_chain(robot.link_body(dataset.trunk().link));
-    for (const int body : robot.body_chain(robot.link_body(contact_.link_index))) {
-      if (std::ranges::find(trunk, body) != trunk.end()) continue;
-      dofs_.push_back(robot.joints()[static_cast<size_t>(robot.body_joint(body))].dof);
-    }
-  }
+        axis_W_(target.rotation.normalized().toRotationMatrix().col(axis_)),
+        dofs_(ArmDofs(dataset, contact_)) {}
 
   /// Sets the arm's joints of x.
   void Search(std::mt19937_64& generator, Eigen::VectorXd& x) {
@@ -73,6 +66,17 @@ class ArmSearch {
 };
 
 }  // namespace
+
+std::vector<int> ArmDofs(const Dataset& dataset, const Contact& contact) {
+  const RobotModel& robot = dataset.robot();
+  const std::vector<int>& trunk = robot.body_chain(robot.link_body(dataset.trunk().link));
+  std::vector<int> dofs;
+  for (const int body : robot.body_chain(robot.link_body(contact.link_index))) {
+    if (std::ranges::find(trunk, body) != trunk.end()) continue;
+    dofs.push_back(robot.joints()[static_cast<size_t>(robot.body_joint(body))].dof);
+  }
+  return dofs;
+}
 
 void BringHandsNear(const Dataset& dataset, const Stance& stance, Eigen::VectorXd& x) {
   Kinematics kinematics(dataset.robot());

@@ -1,11 +1,15 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/problem_definition.h"
 
 namespace legopt {
+
+/// Returns the degrees of freedom between the trunk and the contact's link, from the trunk outwards.
+std::vector<int> ArmDofs(const Dataset& dataset, const Contact& contact);
 
 /// Sets the joints between trunk and hand, for every hand of the stance, such that the hand is near its target: of a
 /// few hundred postures of the arm, drawn at random within the joints' limits and then around the best one, the one of

@@ -80,9 +80,9 @@ struct HalfSpace {
   double Distance(const Eigen::Vector3d& com_W) const { return normal_W.dot(com_W) + offset_m; }
 };
 
-/// Returns half-spaces in which contact forces alone balance the stance's push in each of kPushDirections: the edges
-/// of ComputePushPolygon. The push is half of the judge's tolerance larger. Directions in which nothing balances it
-/// have none.
+/// Returns half-spaces in which contact forces alone balance the stance's push in each of kPushDirections. They are the
+/// edges of ComputePushPolygon for a push that is larger by half of the judge's tolerance. A direction in which nothing
+/// balances the push has no half-space.
 std::vector<HalfSpace> PushHalfSpaces(const Dataset& dataset, const Stance& stance);
 
 /// Inequality: the centre of mass is in PushHalfSpaces, m; a half-space has a row if its edge is nearer than
