@@ -284,13 +284,18 @@ SolveOutcome ProblemSolver::Run::Finish() {
 Eigen::VectorXd ProblemSolver::Run::WindowStart(std::span<const Stance> stances, bool fixed_first) const {
   const Eigen::Index size = dataset_.robot().configuration_size();
   const int count = NumWaypoints(task_.task, static_cast<int>(stances.size()));
+  const bool repeats = GuessRepeatsInMotions(dataset_);
   Eigen::VectorXd x(count * size);
   for (int t = 0; t < count; ++t) {
-    const Stance& stance = stances[static_cast<size_t>(StanceOfWaypoint(task_.task, t))];
-    x.segment(t * size, size) = InitialGuess(dataset_, stance, initialization_);
+    if (t == 0 && fixed_first) {
+      x.head(size) = outcome_.waypoints[outcome_.waypoints.size() - static_cast<size_t>(task_.waypoints_per_stance)];
+    } else if (t > 0 && repeats) {
+      x.segment(t * size, size) = x.head(size);
+    } else {
+      const Stance& stance = stances[static_cast<size_t>(StanceOfWaypoint(task_.task, t))];
+      x.segment(t * size, size) = InitialGuess(dataset_, stance, initialization_);
+    }
   }
-  if (fixed_first)
-    x.head(size) = outcome_.waypoints[outcome_.waypoints.size() - static_cast<size_t>(task_.waypoints_per_stance)];
   return x;
 }
 

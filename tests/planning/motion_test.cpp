@@ -4,7 +4,10 @@
 
 #include "legopt/judge/judge.h"
 #include "legopt/planning/problem_solver.h"
+#include "legopt/problem/terms/initial_guess.h"
 #include "legopt/problem/terms/task_program.h"
+#include "legopt/solvers/methods/method.h"
+#include "legopt/solvers/solver.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
 #include "tests/folders.h"
@@ -43,6 +46,62 @@ class Motion : public ::testing::Test {
   std::shared_ptr<const Dataset> dataset_;
   ProblemSolver solver_;
 };
+
+/// Records the points at which solves start, and solves nothing.
+class StartRecorder : public Solver {
+ public:
+  explicit StartRecorder(std::vector<Eigen::VectorXd>* starts) : starts_(starts) {}
+  SolverResult Solve(Program&, Eigen::VectorXd& x, const SolverContext&) override {
+    starts_->push_back(x);
+    SolverResult result;
+    result.status = SolveStatus::kConvergedFeasible;
+    result.feasible = true;
+    return result;
+  }
+
+ private:
+  std::vector<Eigen::VectorXd>* starts_;
+};
+
+/// Returns the points at which the windows of the dataset's first motion start.
+std::vector<Eigen::VectorXd> WindowStarts(const std::shared_ptr<const Dataset>& dataset,
+                                          Initialization initialization) {
+  std::vector<Eigen::VectorXd> starts;
+  SolverRegistry registry;
+  registry.Register<SqpOptions>({.word = "recorder"}, [&](const SqpOptions&, const Sampling&) {
+    return std::make_unique<StartRecorder>(&starts);
+  });
+  ProblemSolver solver(dataset, registry);
+  const ProblemDefinition& problem = dataset->problems(Task::kMotion).front();
+  solver.Solve(Task::kMotion, problem, initialization, Method::Of("recorder", registry), {});
+  return starts;
+}
+
+TEST(WindowsOfRobotsWithHands, RepeatTheGuessOfTheirFirstWaypoint) {
+  const auto dataset = Dataset::Load(SourceFolder() + "/data/contacts-humanoid");
+  const Eigen::Index size = dataset->robot().configuration_size();
+  const Stance& first = dataset->problems(Task::kMotion).front().stances.front();
+  for (const Initialization initialization : {Initialization::kGood, Initialization::kInCollision}) {
+    const Eigen::VectorXd guess = InitialGuess(*dataset, first, initialization);
+    const std::vector<Eigen::VectorXd> starts = WindowStarts(dataset, initialization);
+    ASSERT_GT(starts.size(), 1u);
+    for (const Eigen::VectorXd& x : starts) {
+      ASSERT_EQ(x.size() % size, 0);
+      for (Eigen::Index t = 0; t < x.size(); t += size) EXPECT_EQ(x.segment(t, size), guess);
+    }
+  }
+}
+
+TEST(WindowsOfRobotsWithoutHands, StartFromTheStanceOfEachWaypoint) {
+  const auto dataset = Dataset::Load(SourceFolder() + "/data/contacts-quadruped");
+  const Eigen::Index size = dataset->robot().configuration_size();
+  const std::vector<Stance>& stances = dataset->problems(Task::kMotion).front().stances;
+  const Eigen::VectorXd x = WindowStarts(dataset, Initialization::kGood).front();
+  for (int t = 0; t < x.size() / size; ++t) {
+    const Stance& stance = stances[static_cast<size_t>(StanceOfWaypoint(Task::kMotion, t))];
+    EXPECT_EQ(x.segment(t * size, size), InitialGuess(*dataset, stance, Initialization::kGood)) << t;
+  }
+}
 
 TEST(EmbeddedMotions, WhoseEffortRunsOutKeepTheWindowsSolvedSoFar) {
   const auto dataset = Dataset::Load(SourceFolder() + "/data/garage-small");

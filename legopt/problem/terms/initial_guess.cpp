@@ -115,6 +115,10 @@ Eigen::VectorXd InitialGuess(const Dataset& dataset, const Stance& whole_stance,
   return x;
 }
 
+bool GuessRepeatsInMotions(const Dataset& dataset) {
+  return std::ranges::any_of(dataset.contacts(), [](const Contact& contact) { return !contact.facts().supports; });
+}
+
 void PerturbJoints(const RobotModel& robot, std::mt19937_64& generator, double half_width_rad,
                    Eigen::Ref<Eigen::VectorXd> x) {
   for (int dof = 0; dof < robot.num_dofs(); ++dof) {

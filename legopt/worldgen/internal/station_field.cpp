@@ -142,6 +142,7 @@ PlantedMotion PostureFinder::FindMotion(const ProblemDefinition& problem) {
   PlantedMotion motion;
   Method method = method_;
   method.multi_starts = 0;
+  method.continuous_collision = ContinuousCollision::kRequired;
   SolveSettings settings;
   settings.effort_limit = kPerPosture;
   for (const Stance& stance : problem.stances) {
