@@ -35,6 +35,8 @@ struct Link {
   std::string name;
   double mass = 0.0;                              ///< kg; 0 if the link has no inertia
   Eigen::Vector3d com = Eigen::Vector3d::Zero();  ///< centre of mass in the link frame, m
+  /// Rotational inertia about the centre of mass, axes of the link frame, kg m^2; symmetric. 0 if the link has none.
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
   int parent_joint = -1;                          ///< index into joints(); -1 for the base
   std::vector<ShapeSpec> collision;               ///< empty: the link cannot collide
 };

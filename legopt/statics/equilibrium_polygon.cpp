@@ -1,23 +1,17 @@
 #include "legopt/statics/equilibrium_polygon.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "legopt/dataset/contact.h"
 #include "legopt/statics/internal/linear_program.h"
+#include "legopt/statics/internal/support_search.h"
 
 namespace legopt {
 namespace {
 
 constexpr int kFixedRows = 4;  // three forces, and the moment about their sum
 constexpr int kReachRows = 2;
-
-/// A point of the polygon's boundary, furthest in a direction.
-struct Extreme {
-  Eigen::Vector2d direction;  ///< unit
-  Eigen::Vector2d position;   ///< relative to the origin of moments, m
-};
 
 /// Searches extreme positions of the centre of mass, where forces of the sum `total` (weight; vertical part 1) act.
 class PositionProgram {
@@ -77,57 +71,6 @@ class PositionProgram {
   LinearProgramStatus status_ = LinearProgramStatus::kStalled;
 };
 
-/// Returns the point where the supporting lines of two neighbours meet; the middle of the chord if they are parallel.
-Eigen::Vector2d MeetingPoint(const Extreme& a, const Extreme& b) {
-  constexpr double kParallel = 1e-12;
-  const double determinant = a.direction.x() * b.direction.y() - a.direction.y() * b.direction.x();
-  if (std::abs(determinant) < kParallel) return 0.5 * (a.position + b.position);
-  const double height_a = a.direction.dot(a.position), height_b = b.direction.dot(b.position);
-  return Eigen::Vector2d(height_a * b.direction.y() - height_b * a.direction.y(),
-                         height_b * a.direction.x() - height_a * b.direction.x()) /
-         determinant;
-}
-
-/// Returns the largest distance by which the polygon may lie outside of the chord from `a` to `b`, counter-clockwise,
-/// and the chord's outward normal in `normal`.
-double Uncertainty(const Extreme& a, const Extreme& b, Eigen::Vector2d* normal) {
-  const Eigen::Vector2d chord = b.position - a.position;
-  *normal = a.direction + b.direction;
-  if (chord.norm() > kPolygonAccuracy_m * kPolygonAccuracy_m) *normal = Eigen::Vector2d(chord.y(), -chord.x());
-  if (!(normal->norm() > 0.0)) return 0.0;
-  normal->normalize();
-  return normal->dot(MeetingPoint(a, b) - a.position);
-}
-
-/// Cuts the largest uncertainty until none is above the accuracy. `extremes`: in the order of their directions,
-/// counter-clockwise.
-void Complete(PositionProgram* program, double accuracy_m, std::vector<Extreme>* extremes) {
-  constexpr size_t kMaxCorners = 400;
-  std::vector<bool> done(extremes->size(), false);
-  while (extremes->size() < kMaxCorners) {
-    double largest = accuracy_m;
-    size_t worst = extremes->size();
-    Eigen::Vector2d normal, worst_normal;
-    for (size_t i = 0; i < extremes->size(); ++i) {
-      if (done[i]) continue;
-      const double outside = Uncertainty((*extremes)[i], (*extremes)[(i + 1) % extremes->size()], &normal);
-      if (!(outside > largest)) continue;
-      largest = outside;
-      worst = i;
-      worst_normal = normal;
-    }
-    if (worst == extremes->size()) return;
-    const std::optional<Extreme> found = program->Furthest(worst_normal);
-    constexpr double kShareOfAccuracy = 1e-2;
-    if (!found || worst_normal.dot(found->position - (*extremes)[worst].position) < kShareOfAccuracy * accuracy_m) {
-      done[worst] = true;  // the chord is an edge
-      continue;
-    }
-    extremes->insert(extremes->begin() + static_cast<std::ptrdiff_t>(worst) + 1, *found);
-    done.insert(done.begin() + static_cast<std::ptrdiff_t>(worst) + 1, false);
-  }
-}
-
 std::optional<SlideProof> ProofOf(const StanceForces& forces, const Eigen::VectorXd& multipliers) {
   const Eigen::Vector4d y = multipliers.head<kFixedRows>();
   const double scale = y.cwiseAbs().maxCoeff();
@@ -138,15 +81,11 @@ std::optional<SlideProof> ProofOf(const StanceForces& forces, const Eigen::Vecto
 
 /// Returns the corners of all positions of a program that has some.
 std::vector<Eigen::Vector2d> CornersOf(PositionProgram* program, const StanceForces& forces, double accuracy_m) {
-  static const std::array<Eigen::Vector2d, 4> kFirstDirections = {Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1),
-                                                                  Eigen::Vector2d(-1, 0), Eigen::Vector2d(0, -1)};
-  std::vector<Extreme> extremes;
-  for (const Eigen::Vector2d& direction : kFirstDirections) {
-    if (const std::optional<Extreme> extreme = program->Furthest(direction)) extremes.push_back(*extreme);
-  }
-  if (extremes.size() == kFirstDirections.size()) Complete(program, accuracy_m, &extremes);
+  const auto furthest = [program](const Eigen::Vector2d& direction) { return program->Furthest(direction); };
   std::vector<Eigen::Vector2d> positions;
-  for (const Extreme& extreme : extremes) positions.push_back(extreme.position + forces.origin_W().head<2>());
+  for (const Extreme& extreme : SearchExtremes(furthest, accuracy_m)) {
+    positions.push_back(extreme.position + forces.origin_W().head<2>());
+  }
   return ConvexHull2d(std::move(positions));
 }
 

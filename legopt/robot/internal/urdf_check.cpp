@@ -285,11 +285,11 @@ std::vector<UrdfDiagnostic> ReviewUrdf(const CheckedUrdf& urdf) {
   };
   add(without_axis, "have no <axis>: they turn about, or move along, x", "write the axis");
   add(limited, "are continuous and have limits, which do not count", "use type revolute if they should");
-  add(not_definite, "have an inertia that is not positive definite, which nothing here reads",
-      "correct it if other programs use the robot");
+  add(not_definite, "have an inertia that is not positive definite, which only durations of motions use", "correct it");
   add(not_a_body,
-      "have a principal moment of inertia above the sum of the others, as no body can; nothing here reads it",
-      "correct it if other programs use the robot");
+      "have a principal moment of inertia above the sum of the others, as no body can; only durations of motions use "
+      "it",
+      "correct it");
   return remarks;
 }
 

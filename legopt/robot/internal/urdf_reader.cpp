@@ -96,7 +96,14 @@ Link MakeLink(const urdf::Link& source) {
   link.name = source.name;
   if (source.inertial != nullptr) {
     link.mass = source.inertial->mass;
-    link.com = ToEigen(source.inertial->origin).translation();
+    const Eigen::Isometry3d frame = ToEigen(source.inertial->origin);
+    link.com = frame.translation();
+    const urdf::Inertial& i = *source.inertial;
+    Eigen::Matrix3d tensor;
+    tensor << i.ixx, i.ixy, i.ixz,  //
+        i.ixy, i.iyy, i.iyz,        //
+        i.ixz, i.iyz, i.izz;
+    link.inertia = frame.linear() * tensor * frame.linear().transpose();
   }
   for (const urdf::CollisionSharedPtr& collision : source.collision_array) {
     if (collision != nullptr && collision->geometry != nullptr) link.collision.push_back(MakeShape(*collision));

@@ -1,0 +1,164 @@
+#include "legopt/dynamics/motion_timer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "legopt/dataset/contact.h"
+#include "legopt/types/input_error.h"
+
+namespace legopt {
+namespace {
+
+constexpr double kWaypointSlack = 1e-3, kCurveSlack = 2e-3;  // shares of weight, and m
+
+/// Returns whether all points are the same configuration, up to rounding.
+bool IsAtRest(std::span<const Eigen::VectorXd> points) {
+  constexpr double kSame = 1e-12;
+  return std::ranges::all_of(points, [&](const Eigen::VectorXd& x) { return (x - points.front()).norm() <= kSame; });
+}
+
+void CheckInput(size_t stances, std::span<const double> times, std::span<const Eigen::VectorXd> points,
+                Eigen::Index size) {
+  const auto fail = [](const std::string& field, const std::string& value, const std::string& fix) {
+    throw InputError(
+        {.file = "motion", .field = field, .value = value, .message = "does not fit a motion", .fix = fix});
+  };
+  if (stances < 2) fail("waypoints", std::to_string(stances), "time motions of at least two waypoints");
+  if (times.size() != points.size()) fail("points", std::to_string(points.size()), "give each time one point");
+  if (times.empty() || times.back() != static_cast<double>(stances - 1)) {
+    fail("last time", times.empty() ? "none" : std::to_string(times.back()), "end at the last waypoint");
+  }
+  for (const Eigen::VectorXd& x : points) {
+    if (x.size() != size) fail("point", std::to_string(x.size()) + " numbers", "give " + std::to_string(size));
+    if (!x.allFinite()) fail("point", "not finite", "remove NaN and infinity");
+  }
+}
+
+}  // namespace
+
+MotionTimer::MotionTimer(const Dataset& dataset)
+    : dataset_(dataset),
+      builder_(dataset.robot(), dataset.gravity_m_s2()),
+      reduced_builder_(dataset.robot(), dataset.gravity_m_s2(), MotionTiming::kReducedShare) {}
+
+MotionTimer::Part MotionTimer::MakePart(const Stance& contacts) const {
+  std::vector<TouchedSurface> surfaces = SurfacesOf(dataset_, contacts);
+  const StanceForces forces(surfaces);
+  for (TouchedSurface& surface : surfaces) surface.friction *= MotionTiming::kReducedShare;
+  return {.contacts = contacts, .forces = forces, .reduced = StanceForces(surfaces)};
+}
+
+std::vector<double> MotionTimer::Grid(std::span<const double> times, int refinement) const {
+  std::vector<double> grid = {times.front()};
+  size_t first = 0;  // of the segment
+  for (size_t i = 1; i < times.size(); ++i) {
+    if (times[i] != std::floor(times[i])) continue;
+    const auto pieces = static_cast<int>(i - first);
+    const int per_piece = std::max(kLeastPerPiece, (kLeastPerSegment + pieces - 1) / pieces) << refinement;
+    for (size_t p = first; p < i; ++p) {
+      for (int k = 1; k <= per_piece; ++k) {
+        grid.push_back(k == per_piece ? times[p + 1] : times[p] + (times[p + 1] - times[p]) * k / per_piece);
+      }
+    }
+    first = i;
+  }
+  if (grid.size() > kMostPoints) {
+    throw InputError({.file = "motion",
+                      .field = "points",
+                      .value = std::to_string(times.size()),
+                      .message = "need a grid of more than " + std::to_string(kMostPoints) + " points",
+                      .fix = "give the path fewer points"});
+  }
+  return grid;
+}
+
+const MotionTimer::Part& MotionTimer::PartAt(double s) const {
+  const double whole = std::floor(s);
+  const auto index = static_cast<size_t>(whole);
+  return s == whole ? waypoints_[index] : segments_[index];
+}
+
+std::vector<PhaseSet> MotionTimer::Sets(const PathSpline& spline, const std::vector<double>& grid, bool reduced) {
+  PhaseSetBuilder& builder = reduced ? reduced_builder_ : builder_;
+  std::vector<PhaseSet> sets;
+  sets.reserve(grid.size());
+  for (const double s : grid) {
+    spline.Evaluate(s, &point_);
+    const Part& part = PartAt(s);
+    const double slack = s == std::floor(s) ? kWaypointSlack : kCurveSlack;
+    sets.push_back(builder.Compute(reduced ? part.reduced : part.forces, point_, slack));
+  }
+  return sets;
+}
+
+std::string MotionTimer::Name(const LimitOwner& owner, double s) const {
+  if (owner.kind == TimeLimit::kContact) {
+    const Stance& stance = PartAt(s).contacts;
+    int surface = 0;  // only contacts that carry have surfaces
+    for (const ContactTarget& target : stance.contacts) {
+      if (target.carries && surface++ == owner.index) return "friction of " + target.contact;
+    }
+    return "no contact";
+  }
+  const std::string joint = owner.index < 0 ? "a joint" : DofNames(dataset_.robot())[static_cast<size_t>(owner.index)];
+  return (owner.kind == TimeLimit::kTorque ? "torque of " : "velocity of ") + joint;
+}
+
+void MotionTimer::Report(const std::vector<double>& grid, const TimeLaw& law, MotionTiming* timing) const {
+  timing->grid_points = static_cast<int>(grid.size());
+  timing->shortest_s = law.duration_s;
+  timing->parameters = grid;
+  if (!law.exists) {
+    if (law.blocked < 0) return;
+    timing->blocked_at = grid[static_cast<size_t>(law.blocked)];
+    timing->blocked_by = Name(law.blocked_by, timing->blocked_at);
+    return;
+  }
+  timing->limits = {};
+  timing->times_s.assign(1, 0.0);
+  for (size_t k = 0; k + 1 < grid.size(); ++k) {
+    const double width_s = Duration_s(std::span(grid).subspan(k, 2), std::span(law.x).subspan(k, 2));
+    timing->times_s.push_back(timing->times_s.back() + width_s);
+    const TimeLimit kind = law.limits[k].kind;
+    double& share = kind == TimeLimit::kVelocity ? timing->limits.velocity
+                    : kind == TimeLimit::kTorque ? timing->limits.torque
+                                                 : timing->limits.contact;
+    share += width_s / law.duration_s;
+  }
+}
+
+MotionTiming MotionTimer::Compute(std::span<const Stance* const> stances, std::span<const double> times,
+                                  std::span<const Eigen::VectorXd> points) {
+  CheckInput(stances.size(), times, points, dataset_.robot().configuration_size());
+  MotionTiming timing;
+  if (IsAtRest(points)) return timing;
+  segments_.clear();
+  waypoints_.clear();
+  for (size_t w = 0; w < stances.size(); ++w) {
+    waypoints_.push_back(MakePart(*stances[w]));
+    if (w > 0) segments_.push_back(MakePart(PlantedContacts(dataset_, *stances[w - 1], *stances[w])));
+  }
+  const PathSpline spline({times.begin(), times.end()}, points);
+  double before_s = 0.0;
+  for (int refinement = 0; refinement <= kMostRefinements; ++refinement) {
+    const std::vector<double> grid = Grid(times, refinement);
+    const std::vector<PhaseSet> sets = Sets(spline, grid, false);
+    const TimeLaw law = ComputeTimeLaw(grid, sets);
+    timing.greedy_s = ComputeGreedyTimeLaw(grid, sets).duration_s;
+    timing.uniform_s = UniformDuration_s(grid, sets);
+    Report(grid, law, &timing);
+    if (!law.exists) break;
+    timing.grid_change = refinement == 0 ? 1.0 : std::abs(law.duration_s - before_s) / law.duration_s;
+    before_s = law.duration_s;
+    if (timing.grid_change < kGridAccuracy) break;
+  }
+  timing.reduced_s = std::numeric_limits<double>::infinity();
+  if (std::isfinite(timing.shortest_s)) {
+    const std::vector<PhaseSet> sets = Sets(spline, timing.parameters, true);
+    timing.reduced_s = ComputeTimeLaw(timing.parameters, sets).duration_s;
+  }
+  return timing;
+}
+
+}  // namespace legopt

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "legopt/dataset/dataset.h"
+#include "legopt/dataset/problem_definition.h"
+#include "legopt/dynamics/path_spline.h"
+#include "legopt/dynamics/phase_set.h"
+#include "legopt/dynamics/time_law.h"
+
+namespace legopt {
+
+/// Shares of a duration by the limit that holds it up.
+struct LimitShares {
+  double velocity = 0.0, torque = 0.0, contact = 0.0;
+};
+
+/// How fast a motion can be executed.
+struct MotionTiming {
+  double shortest_s = 0.0;   ///< T*, from rest to rest; infinite if no time law exists, 0 for a motion at rest
+  double greedy_s = 0.0;     ///< of TOPP-RA's greedy pass
+  double uniform_s = 0.0;    ///< at one constant speed of the path parameter, without start and stop
+  double reduced_s = 0.0;    ///< T* with friction and effort limits reduced to kReducedShare
+  double grid_change = 0.0;  ///< change of T* by the last refinement of the grid, as a share
+  int grid_points = 0;
+  LimitShares limits;              ///< shares of T*
+  double blocked_at = -1.0;        ///< if there is no time law: path parameter of the first point without one
+  std::string blocked_by;          ///< its limit in words, e.g. "torque of back_ubx"
+  std::vector<double> parameters;  ///< grid, in segments: waypoint w is at w
+  std::vector<double> times_s;     ///< time at each point of the grid; empty without a time law
+
+  static constexpr double kReducedShare = 0.8;
+};
+
+/// Computes T*, the least duration of a motion whose points are read as a C2 cubic spline (path_spline.h), within joint
+/// velocity and effort limits and the friction of the contacts that stay in place (docs/explanation/timing.md).
+///
+/// The grid has at least 4 intervals per piece and 32 per segment. It is halved until T* changes by less than 2 %, at
+/// most twice. Whether contacts stay on their targets along the curve is not checked here.
+///
+/// A workspace: not thread-safe.
+class MotionTimer {
+ public:
+  static constexpr int kLeastPerPiece = 4, kLeastPerSegment = 32, kMostRefinements = 2;
+  static constexpr double kGridAccuracy = 0.02;
+  /// Largest number of points of a grid; throws InputError for motions that need more.
+  static constexpr int kMostPoints = 200'000;
+
+  /// `dataset` must outlive this object.
+  explicit MotionTimer(const Dataset& dataset);
+
+  /// `stances`: one per waypoint. `times`: of the points, increasing from 0, and containing 0, 1, .. exactly;
+  /// `points`: configurations, n + 7 each, finite. Throws InputError if the numbers of them do not fit.
+  MotionTiming Compute(std::span<const Stance* const> stances, std::span<const double> times,
+                       std::span<const Eigen::VectorXd> points);
+
+ private:
+  /// Contacts of one part of a motion with what they can transmit.
+  struct Part {
+    Stance contacts;
+    StanceForces forces, reduced;
+  };
+
+  Part MakePart(const Stance& contacts) const;
+  std::vector<double> Grid(std::span<const double> times, int refinement) const;
+  std::vector<PhaseSet> Sets(const PathSpline& spline, const std::vector<double>& grid, bool reduced);
+  const Part& PartAt(double s) const;
+  std::string Name(const LimitOwner& owner, double s) const;
+  void Report(const std::vector<double>& grid, const TimeLaw& law, MotionTiming* timing) const;
+
+  const Dataset& dataset_;
+  PhaseSetBuilder builder_, reduced_builder_;
+  CurvePoint point_;
+  std::vector<Part> segments_;   ///< contacts that stay in place on each segment
+  std::vector<Part> waypoints_;  ///< contacts of each waypoint
+};
+
+}  // namespace legopt

@@ -1,0 +1,182 @@
+#include "legopt/dynamics/phase_set.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "legopt/statics/internal/support_search.h"
+
+namespace legopt {
+namespace {
+
+constexpr Eigen::Index kBalanceRows = 6;
+constexpr Eigen::Index kPhaseColumns = 3;  // u > 0, u < 0, x, in units of the largest x
+constexpr double kReach = 10.0;            // largest |u| in units of the largest x
+constexpr double kStandardGravity_m_s2 = 9.81;
+constexpr double kAccuracy = 1e-6;  // of the polygon, in the same units, from within
+
+/// Returns the distinct positions in their order, which is counter-clockwise.
+std::vector<Eigen::Vector2d> CornersOf(const std::vector<Extreme>& extremes) {
+  constexpr double kSame = 1e-12;
+  std::vector<Eigen::Vector2d> corners;
+  for (const Extreme& extreme : extremes) {
+    if (corners.empty() || (extreme.position - corners.back()).norm() > kSame) corners.push_back(extreme.position);
+  }
+  while (corners.size() > 1 && (corners.front() - corners.back()).norm() <= kSame) corners.pop_back();
+  return corners;
+}
+
+}  // namespace
+
+PhaseSetBuilder::PhaseSetBuilder(const RobotModel& robot, double gravity_m_s2, double effort_share)
+    : robot_(robot),
+      gravity_m_s2_(gravity_m_s2),
+      effort_share_(effort_share),
+      unit_N_(robot.total_mass() * (gravity_m_s2 > 0.0 ? gravity_m_s2 : kStandardGravity_m_s2)),
+      kinematics_(robot),
+      dynamics_(robot),
+      gravity_torques_(robot.num_dofs()),
+      at_rest_(Eigen::VectorXd::Zero(robot.tangent_size())),
+      jacobian_(3, robot.tangent_size()) {
+  for (int dof = 0; dof < robot.num_dofs(); ++dof) {
+    if (std::isfinite(robot.effort_limits()[dof])) limited_.push_back(dof);
+  }
+}
+
+void PhaseSetBuilder::SetTorqueRows(const StanceForces& forces) {
+  const int n = robot_.num_dofs();
+  const Eigen::Index L = forces.num_generators();
+  const Eigen::Index first = b_.size() - std::ssize(limited_);
+  int last_point = -1;
+  for (int l = 0; l < L; ++l) {
+    const int point = forces.point_of(l);
+    if (point != last_point) {
+      const StanceForces::Point& where = forces.points()[static_cast<size_t>(point)];
+      kinematics_.PointJacobian(where.link, where.position_W, jacobian_);
+      last_point = point;
+    }
+    const Eigen::VectorXd torques = unit_N_ * (jacobian_.leftCols(n).transpose() * forces.directions().col(l));
+    for (Eigen::Index i = 0; i < std::ssize(limited_); ++i) {
+      const int dof = limited_[static_cast<size_t>(i)];
+      A_(first + i, l) = -torques[dof] / robot_.effort_limits()[dof];
+    }
+  }
+  for (Eigen::Index i = 0; i < std::ssize(limited_); ++i) {
+    const int dof = limited_[static_cast<size_t>(i)];
+    const double scale = 1.0 / robot_.effort_limits()[dof];
+    A_(first + i, L) = scale * largest_x_ * start_.torques[dof];
+    A_(first + i, L + 1) = -A_(first + i, L);
+    A_(first + i, L + 2) = scale * largest_x_ * steady_.torques[dof];
+    // torque share + slack = largest share, with slack in [0, 2 largest share]
+    b_[first + i] = effort_share_ - scale * gravity_torques_[dof];
+    upper_[L + kPhaseColumns + first + i] = 2.0 * effort_share_;
+  }
+}
+
+void PhaseSetBuilder::SetForces(const StanceForces& forces, double slack) {
+  const Eigen::Index L = forces.num_generators();
+  const auto num_bounds = static_cast<Eigen::Index>(forces.bounds().size());
+  const Eigen::Index rows = kBalanceRows + num_bounds + std::ssize(limited_);
+  const Eigen::Index first_slack = L + kPhaseColumns;
+  A_.setZero(rows, first_slack + rows);
+  b_.setZero(rows);
+  upper_.setConstant(A_.cols(), LinearProgramSolver::kInfinity);
+  upper_.head(L) = forces.upper();
+  upper_[L] = upper_[L + 1] = kReach;
+  upper_[L + 2] = 1.0;
+  const Eigen::Vector3d com = kinematics_.com() - forces.origin_W();
+  for (Eigen::Index l = 0; l < L; ++l) {
+    A_.block<3, 1>(0, l) = forces.directions().col(l);
+    A_.block<3, 1>(3, l) = forces.moments().col(l) - com.cross(forces.directions().col(l));
+  }
+  const double unit = largest_x_ / unit_N_;
+  A_.block<3, 1>(0, L) = -unit * start_.force_N;
+  A_.block<3, 1>(3, L) = -unit * start_.moment_Nm;
+  A_.block<kBalanceRows, 1>(0, L + 1) = -A_.block<kBalanceRows, 1>(0, L);
+  A_.block<3, 1>(0, L + 2) = -unit * steady_.force_N;
+  A_.block<3, 1>(3, L + 2) = -unit * steady_.moment_Nm;
+  b_[2] = robot_.total_mass() * gravity_m_s2_ / unit_N_;
+  // value + slack variable = right side + slack, with the variable in [0, 2 slack]
+  b_.head<kBalanceRows>().array() += slack;
+  upper_.segment(first_slack, kBalanceRows).setConstant(2.0 * slack);
+  for (Eigen::Index i = 0; i < num_bounds; ++i) {
+    const StanceForces::NormalBound& bound = forces.bounds()[static_cast<size_t>(i)];
+    for (int l = 0; l < forces.num_generators(); ++l) {
+      if (forces.surface_of(l) == bound.surface) A_(kBalanceRows + i, l) = 1.0;
+    }
+    b_[kBalanceRows + i] = bound.maximum;
+  }
+  for (Eigen::Index i = 0; i < rows; ++i) A_(i, first_slack + i) = 1.0;
+}
+
+LimitOwner PhaseSetBuilder::OwnerOf(const StanceForces& forces, const Eigen::VectorXd& multipliers) const {
+  constexpr double kNoShare = 1e-9;
+  const Eigen::Index first = multipliers.size() - std::ssize(limited_);
+  Eigen::Index joint = -1;
+  if (!limited_.empty() && multipliers.tail(std::ssize(limited_)).cwiseAbs().maxCoeff(&joint) > kNoShare) {
+    return {TimeLimit::kTorque, limited_[static_cast<size_t>(joint)]};
+  }
+  // The contact whose forces come nearest to helping is the one at its limit.
+  LimitOwner owner;
+  double nearest = -LinearProgramSolver::kInfinity;
+  for (int l = 0; l < forces.num_generators(); ++l) {
+    const double help = multipliers.head(first).dot(A_.col(l).head(first));
+    if (!(help > nearest)) continue;
+    nearest = help;
+    owner.index = forces.surface_of(l);
+  }
+  return owner;
+}
+
+PhaseSet PhaseSetBuilder::Compute(const StanceForces& forces, const CurvePoint& point, double slack) {
+  kinematics_.Update(point.x);
+  kinematics_.GravityTorques(gravity_m_s2_, gravity_torques_);
+  dynamics_.Compute(kinematics_, at_rest_, point.velocity, &start_);
+  dynamics_.Compute(kinematics_, point.velocity, point.bend, &steady_);
+  largest_x_ = kLargestSpeedSquare;
+  velocity_dof_ = -1;
+  for (int dof = 0; dof < robot_.num_dofs(); ++dof) {
+    const double ratio = robot_.velocity_limits()[dof] / std::abs(point.velocity[dof]);
+    if (!(ratio * ratio < largest_x_)) continue;
+    largest_x_ = ratio * ratio;
+    velocity_dof_ = dof;
+  }
+  SetForces(forces, slack);
+  SetTorqueRows(forces);
+  PhaseSet set;
+  if (solver_.Constrain(A_, b_, upper_) != LinearProgramStatus::kOptimal) {
+    set.blocked_by = OwnerOf(forces, solver_.multipliers());
+    return set;
+  }
+  const Eigen::Index u = forces.num_generators();
+  std::vector<std::pair<Eigen::Vector2d, LimitOwner>> owners;  // of the edges with these normals
+  const auto furthest = [&](const Eigen::Vector2d& direction) -> std::optional<Extreme> {
+    cost_.setZero(A_.cols());
+    cost_[u] = -direction.x();
+    cost_[u + 1] = direction.x();
+    cost_[u + 2] = -direction.y();
+    if (solver_.Minimize(cost_) != LinearProgramStatus::kOptimal) return std::nullopt;
+    owners.emplace_back(direction, OwnerOf(forces, solver_.multipliers()));
+    return Extreme{direction, {solver_.x()[u] - solver_.x()[u + 1], solver_.x()[u + 2]}};
+  };
+  const std::vector<Eigen::Vector2d> corners = CornersOf(SearchExtremes(furthest, kAccuracy));
+  for (size_t i = 0; i < corners.size(); ++i) {
+    const Eigen::Vector2d along = corners[(i + 1) % corners.size()] - corners[i];
+    const Eigen::Vector2d normal =
+        corners.size() > 1 ? Eigen::Vector2d(along.y(), -along.x()).normalized() : Eigen::Vector2d::UnitY();
+    PhaseEdge edge{.a = normal.x(), .b = normal.y(), .c = largest_x_ * normal.dot(corners[i]), .owner = {}};
+    constexpr double kLevel = 1e-9;
+    const bool at_top = velocity_dof_ >= 0 && corners[i].y() > 1.0 - kLevel && std::abs(along.y()) < kLevel;
+    if (at_top) {
+      edge.owner = {TimeLimit::kVelocity, velocity_dof_};
+    } else {
+      const auto nearest = std::ranges::max_element(owners, {}, [&](const auto& of) { return normal.dot(of.first); });
+      if (nearest != owners.end()) edge.owner = nearest->second;
+    }
+    set.edges.push_back(edge);
+  }
+  for (const Eigen::Vector2d& corner : corners) set.corners.emplace_back(largest_x_ * corner);
+  return set;
+}
+
+}  // namespace legopt

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "legopt/dynamics/inverse_dynamics.h"
+#include "legopt/dynamics/path_spline.h"
+#include "legopt/robot/kinematics.h"
+#include "legopt/statics/internal/linear_program.h"
+#include "legopt/statics/stance_forces.h"
+
+namespace legopt {
+
+/// Kind of limit that bounds how fast a path can be traversed.
+enum class TimeLimit : std::uint8_t {
+  kVelocity,  ///< velocity limit of a joint
+  kTorque,    ///< effort limit of a joint
+  kContact    ///< friction, unilaterality or force bounds of the contacts
+};
+
+/// A limit with its owner.
+struct LimitOwner {
+  TimeLimit kind = TimeLimit::kContact;
+  int index = -1;  ///< degree of freedom; for contacts the surface (StanceForces); -1: unknown
+};
+
+/// Half-plane a u + b x <= c of the phase plane.
+struct PhaseEdge {
+  double a = 0.0, b = 0.0;  ///< unit normal
+  double c = 0.0;
+  LimitOwner owner;
+};
+
+/// Admissible pairs (u, x) at one point of a path x(s), with s = s(t): x = (ds/dt)^2 and u = d^2s/dt^2, both in 1/s^2.
+/// A convex polygon within 0 <= x.
+struct PhaseSet {
+  std::vector<Eigen::Vector2d> corners;  ///< counter-clockwise; empty: no time law passes this point
+  std::vector<PhaseEdge> edges;          ///< edges[i] from corner i to the next
+  LimitOwner blocked_by;                 ///< if empty: the limit with the largest share in the proof
+
+  bool empty() const { return corners.empty(); }
+};
+
+/// Computes phase sets. With contact forces f_k = M g sum_e lambda_ke v_ke (StanceForces), (u, x) is admissible if
+/// lambda >= 0 exists with
+///
+///     sum lambda v           = e_z + (Fa u + Fb x) / M g       within +-slack
+///     sum lambda (p - c) x v = (Na u + Nb x) / M g             within +-slack, m
+///     |g_j + ta_j u + tb_j x - [J^T f]_j| <= effort limit of joint j
+///     x <= (velocity limit of joint j / |dq_j/ds|)^2
+///
+/// (Fa, Na, ta): InverseDynamics of acceleration dx/ds at rest; (Fb, Nb, tb): of velocity dx/ds and acceleration
+/// d^2x/ds^2. The projection of these (lambda, u, x) to the phase plane is found by one linear program per corner.
+///
+/// A workspace: not thread-safe. Sources: Bobrow, Dubowsky, Gibson, IJRR 4(3), 1985; Caron, Pham, Nakamura, ICRA 2015;
+/// Bretl, Lall, IEEE T-RO 24(4), 2008.
+class PhaseSetBuilder {
+ public:
+  /// Largest x that is computed, 1/s^2; paths at rest have no limit.
+  static constexpr double kLargestSpeedSquare = 1e6;
+
+  /// `robot` must outlive this object. `gravity_m_s2` >= 0. `effort_share` > 0: factor of the effort limits.
+  PhaseSetBuilder(const RobotModel& robot, double gravity_m_s2, double effort_share = 1.0);
+
+  /// Computes the set at a point of a curve, with the contacts of `forces`.
+  PhaseSet Compute(const StanceForces& forces, const CurvePoint& point, double slack);
+
+ private:
+  void SetForces(const StanceForces& forces, double slack);
+  void SetTorqueRows(const StanceForces& forces);
+  LimitOwner OwnerOf(const StanceForces& forces, const Eigen::VectorXd& multipliers) const;
+
+  const RobotModel& robot_;
+  double gravity_m_s2_;
+  double effort_share_;
+  double unit_N_;             ///< M g, or M times 9.81 m/s^2 without gravity
+  std::vector<int> limited_;  ///< degrees of freedom with an effort limit
+  Kinematics kinematics_;
+  InverseDynamics dynamics_;
+  InertialForces start_, steady_;  ///< rates per u and per x
+  Eigen::VectorXd gravity_torques_, at_rest_;
+  Eigen::MatrixXd jacobian_, A_;
+  Eigen::VectorXd b_, upper_, cost_;
+  double largest_x_ = 0.0;
+  int velocity_dof_ = -1;
+  LinearProgramSolver solver_;
+};
+
+}  // namespace legopt

@@ -1,0 +1,208 @@
+#include "legopt/dynamics/time_law.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "legopt/dynamics/internal/chain_program.h"
+
+namespace legopt {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Closed interval; empty if lowest > highest.
+struct Interval {
+  double lowest = kInfinity, highest = -kInfinity;
+  void Add(double value) {
+    lowest = std::min(lowest, value);
+    highest = std::max(highest, value);
+  }
+  bool empty() const { return lowest > highest; }
+};
+
+/// Returns the part of a convex polygon with a u + b x <= c.
+std::vector<Eigen::Vector2d> Clip(const std::vector<Eigen::Vector2d>& polygon, double a, double b, double c) {
+  std::vector<Eigen::Vector2d> kept;
+  const auto excess = [&](const Eigen::Vector2d& p) { return a * p.x() + b * p.y() - c; };
+  for (size_t i = 0; i < polygon.size(); ++i) {
+    const Eigen::Vector2d& from = polygon[i];
+    const Eigen::Vector2d& to = polygon[(i + 1) % polygon.size()];
+    const double before = excess(from), after = excess(to);
+    if (before <= 0.0) kept.push_back(from);
+    if ((before < 0.0 && after > 0.0) || (before > 0.0 && after < 0.0)) {
+      kept.push_back(from + before / (before - after) * (to - from));
+    }
+  }
+  return kept;
+}
+
+/// Returns the values of x in a set from which x + 2 width u lies in `next`.
+Interval Predecessors(const PhaseSet& set, double width, const Interval& next) {
+  // Rounding of a linear program must not empty an interval that is a single point.
+  const double rounding = 1e-9 * (1.0 + std::abs(next.highest));
+  std::vector<Eigen::Vector2d> kept = Clip(set.corners, 2.0 * width, 1.0, next.highest + rounding);
+  kept = Clip(kept, -2.0 * width, -1.0, -next.lowest + rounding);
+  Interval result;
+  for (const Eigen::Vector2d& corner : kept) result.Add(std::max(0.0, corner.y()));
+  return result;
+}
+
+/// Returns the values of x + 2 width u for given x.
+Interval Successors(const PhaseSet& set, double width, double x) {
+  Interval result;
+  for (size_t i = 0; i < set.corners.size(); ++i) {
+    const Eigen::Vector2d& from = set.corners[i];
+    const Eigen::Vector2d& to = set.corners[(i + 1) % set.corners.size()];
+    const double low = std::min(from.y(), to.y()), high = std::max(from.y(), to.y());
+    const double rounding = 1e-9 * (1.0 + high);
+    if (x < low - rounding || x > high + rounding) continue;
+    const auto at = [&](double share) { result.Add(x + 2.0 * width * (from.x() + share * (to.x() - from.x()))); };
+    if (high - low > rounding) {
+      at(std::clamp((x - from.y()) / (to.y() - from.y()), 0.0, 1.0));
+    } else {
+      at(0.0);
+      at(1.0);
+    }
+  }
+  return result;
+}
+
+double WidthOf(std::span<const double> grid, size_t k) { return grid[k + 1] - grid[k]; }
+
+/// Rounding of linear programs, in units of an edge's offset.
+constexpr double kRounding = 1e-7;
+
+/// Returns the edge that excludes (u, x) = (0, 0) most; null if the set contains it.
+const PhaseEdge* EdgeAgainstRest(const PhaseSet& set) {
+  const auto least = std::ranges::min_element(set.edges, {}, &PhaseEdge::c);
+  return least != set.edges.end() && least->c < -kRounding ? &*least : nullptr;
+}
+
+bool CanRest(const PhaseSet& set) { return !set.empty() && EdgeAgainstRest(set) == nullptr; }
+
+/// Returns the limit that makes a point hard to pass: of an empty set, the one that empties it; else the one that
+/// excludes rest, or bounds x most tightly.
+LimitOwner LimitAt(const PhaseSet& set) {
+  if (set.empty()) return set.blocked_by;
+  if (const PhaseEdge* edge = EdgeAgainstRest(set)) return edge->owner;
+  double least = kInfinity;
+  LimitOwner owner;
+  for (const PhaseEdge& edge : set.edges) {
+    if (!(edge.b > 0.0 && edge.c / edge.b < least)) continue;
+    least = edge.c / edge.b;
+    owner = edge.owner;
+  }
+  return owner;
+}
+
+TimeLaw Blocked(std::span<const PhaseSet> sets, size_t point) {
+  TimeLaw law;
+  law.duration_s = kInfinity;
+  law.blocked = static_cast<int>(point);
+  law.blocked_by = LimitAt(sets[point]);
+  return law;
+}
+
+/// Sets the limit of each point: the edge with the least slack relative to the edges' scale.
+void SetLimits(std::span<const double> grid, std::span<const PhaseSet> sets, TimeLaw* law) {
+  for (size_t k = 0; k + 1 < grid.size(); ++k) {
+    const double x = law->x[k], u = (law->x[k + 1] - x) / (2.0 * WidthOf(grid, k));
+    double least = kInfinity;
+    LimitOwner owner;
+    for (const PhaseEdge& edge : sets[k].edges) {
+      if (edge.b < 0.0 && edge.a == 0.0) continue;  // x >= 0
+      const double slack = edge.c - edge.a * u - edge.b * x;
+      if (!(slack < least)) continue;
+      least = slack;
+      owner = edge.owner;
+    }
+    law->limits.push_back(owner);
+  }
+}
+
+}  // namespace
+
+ControllableSets ComputeControllableSets(std::span<const double> grid, std::span<const PhaseSet> sets) {
+  ControllableSets controllable;
+  controllable.lowest.assign(grid.size(), kInfinity);
+  controllable.highest.assign(grid.size(), -kInfinity);
+  if (!CanRest(sets.back())) {
+    controllable.blocked = static_cast<int>(grid.size()) - 1;
+    return controllable;
+  }
+  controllable.lowest.back() = controllable.highest.back() = 0.0;
+  for (size_t k = grid.size() - 1; k-- > 0;) {
+    const Interval next{controllable.lowest[k + 1], controllable.highest[k + 1]};
+    const Interval here = sets[k].empty() ? Interval() : Predecessors(sets[k], WidthOf(grid, k), next);
+    controllable.lowest[k] = here.lowest;
+    controllable.highest[k] = here.highest;
+    if (!here.empty()) continue;
+    controllable.blocked = static_cast<int>(k);
+    break;
+  }
+  return controllable;
+}
+
+double Duration_s(std::span<const double> grid, std::span<const double> x) {
+  double duration_s = 0.0;
+  for (size_t k = 0; k + 1 < grid.size(); ++k) {
+    const double sum = std::sqrt(std::max(0.0, x[k])) + std::sqrt(std::max(0.0, x[k + 1]));
+    duration_s += sum > 0.0 ? 2.0 * WidthOf(grid, k) / sum : kInfinity;
+  }
+  return duration_s;
+}
+
+TimeLaw ComputeGreedyTimeLaw(std::span<const double> grid, std::span<const PhaseSet> sets) {
+  const ControllableSets controllable = ComputeControllableSets(grid, sets);
+  if (controllable.blocked >= 0) return Blocked(sets, static_cast<size_t>(controllable.blocked));
+  constexpr double kRest = 1e-9;
+  if (controllable.lowest.front() > kRest || !CanRest(sets.front())) return Blocked(sets, 0);
+  constexpr double kInside = 1.0 - 1e-4;  // at the upper bound itself, rounding may leave no way on
+  TimeLaw law;
+  law.x.assign(grid.size(), 0.0);
+  for (size_t k = 0; k + 1 < grid.size(); ++k) {
+    const Interval reached = Successors(sets[k], WidthOf(grid, k), law.x[k]);
+    const double lowest = controllable.lowest[k + 1], highest = controllable.highest[k + 1];
+    const double next = std::min(reached.highest, lowest + kInside * (highest - lowest));
+    if (reached.empty() || next < lowest - kRest * (1.0 + lowest)) return Blocked(sets, k);
+    law.x[k + 1] = std::max({next, lowest, 0.0});
+  }
+  law.exists = true;
+  law.duration_s = Duration_s(grid, law.x);
+  SetLimits(grid, sets, &law);
+  return law;
+}
+
+TimeLaw ComputeTimeLaw(std::span<const double> grid, std::span<const PhaseSet> sets) {
+  TimeLaw law = ComputeGreedyTimeLaw(grid, sets);
+  if (!law.exists) return law;
+  std::vector<double> x = law.x;
+  if (!MinimizeDuration(grid, sets, &x)) return law;
+  const double duration_s = Duration_s(grid, x);
+  if (!(duration_s < law.duration_s)) return law;
+  law.x = std::move(x);
+  law.duration_s = duration_s;
+  law.limits.clear();
+  SetLimits(grid, sets, &law);
+  return law;
+}
+
+double UniformDuration_s(std::span<const double> grid, std::span<const PhaseSet> sets) {
+  double largest = kInfinity;
+  for (size_t k = 0; k + 1 < grid.size(); ++k) {
+    Interval x;
+    for (size_t i = 0; i < sets[k].corners.size(); ++i) {
+      const Eigen::Vector2d& from = sets[k].corners[i];
+      const Eigen::Vector2d& to = sets[k].corners[(i + 1) % sets[k].corners.size()];
+      if (from.x() == 0.0) x.Add(from.y());
+      if ((from.x() < 0.0) == (to.x() < 0.0)) continue;
+      x.Add(from.y() + from.x() / (from.x() - to.x()) * (to.y() - from.y()));
+    }
+    largest = std::min(largest, x.highest);
+  }
+  return largest > 0.0 ? (grid.back() - grid.front()) / std::sqrt(largest) : kInfinity;
+}
+
+}  // namespace legopt

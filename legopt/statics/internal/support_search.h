@@ -1,0 +1,27 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <optional>
+#include <vector>
+
+namespace legopt {
+
+/// A point of a planar convex set, furthest in a direction.
+struct Extreme {
+  Eigen::Vector2d direction;  ///< unit
+  Eigen::Vector2d position;
+};
+
+/// Returns the furthest point of a set in a direction; empty if it was not found.
+using Furthest = std::function<std::optional<Extreme>(const Eigen::Vector2d& direction)>;
+
+/// Approximates a planar convex set, which only a search for furthest points describes, by points of its boundary. The
+/// first directions are those of the axes. Then the direction follows in which the set may exceed the hull of the
+/// points most, until it can do so by at most `accuracy` anywhere. Returns the points in the order of their directions,
+/// counter-clockwise; fewer than four if a search along an axis failed.
+///
+/// Source: Bretl, Lall, Testing Static Equilibrium for Legged Robots, IEEE T-RO 24(4), 2008.
+std::vector<Extreme> SearchExtremes(const Furthest& furthest, double accuracy);
+
+}  // namespace legopt

@@ -1,0 +1,120 @@
+// Durations of whole motions: the planted motions of the embedded quadruped, and motions at rest.
+#include "legopt/dynamics/motion_timer.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <memory>
+
+#include "legopt/dataset/dataset.h"
+#include "legopt/judge/internal/path_examiner.h"
+#include "legopt/judge/solution_file.h"
+#include "legopt/types/input_error.h"
+#include "tests/folders.h"
+
+namespace legopt {
+namespace {
+
+struct Motion {
+  std::vector<const Stance*> stances;  ///< per waypoint
+  TimedPath path;
+};
+
+class MotionTimerTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    const std::string folder = SourceFolder() + "/data/contacts-quadruped";
+    dataset_ = Dataset::Load(folder);
+    file_ = ReadSolutions(folder + "/solutions-motion.json");
+  }
+  static void TearDownTestSuite() { dataset_.reset(); }
+
+  static Motion MotionOf(const SolvedProblem& solved) {
+    Motion motion;
+    const ProblemDefinition& problem = dataset_->problem(Task::kMotion, solved.definition.id);
+    const int count = NumWaypoints(Task::kBalanced, static_cast<int>(problem.stances.size()));
+    for (int w = 0; w < count; ++w) {
+      motion.stances.push_back(&problem.stances[static_cast<size_t>(StanceOfWaypoint(Task::kBalanced, w))]);
+    }
+    EXPECT_FALSE(
+        ParsePath(solved.solutions.front().waypoints, count, dataset_->robot().configuration_size(), &motion.path));
+    return motion;
+  }
+  static MotionTiming Time(const Motion& motion) {
+    return MotionTimer(*dataset_).Compute(motion.stances, motion.path.times, motion.path.points);
+  }
+
+  inline static std::shared_ptr<const Dataset> dataset_;
+  inline static SolutionFile file_;
+};
+
+TEST_F(MotionTimerTest, PlantedMotionsHaveTimeLawsInTheRightOrder) {
+  int finite = 0;
+  for (const SolvedProblem& solved : file_.problems) {
+    const Motion motion = MotionOf(solved);
+    const MotionTiming timing = Time(motion);
+    if (std::isinf(timing.shortest_s)) {
+      EXPECT_FALSE(timing.blocked_by.empty()) << solved.definition.id;
+      EXPECT_GE(timing.blocked_at, 0.0);
+      continue;
+    }
+    ++finite;
+    EXPECT_LE(timing.shortest_s, timing.greedy_s);
+    EXPECT_GE(timing.reduced_s, timing.shortest_s);
+    EXPECT_NEAR(timing.limits.velocity + timing.limits.torque + timing.limits.contact, 1.0, 1e-9);
+    ASSERT_EQ(timing.times_s.size(), timing.parameters.size());
+    EXPECT_NEAR(timing.times_s.back(), timing.shortest_s, 1e-9 * timing.shortest_s);
+    for (size_t k = 1; k < timing.times_s.size(); ++k) EXPECT_GT(timing.times_s[k], timing.times_s[k - 1]);
+    EXPECT_EQ(timing.parameters.back(), static_cast<double>(motion.stances.size() - 1));
+  }
+  EXPECT_GT(finite, 0);
+}
+
+TEST_F(MotionTimerTest, MotionAtRestTakesNoTime) {
+  Motion motion = MotionOf(file_.problems.front());
+  for (Eigen::VectorXd& x : motion.path.points) x = motion.path.points.front();
+  const MotionTiming timing = Time(motion);
+  EXPECT_EQ(timing.shortest_s, 0.0);
+  EXPECT_EQ(timing.reduced_s, 0.0);
+}
+
+TEST_F(MotionTimerTest, RefusesWhatIsNoMotion) {
+  const Motion motion = MotionOf(file_.problems.front());
+  const auto message = [](const Motion& bad) -> std::string {
+    try {
+      Time(bad);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  Motion bad = motion;
+  bad.stances.resize(1);
+  EXPECT_NE(message(bad).find("at least two waypoints"), std::string::npos) << message(bad);
+  bad = motion;
+  bad.path.points.pop_back();
+  EXPECT_NE(message(bad).find("each time"), std::string::npos) << message(bad);
+  bad = motion;
+  bad.path.points[1][0] = std::nan("");
+  EXPECT_NE(message(bad).find("not finite"), std::string::npos) << message(bad);
+  bad = motion;
+  bad.path.points[1].conservativeResize(3);
+  EXPECT_NE(message(bad).find("3 numbers"), std::string::npos) << message(bad);
+  bad = motion;
+  bad.path.times.back() = 1.5;
+  EXPECT_NE(message(bad).find("last waypoint"), std::string::npos) << message(bad);
+}
+
+TEST_F(MotionTimerTest, StanceWithoutContactsBlocks) {
+  const Motion motion = MotionOf(file_.problems.front());
+  Motion flight = motion;
+  const Stance none;
+  flight.stances[3] = &none;
+  const MotionTiming timing = Time(flight);
+  EXPECT_TRUE(std::isinf(timing.shortest_s));
+  EXPECT_EQ(timing.blocked_by, "no contact");
+}
+
+}  // namespace
+}  // namespace legopt

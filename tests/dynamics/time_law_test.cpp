@@ -1,0 +1,184 @@
+// Shortest durations against closed forms.
+#include "legopt/dynamics/time_law.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+namespace legopt {
+namespace {
+
+constexpr double kGravity = 9.8, kMass = 3.0, kFootMass = 1.0, kHeight_m = 0.5;
+
+/// A foot that carries a mass: on a horizontal slide at height kHeight_m, or as a pendulum of length kHeight_m.
+RobotModel Carrier(const std::string& joint_type, const std::string& axis, double effort, double velocity) {
+  const bool slides = joint_type == "prismatic";
+  const std::string com = slides ? "0 0 0" : "0 0 -" + std::to_string(kHeight_m);
+  return RobotModel::FromUrdfText(
+      "<robot name='carrier'><link name='foot'><inertial><mass value='" + std::to_string(kFootMass) +
+          "'/><inertia ixx='0' iyy='0' izz='0' ixy='0' ixz='0' iyz='0'/></inertial></link><link name='mass'><inertial>"
+          "<origin xyz='" +
+          com + "'/><mass value='" + std::to_string(kMass) +
+          "'/><inertia ixx='0' iyy='0' izz='0' ixy='0' ixz='0' iyz='0'/></inertial></link><joint name='move' type='" +
+          joint_type + "'><parent link='foot'/><child link='mass'/><origin xyz='0 0 " +
+          std::to_string(slides ? kHeight_m : 2.0 * kHeight_m) + "'/><axis xyz='" + axis +
+          "'/><limit lower='-9' upper='9' effort='" + std::to_string(effort) + "' velocity='" +
+          std::to_string(velocity) + "'/></joint></robot>",
+      "carrier.urdf", ".");
+}
+
+/// Level ground under the foot, with corners at +-half lengths.
+StanceForces Ground(double friction, double half_m) {
+  TouchedSurface surface;
+  surface.friction = friction;
+  for (const double x : {-half_m, half_m}) {
+    for (const double y : {-half_m, half_m}) surface.points_W.emplace_back(x, y, 0.0);
+  }
+  return StanceForces({surface});
+}
+
+struct Path {
+  std::vector<double> grid;
+  std::vector<PhaseSet> sets;
+};
+
+/// The joint moves from one value to another.
+Path Move(const RobotModel& robot, const StanceForces& forces, double from, double to, double gravity = kGravity,
+          int intervals = 400) {
+  std::vector<Eigen::VectorXd> points(2, robot.NeutralConfiguration());
+  points[0][0] = from;
+  points[1][0] = to;
+  const PathSpline spline({0.0, 1.0}, points);
+  PhaseSetBuilder builder(robot, gravity);
+  Path path;
+  CurvePoint point;
+  for (int k = 0; k <= intervals; ++k) {
+    path.grid.push_back(static_cast<double>(k) / intervals);
+    spline.Evaluate(path.grid.back(), &point);
+    path.sets.push_back(builder.Compute(forces, point, 0.0));
+  }
+  return path;
+}
+
+double ShortestDuration_s(const Path& path) { return ComputeTimeLaw(path.grid, path.sets).duration_s; }
+
+constexpr double kAccuracy = 1e-3;  // share
+
+TEST(TimeLaw, DoubleIntegratorIsBangBang) {
+  constexpr double kForce_N = 6.0, kDistance_m = 0.4;
+  const RobotModel robot = Carrier("prismatic", "1 0 0", kForce_N, 100);
+  const double expected_s = 2.0 * std::sqrt(kDistance_m * kMass / kForce_N);
+  EXPECT_NEAR(ShortestDuration_s(Move(robot, Ground(5, 3), -0.1, 0.3)), expected_s, kAccuracy * expected_s);
+}
+
+TEST(TimeLaw, VelocityLimitAddsACruise) {
+  constexpr double kForce_N = 6.0, kDistance_m = 1.0, kSpeed = 0.5;
+  const RobotModel robot = Carrier("prismatic", "1 0 0", kForce_N, kSpeed);
+  const double acceleration = kForce_N / kMass;
+  const double expected_s = kDistance_m / kSpeed + kSpeed / acceleration;
+  const Path path = Move(robot, Ground(5, 5), -0.5, 0.5);
+  const TimeLaw law = ComputeTimeLaw(path.grid, path.sets);
+  EXPECT_NEAR(law.duration_s, expected_s, kAccuracy * expected_s);
+  EXPECT_EQ(law.limits[200].kind, TimeLimit::kVelocity);
+  EXPECT_EQ(law.limits[2].kind, TimeLimit::kTorque);
+  EXPECT_NEAR(UniformDuration_s(path.grid, path.sets), kDistance_m / kSpeed, 1e-6);
+}
+
+TEST(TimeLaw, FrictionBoundsTheForceOfTheFoot) {
+  constexpr double kFriction = 0.3, kDistance_m = 0.4;
+  const RobotModel robot = Carrier("prismatic", "1 0 0", 1e3, 100);
+  const double acceleration = kFriction * kGravity * (kMass + kFootMass) / kMass;
+  const double expected_s = 2.0 * std::sqrt(kDistance_m / acceleration);
+  const Path path = Move(robot, Ground(kFriction, 3), -0.2, 0.2);
+  const TimeLaw law = ComputeTimeLaw(path.grid, path.sets);
+  EXPECT_NEAR(law.duration_s, expected_s, kAccuracy * expected_s);
+  EXPECT_EQ(law.limits[100].kind, TimeLimit::kContact);
+}
+
+/// Point mass on a short foot: m a h <= (total weight) half - m g x, that is, the zero-moment point stays inside.
+TEST(TimeLaw, ShortFootTipsOver) {
+  constexpr double kHalf_m = 0.1, kDistance_m = 0.1;
+  const RobotModel robot = Carrier("prismatic", "1 0 0", 1e3, 100);
+  // x'' = (x + half M / m) g / h while speeding up: the foot presses on its rear edge.
+  const double rate = std::sqrt(kGravity / kHeight_m);
+  const double edge = kHalf_m * (kMass + kFootMass) / kMass;
+  // From -d/2 at rest to 0, by symmetry half of the time: x + edge = (edge - d/2) cosh(rate t).
+  const double expected_s = 2.0 * std::acosh(edge / (edge - 0.5 * kDistance_m)) / rate;
+  EXPECT_NEAR(ShortestDuration_s(Move(robot, Ground(5, kHalf_m), -0.5 * kDistance_m, 0.5 * kDistance_m)), expected_s,
+              kAccuracy * expected_s);
+}
+
+TEST(TimeLaw, PendulumSwingsThroughTheBottom) {
+  constexpr double kTorque_Nm = 10.0, kAngle = 0.6;
+  const RobotModel robot = Carrier("revolute", "0 1 0", kTorque_Nm, 100);
+  const double inertia = kMass * kHeight_m * kHeight_m;
+  constexpr int kSamples = 200'000;
+  double half_s = 0.0;  // by the midpoint rule in r, angle = -kAngle + r^2, which removes the singularity at rest
+  for (int k = 0; k < kSamples; ++k) {
+    const double r = std::sqrt(kAngle) * (k + 0.5) / kSamples, angle = r * r - kAngle;
+    const double energy =
+        kTorque_Nm * (angle + kAngle) + kMass * kGravity * kHeight_m * (std::cos(angle) - std::cos(kAngle));
+    half_s += 2.0 * r / std::sqrt(2.0 * energy / inertia) * std::sqrt(kAngle) / kSamples;
+  }
+  EXPECT_NEAR(ShortestDuration_s(Move(robot, Ground(5, 5), -kAngle, kAngle)), 2.0 * half_s, kAccuracy * 2.0 * half_s);
+}
+
+TEST(TimeLaw, NoneIfTheTorqueCannotHoldThePendulum) {
+  const RobotModel robot = Carrier("revolute", "0 1 0", 5.0, 100);
+  const double largest = std::asin(5.0 / (kMass * kGravity * kHeight_m));
+  EXPECT_TRUE(std::isfinite(ShortestDuration_s(Move(robot, Ground(5, 5), 0.0, 0.99 * largest))));
+  const Path path = Move(robot, Ground(5, 5), 0.0, 1.01 * largest);
+  const TimeLaw law = ComputeTimeLaw(path.grid, path.sets);
+  EXPECT_FALSE(law.exists);
+  EXPECT_TRUE(std::isinf(law.duration_s));
+  EXPECT_EQ(law.blocked_by.kind, TimeLimit::kTorque);
+  EXPECT_EQ(law.blocked_by.index, 0);
+}
+
+TEST(TimeLaw, NoneFromWhereThePendulumCannotRest) {
+  const RobotModel robot = Carrier("revolute", "0 1 0", 5.0, 100);
+  const double largest = std::asin(5.0 / (kMass * kGravity * kHeight_m));
+  EXPECT_TRUE(std::isinf(ShortestDuration_s(Move(robot, Ground(5, 5), 1.2 * largest, 0.0)))) << "cannot wait there";
+}
+
+TEST(TimeLaw, NoneOnAnIcySlope) {
+  const RobotModel robot = Carrier("prismatic", "1 0 0", 1e3, 100);
+  TouchedSurface surface;
+  surface.friction = 0.3;
+  surface.axes_W = Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  surface.points_W = {{1, 1, 0}, {-1, 1, 0}, {-1, -1, 0}, {1, -1, 0}};
+  const Path path = Move(robot, StanceForces({surface}), -0.1, 0.1);
+  const TimeLaw law = ComputeTimeLaw(path.grid, path.sets);
+  EXPECT_FALSE(law.exists);
+  EXPECT_EQ(law.blocked_by.kind, TimeLimit::kContact);
+}
+
+TEST(TimeLaw, HalvingTheGridChangesLittle) {
+  const RobotModel robot = Carrier("prismatic", "1 0 0", 1e3, 100);
+  const double coarse_s = ShortestDuration_s(Move(robot, Ground(5, 0.1), -0.05, 0.05, kGravity, 32));
+  const double fine_s = ShortestDuration_s(Move(robot, Ground(5, 0.1), -0.05, 0.05, kGravity, 64));
+  EXPECT_NEAR(coarse_s, fine_s, 0.02 * fine_s);
+}
+
+TEST(TimeLaw, WithoutGravityAFootCannotPull) {
+  const RobotModel robot = Carrier("prismatic", "1 0 0", 1e3, 100);
+  const Path path = Move(robot, Ground(5, 3), -0.1, 0.1, 0.0);
+  EXPECT_TRUE(std::isinf(ShortestDuration_s(path))) << "friction needs a normal force, which nothing presses";
+}
+
+TEST(TimeLaw, NeverLongerWithTwiceTheLimitsNorThanGreedy) {
+  double before_s = 1e9;
+  for (double factor = 1.0; factor < 20.0; factor *= 2.0) {
+    const RobotModel robot = Carrier("prismatic", "1 0 0", 2.0 * factor, 0.2 * factor);
+    const Path path = Move(robot, Ground(0.1 * factor, 0.05 * factor), -0.04, 0.04);
+    const double duration_s = ShortestDuration_s(path);
+    EXPECT_LE(duration_s, before_s * (1 + 1e-9)) << factor;
+    EXPECT_LE(duration_s, ComputeGreedyTimeLaw(path.grid, path.sets).duration_s) << factor;
+    before_s = duration_s;
+  }
+}
+
+}  // namespace
+}  // namespace legopt
