@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "client/page/page_holding.h"
 #include "legopt/dataset/contact.h"
 #include "legopt/geometry/collision_model.h"
 #include "legopt/robot/configuration.h"
@@ -94,7 +95,13 @@ Json RobotJson(const Dataset& dataset, GeometryBlock* geometry) {
                     {"upper", PointJson(box_L.max())},
                     {"outline", OutlineJson(foot)}});
   }
-  return {{"name", robot.name()}, {"dofs", DofNames(robot)}, {"links", links}, {"joints", joints}, {"feet", feet}};
+  return {{"name", robot.name()},
+          {"weight_N", robot.total_mass() * dataset.gravity_m_s2()},
+          {"dofs", DofNames(robot)},
+          {"efforts", EffortLimitsJson(robot)},
+          {"links", links},
+          {"joints", joints},
+          {"feet", feet}};
 }
 
 Json SceneJson(const Dataset& dataset, GeometryBlock* geometry) {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "client/page/page_file.h"
+#include "client/page/page_holding.h"
 #include "client/replay/stored_job.h"
 #include "db/named_queries.h"
 #include "legopt/input/json.h"
@@ -95,7 +96,8 @@ Json FindingsJson(const WaypointDiagnostics& findings, const Dataset& dataset) {
           {"com_violated", findings.com_violated},
           {"limits", limits},
           {"overlaps", OverlapsJson(findings.overlaps, dataset)},
-          {"values", values}};
+          {"values", values},
+          {"holding", HoldingJson(findings.holding, findings.on_feet)}};
 }
 
 namespace {

@@ -1,5 +1,5 @@
 -- A job with its result, and whether it has waypoints or a trace to draw. Parameters: :job_id.
-SELECT c.experiment_id, e.name AS experiment, e.seed, c.task, c.initialization, p.problem_id AS problem, j.repetition,
+SELECT c.experiment_id, e.name AS experiment, e.rule, e.seed, c.task, c.initialization, p.problem_id AS problem, j.repetition,
   j.state, m.name AS method, m.hash AS method_hash, d.name AS dataset, d.hash AS dataset_hash,
   coalesce(w.build_id, '') AS build_id, r.solver_status AS status, r.verdict_literal AS literal,
   r.verdict_strict AS strict, r.verdict_solid AS solid, r.verdict_physical AS physical, r.verdict_detail AS detail, r.failed_waypoint, r.cost,

@@ -135,8 +135,8 @@ bool StaticEquilibrium::MinimizeRatio(const StanceForces& forces, const Kinemati
   return feasible && solver.Minimize(cost_) == LinearProgramStatus::kOptimal;
 }
 
-bool StaticEquilibrium::IsLoadedRatioBelow(const StanceForces& forces, const Kinematics& kinematics, double tolerance,
-                                           double ratio) {
+void StaticEquilibrium::SetBoundedRatioRows(const StanceForces& forces, const Kinematics& kinematics, double tolerance,
+                                            double ratio) {
   SetTorqueRows(forces, kinematics);
   const auto m = static_cast<Eigen::Index>(loaded_.size());
   const Eigen::Index L = forces.num_generators();
@@ -149,6 +149,11 @@ bool StaticEquilibrium::IsLoadedRatioBelow(const StanceForces& forces, const Kin
     b_[first + i] = ratio - gravity_torques_[dof] / robot_.effort_limits()[dof];
     upper_[L + first + i] = 2.0 * ratio;
   }
+}
+
+bool StaticEquilibrium::IsLoadedRatioBelow(const StanceForces& forces, const Kinematics& kinematics, double tolerance,
+                                           double ratio) {
+  SetBoundedRatioRows(forces, kinematics, tolerance, ratio);
   return bounded_solver_.Resume(A_, b_, upper_) ||
          bounded_solver_.Constrain(A_, b_, upper_) == LinearProgramStatus::kOptimal;
 }
@@ -193,38 +198,102 @@ void StaticEquilibrium::ComputeLoadedRatio(const StanceForces& forces, const Kin
   result->gradient.noalias() += com_jacobian_.transpose() * sum.cross(y.segment<3>(3));
 }
 
+bool StaticEquilibrium::IsLoaded(int dof) const {
+  return std::find(loaded_.begin(), loaded_.end(), dof) != loaded_.end();
+}
+
+void StaticEquilibrium::SetForces(const StanceForces& forces, const Eigen::VectorXd& lambda,
+                                  TorqueRatio* result) const {
+  const Eigen::VectorXd& limits = robot_.effort_limits();
+  result->torques = gravity_torques_;
+  for (std::size_t i = 0; i < loaded_.size(); ++i) {
+    const int dof = loaded_[i];
+    result->torques[dof] -= shares_.row(static_cast<Eigen::Index>(i)).dot(lambda) * limits[dof];
+  }
+  for (int dof = 0; dof < robot_.num_dofs(); ++dof) {
+    if (!IsLimited(limits[dof])) continue;
+    const double ratio = std::abs(result->torques[dof]) / limits[dof];
+    if (!IsLoaded(dof)) result->proven_ratio = std::max(result->proven_ratio, ratio);
+    if (!(ratio > result->ratio)) continue;
+    result->ratio = ratio;
+    result->dof = dof;
+  }
+  result->forces_N.assign(forces.points().size(), Eigen::Vector3d::Zero());
+  for (int l = 0; l < forces.num_generators(); ++l) {
+    result->forces_N[static_cast<size_t>(forces.point_of(l))] += weight_N_ * lambda[l] * forces.directions().col(l);
+  }
+}
+
 TorqueRatio StaticEquilibrium::ComputeTorqueRatio(const StanceForces& forces, const Kinematics& kinematics) {
   TorqueRatio result;
   if (!MinimizeRatio(forces, kinematics, kBalanceTolerance, false, solver_)) {
     result.ratio = LinearProgramSolver::kInfinity;
     return result;
   }
-  const auto m = static_cast<Eigen::Index>(loaded_.size());
-  const Eigen::Index L = forces.num_generators();
-  const Eigen::VectorXd& limits = robot_.effort_limits();
   constexpr double kLargestForce = 1e3;  // weights
-  result.proven_ratio =
-      std::max(0.0, kLargestTorqueRatio + DualBound(A_, b_, upper_, cost_, solver_.multipliers(), kLargestForce));
-  const Eigen::VectorXd lambda = solver_.x().head(L);
-  result.torques = gravity_torques_;
-  for (Eigen::Index i = 0; i < m; ++i) {
-    const int dof = loaded_[static_cast<size_t>(i)];
-    result.torques[dof] -= shares_.row(i).dot(lambda) * limits[dof];
+  const Eigen::VectorXd& y = solver_.multipliers();
+  result.proven_ratio = std::max(0.0, kLargestTorqueRatio + DualBound(A_, b_, upper_, cost_, y, kLargestForce));
+  SetForces(forces, solver_.x().head(forces.num_generators()), &result);
+  if (result.dof >= 0 && !IsLoaded(result.dof)) {
+    result.decisive_dofs = {result.dof};
+    return result;
   }
-  const auto contacts_load = [&](int dof) { return std::find(loaded_.begin(), loaded_.end(), dof) != loaded_.end(); };
-  for (int dof = 0; dof < robot_.num_dofs(); ++dof) {
-    if (!IsLimited(limits[dof])) continue;
-    const double ratio = std::abs(result.torques[dof]) / limits[dof];
-    if (!contacts_load(dof)) result.proven_ratio = std::max(result.proven_ratio, ratio);
-    if (!(ratio > result.ratio)) continue;
-    result.ratio = ratio;
-    result.dof = dof;
-  }
-  result.forces_N.assign(forces.points().size(), Eigen::Vector3d::Zero());
-  for (int l = 0; l < forces.num_generators(); ++l) {
-    result.forces_N[static_cast<size_t>(forces.point_of(l))] += weight_N_ * lambda[l] * forces.directions().col(l);
+  constexpr double kNoMultiplier = 1e-9;
+  const Eigen::Index first = y.size() - 2 * static_cast<Eigen::Index>(loaded_.size());
+  for (std::size_t i = 0; i < loaded_.size(); ++i) {
+    if (y.segment<2>(first + 2 * static_cast<Eigen::Index>(i)).cwiseAbs().maxCoeff() > kNoMultiplier) {
+      result.decisive_dofs.push_back(loaded_[i]);
+    }
   }
   return result;
+}
+
+TorqueRatio StaticEquilibrium::ComputeLeastForces(const StanceForces& forces, const Kinematics& kinematics) {
+  TorqueRatio result = ComputeTorqueRatio(forces, kinematics);
+  if (!std::isfinite(result.ratio)) return result;
+  const Eigen::Index L = forces.num_generators();
+  constexpr double kRounding = 1e-9;
+  const double loaded_ratio = std::max(0.0, kLargestTorqueRatio - solver_.x()[L]);
+  SetBoundedRatioRows(forces, kinematics, kBalanceTolerance, loaded_ratio + kRounding);
+  bool found = false;
+  if (loaded_ratio > 1.0) {
+    // Only the joints that prove the ratio should be above their limits, if that is possible.
+    const Eigen::VectorXd b = b_, upper = upper_;
+    const Eigen::Index first = b_.size() - static_cast<Eigen::Index>(loaded_.size());
+    for (std::size_t i = 0; i < loaded_.size(); ++i) {
+      if (std::ranges::find(result.decisive_dofs, loaded_[i]) != result.decisive_dofs.end()) continue;
+      const Eigen::Index row = first + static_cast<Eigen::Index>(i);
+      b_[row] -= loaded_ratio + kRounding - 1.0;
+      upper_[L + row] = 2.0;
+    }
+    found = solver_.Constrain(A_, b_, upper_) == LinearProgramStatus::kOptimal;
+    if (!found) {
+      b_ = b;
+      upper_ = upper;
+    }
+  }
+  if (!found && solver_.Constrain(A_, b_, upper_) != LinearProgramStatus::kOptimal) return result;
+  cost_.setZero(A_.cols());
+  cost_.head(L).setOnes();
+  if (solver_.Minimize(cost_) != LinearProgramStatus::kOptimal) return result;
+  result.ratio = 0.0;
+  SetForces(forces, solver_.x().head(L), &result);
+  return result;
+}
+
+std::optional<CollapseMotion> StaticEquilibrium::FindCollapse(const StanceForces& forces,
+                                                              const Eigen::Vector3d& com_W) {
+  CollapseMotion motion{.center_W = com_W, .velocity = -Eigen::Vector3d::UnitZ(), .turn = Eigen::Vector3d::Zero()};
+  if (forces.num_generators() == 0) return motion;
+  if (!(Imbalance(forces, com_W) > 0.0)) return std::nullopt;
+  // Each row of the balance is there with both signs, the second time at the end.
+  const Eigen::VectorXd& multipliers = solver_.multipliers();
+  const Eigen::VectorXd y = multipliers.head<kBalanceRows>() - multipliers.tail<kBalanceRows>();
+  motion.velocity = -y.head<3>();
+  motion.turn = -y.tail<3>();
+  constexpr double kLeastMargin = 1e-6;
+  if (!(CollapseMargin(motion, forces, com_W) > kLeastMargin)) return std::nullopt;
+  return motion;
 }
 
 double StaticEquilibrium::ResistedPush_N(const StanceForces& forces, const Kinematics& kinematics) {

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "legopt/robot/kinematics.h"
+#include "legopt/statics/collapse_motion.h"
 #include "legopt/statics/internal/linear_program.h"
 #include "legopt/statics/stance_forces.h"
 
@@ -34,6 +36,9 @@ struct TorqueRatio {
   int dof = -1;                           ///< degree of freedom with that ratio; -1: none
   std::vector<Eigen::Vector3d> forces_N;  ///< at StanceForces::points(), in the world; empty without equilibrium
   Eigen::VectorXd torques;                ///< n, N m or N, of these forces; empty without equilibrium
+  /// Degrees of freedom whose limits prove the ratio: those with a multiplier, or the one that no contact loads. Other
+  /// joints may have the same share in these forces, but need not have it.
+  std::vector<int> decisive_dofs;
 };
 
 /// Number of horizontal directions of pushes: 0, 45, .. 315 degrees from the x axis.
@@ -60,6 +65,15 @@ class StaticEquilibrium {
   /// Computes the torque ratio with balance within kBalanceTolerance. `kinematics`: after Update().
   TorqueRatio ComputeTorqueRatio(const StanceForces& forces, const Kinematics& kinematics);
 
+  /// Computes the torque ratio with other forces: of all forces that reach it, those with the least sum of lambda
+  /// (StanceForces), so that contacts do not press against each other without need. For pictures: the judge's forces
+  /// are any that reach the ratio.
+  TorqueRatio ComputeLeastForces(const StanceForces& forces, const Kinematics& kinematics);
+
+  /// Returns the motion by which a robot falls whose centre of mass is at `com_W`, m, from the multipliers of the
+  /// program of Imbalance; empty if CollapseMargin does not confirm it, as in equilibrium.
+  std::optional<CollapseMotion> FindCollapse(const StanceForces& forces, const Eigen::Vector3d& com_W);
+
   /// Returns true if forces with balance within `tolerance` exist for which no loaded joint needs more than `ratio` of
   /// its limit. In a small part of the time of ComputeLoadedRatio, most of all if little has changed since the last
   /// call.
@@ -80,6 +94,12 @@ class StaticEquilibrium {
   /// last basis of `solver`, if that is feasible.
   bool MinimizeRatio(const StanceForces& forces, const Kinematics& kinematics, double tolerance, bool resume,
                      LinearProgramSolver& solver);
+  /// Sets the program of forces for which no loaded joint needs more than `ratio` of its limit.
+  void SetBoundedRatioRows(const StanceForces& forces, const Kinematics& kinematics, double tolerance, double ratio);
+  /// Sets ratio, forces and torques of a result from the variables of a program; with it proven_ratio of joints that
+  /// no contact loads.
+  void SetForces(const StanceForces& forces, const Eigen::VectorXd& lambda, TorqueRatio* result) const;
+  bool IsLoaded(int dof) const;
   /// Torques of loaded joints as linear functions of the generators, in shares of their limits.
   void SetTorqueRows(const StanceForces& forces, const Kinematics& kinematics);
   /// Sets the rows of balance and bounds; `columns` follow the generators. Returns the first column of the slacks.

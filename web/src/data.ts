@@ -78,6 +78,7 @@ export interface Dataset {
   name: string; hash: string;
   robot: {
     name: string; dofs: string[];
+    weight_N?: number; efforts?: (number | null)[];  // per degree of freedom, N m or N; absent in older files
     links: { name: string; mass_kg: number; com: [number, number, number]; meshes: number[]; convex: number | null }[];
     joints: Joint[]; feet: { link: number; name: string; kind: string; lower: number[]; upper: number[]; outline: number[][] }[];
   };
@@ -90,11 +91,21 @@ export interface Overlap {
   link: number; other?: number; object?: number; names: [string, string]; depth_m: number | null;
   literal_m: number | null; inside_m: number; fails: string | null; points?: [number[], number[]];
 }
+/** A contact that carries. `forces`: on the robot, in the world; `collapse`: how it moves if nothing holds the robot. */
+export interface ContactHolding {
+  contact: string; normal: number[]; friction: number | null; forces: { at: number[]; force_N: number[] }[];
+  collapse?: { movement: 'rests' | 'slips' | 'yields' | 'lifts'; at: number[]; direction?: number[]; speed?: number };
+}
+export interface Holding {
+  balanced: boolean; contacts: ContactHolding[]; polygon?: [number, number][];
+  torque_ratio?: number | null; torques?: (number | null)[]; overloaded?: number[]; com_direction?: number[];
+}
 export interface Findings {
   feet: { link: string; error: number; component: string; violated: boolean }[];
   com: number[]; polygon: [number, number][]; com_m: number | null; com_violated: boolean;
   limits: { joint: string; unit: string; link: number; value: number; limit: number; excess: number; violated: boolean }[];
   overlaps: Overlap[]; values: { check: string; subject: string; value: number | null; unit: string; tolerance: string; violated: boolean }[];
+  holding?: Holding;  // absent in older files
 }
 export interface Trace {
   of: number; window: number[]; restart: number[]; accepted: number[]; evaluations: number[]; elapsed_us: number[];

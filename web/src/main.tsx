@@ -78,14 +78,15 @@ function viewSubject(page: Page, state: State): Subject {
     ['cost, time', `${number(row.cost as number | null)}, ${time((row.wall_us as number) / 1e3)}, ${said('iterations')} iterations`],
     ['experiment', `${row.experiment_id} '${row.experiment}', dataset ${row.dataset} (${String(row.dataset_hash).slice(0, 12)}), seed ${row.seed}, build ${row.build_id}`],
   ];
-  return { experiment: 0, job: row.job as number, dataset, task: String(row.task), problem: row.problem as number, mark: 0, facts, verdict: row[state.rule ?? 'literal'] === null ? null : String(row[state.rule ?? 'literal']),
+  const rule = state.rule ?? (row.rule ? String(row.rule) : 'literal');  // older files do not name the experiment's rule
+  return { experiment: 0, job: row.job as number, dataset, task: String(row.task), problem: row.problem as number, mark: 0, facts, rule, verdict: row[rule] === null ? null : String(row[rule]),
     others: page.jobs.filter((other) => other !== row).map((other) => ({ job: other.job as number, label: `${other.job}: ${other.method}` })),
     title: `Job ${row.job}: ${row.method}, ${row.task} ${row.problem} from ${words(String(row.initialization))}` };
 }
 
 function App({ page }: { page: Page }) {
   const state = useAddress();
-  const subject = useMemo(() => (page.kind === 'view' ? viewSubject(page, state) : null), [state.job]);
+  const subject = useMemo(() => (page.kind === 'view' ? viewSubject(page, state) : null), [state.job, state.rule]);
   return subject ? <main class="alone"><Viewer page={page} subject={subject} state={state} /></main> : <Report page={page} state={state} />;
 }
 

@@ -5,10 +5,11 @@ import {
 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import type { Dataset, Findings, Mesh, Overlap } from './data';
+import { POLYGON, drawForces, floorOf, metresPerNewton } from './forces';
 import { LinkTree, poseMatrix } from './motion';
 import { isDark } from './marks';
 
-export interface Layers { convex: boolean; scene: boolean; findings: boolean; steps: boolean; follow: boolean }
+export interface Layers { convex: boolean; scene: boolean; findings: boolean; steps: boolean; follow: boolean; forces: boolean }
 
 const TURN = Math.PI / 24, STEEPEST = 1.5, ZOOM = 1.15, MOVE = 0.05;  // effect of one key press; radians, factors
 
@@ -36,12 +37,14 @@ export class View {
   private readonly sceneExact = new Group();
   private readonly sceneConvex = new Group();
   private readonly found = new Group();
+  private readonly forces = new Group();
   private readonly targets = new Group();
   private readonly tree: LinkTree;
   private readonly ghostTree: LinkTree;
   private focus = new Vector3();
   private readonly disposables: { dispose(): void }[] = [];
-  layers: Layers = { convex: false, scene: true, findings: true, steps: true, follow: false };
+  layers: Layers = { convex: false, scene: true, findings: true, steps: true, follow: false, forces: false };
+  onZoom: () => void = () => undefined;  // called after the scale of the picture changed
 
   /** Throws if the browser has no WebGL. */
   constructor(private readonly canvas: HTMLCanvasElement, private readonly dataset: Dataset, private readonly meshes: Mesh[]) {
@@ -50,14 +53,14 @@ export class View {
     this.ghostTree = new LinkTree(dataset.robot);
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, canvas);
-    this.controls.addEventListener('change', () => this.render());
+    this.controls.addEventListener('change', () => { this.render(); this.onZoom(); });
     const sun = new DirectionalLight(0xffffff, 1.6), back = new DirectionalLight(0xffffff, 0.5);
     sun.position.set(4, -3, 8);
     back.position.set(-5, 4, 2);
     this.scene.add(new AmbientLight(0xffffff, 0.5), new HemisphereLight(0xffffff, 0x888888, 0.7), sun, back);
     this.addScene();
     this.addRobot();
-    this.scene.add(this.sceneExact, this.sceneConvex, this.found, this.targets);
+    this.scene.add(this.sceneExact, this.sceneConvex, this.found, this.forces, this.targets);
     this.paint();
   }
 
@@ -110,6 +113,7 @@ export class View {
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     this.render();
+    this.onZoom();
   }
 
   apply(): void {
@@ -117,6 +121,7 @@ export class View {
     this.sceneConvex.visible = this.layers.scene && this.layers.convex;
     this.found.visible = this.layers.findings;
     this.targets.visible = this.layers.steps;
+    this.forces.visible = this.layers.forces;
     for (const link of this.links) {
       const pieces = this.layers.convex && link.convex.length > 0;
       link.exact.forEach((mesh) => { mesh.visible = !pieces; });
@@ -155,9 +160,15 @@ export class View {
     this.render();
   }
 
-  /** Points the camera at the origin of a link, given by its index or its name. */
+  /** Index of the link of this name, or of the contact's or joint's link; -1 if there is none. */
+  private linkOf(name: string): number {
+    const { links, feet, joints } = this.dataset.robot, link = links.findIndex((one) => one.name === name);
+    return link >= 0 ? link : feet.find((foot) => foot.name === name)?.link ?? joints.find((joint) => joint.name === name)?.child ?? -1;
+  }
+
+  /** Points the camera at the origin of a link, given by its index or the name of a link, contact or joint. */
   lookAtLink(link: number | string): void {
-    const index = typeof link === 'number' ? link : this.dataset.robot.links.findIndex(({ name }) => name === link);
+    const index = typeof link === 'number' ? link : this.linkOf(link);
     if (index >= 0 && this.tree.poses[index]) this.look(new Vector3().setFromMatrixPosition(this.tree.poses[index]).toArray());
   }
 
@@ -279,20 +290,38 @@ export class View {
         this.found.add(this.ball(at, limit.violated ? RED : SKY, limit.violated ? 0.03 : 0.014));
       }
       for (const foot of findings.feet.filter((f) => f.violated)) {
-        const index = this.dataset.robot.links.findIndex((link) => link.name === foot.link);
+        const index = this.linkOf(foot.link);
         if (index >= 0) paintLink(index, RED);
       }
     }
   }
 
+  /** Draws contact forces, friction cones, torques, and how the robot falls if it is not held. */
+  drawForces(findings: Findings | null): void {
+    this.clear(this.forces);
+    if (findings?.holding) this.forces.add(drawForces(this.dataset, this.tree.poses, findings, floorOf(this.dataset, this.tree.poses, findings)));
+  }
+
+  /** Length of the arrow of one newton at the point that the camera turns about, in pixels of the page. */
+  pixelsPerNewton(): number {
+    const height = 2 * Math.tan((this.camera.fov * Math.PI) / 360) * this.camera.position.distanceTo(this.controls.target);
+    return height > 0 ? (metresPerNewton(this.dataset) * this.canvas.clientHeight) / height : 0;
+  }
+
+  /** Names of the drawn forces, cones, bars and movements, for tests. */
+  drawnForces(): string[] {
+    const names: string[] = [];
+    if (this.forces.visible) this.forces.traverse(({ name }) => { if (name) names.push(name); });
+    return names;
+  }
+
   private drawBalance(findings: Findings): void {
-    const com = vector(findings.com), colour = findings.com_violated ? RED : GREEN;
-    const feet = this.dataset.robot.feet.filter((f) => findings.feet.some((s) => s.link === this.dataset.robot.links[f.link].name));
-    const floor = Math.min(...feet.map((foot) => new Vector3().setFromMatrixPosition(this.tree.poses[foot.link]).z + foot.lower[2]), com.z);
+    const com = vector(findings.com), colour = findings.com_violated ? RED : GREEN, floor = floorOf(this.dataset, this.tree.poses, findings);
+    const isSupport = findings.holding?.polygon !== undefined || !findings.holding;  // else the equilibrium polygon
     const drop = new Vector3(com.x, com.y, floor);
     this.found.add(this.ball(com, colour, 0.022), this.ball(drop, colour, 0.012), this.lineOf([com, drop], colour));
     if (findings.polygon.length > 0) {
-      this.found.add(this.lineOf(findings.polygon.map(([x, y]) => new Vector3(x, y, floor)), BLUE, findings.polygon.length > 2));
+      this.found.add(this.lineOf(findings.polygon.map(([x, y]) => new Vector3(x, y, floor)), isSupport ? BLUE : POLYGON, findings.polygon.length > 2));
     }
   }
 
@@ -313,6 +342,7 @@ export class View {
   dispose(): void {
     this.clear(this.found);
     this.clear(this.targets);
+    this.clear(this.forces);
     this.disposables.forEach((thing) => thing.dispose());
     this.controls.dispose();
     this.renderer.dispose();

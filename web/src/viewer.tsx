@@ -3,6 +3,7 @@ import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import { dot, line, plot, ruleY } from '@observablehq/plot';
 import { readGeometry, readSolution, reasonOf, type Dataset, type Findings, type Mesh, type Overlap, type Page, type Solution, type Trace } from './data';
 import { Figure } from './figure';
+import { ForceLegend, HoldingList, failingContact } from './holding';
 import { exportMotion } from './gltf';
 import { DASHES, colour, faint, ink } from './marks';
 import { between } from './motion';
@@ -12,11 +13,12 @@ import { length, number, save, words } from './text';
 
 const SAMPLES = 11;  // ten between two waypoints, like the judge
 const RATE = 10;     // waypoints per second at speed 1
+const LEGEND_PIXELS = 110;  // length of the longest arrow of the legend
 const CONTROLS = '3D view. Drag or arrow keys turn, right drag or Shift with arrow keys moves, wheel or + and - zoom, Home shows the whole robot.';
 
 export interface Subject {
   experiment: number; job: number | null; dataset: Dataset; task: string; problem: number; title: string;
-  verdict: string | null; facts: [string, string][]; others: { job: number; label: string }[]; mark: number;
+  verdict: string | null; rule?: string; facts: [string, string][]; others: { job: number; label: string }[]; mark: number;
 }
 
 const geometries = new Map<Dataset, Promise<Mesh[]>>();
@@ -36,6 +38,9 @@ function decisiveViolation(verdict: string | null, findings: Findings | null, co
   const overlapOf = (list: Overlap[]) => { const o = largest(list, depth); return o && (o.points ? { point: o.points[0] } : { link: o.link }); };
   const any = verdict === 'window_unsolved';  // the detail names the reason
   if (verdict === 'foot_pose' || any) { const foot = largest((findings?.feet ?? []).filter((f) => f.violated), (f) => f.error); if (foot) return { link: foot.link }; }
+  const failing = verdict === 'equilibrium' || any ? failingContact(findings?.holding) : null;
+  if (failing) return { point: failing.collapse!.at };
+  if (verdict === 'push' && findings) return { point: findings.com };
   if ((verdict === 'com' || verdict === 'equilibrium' || any) && findings?.com_violated) return { point: findings.com };
   if (verdict === 'joint_limit' || any) { const limit = largest((findings?.limits ?? []).filter((l) => l.violated), (l) => l.excess); if (limit) return { link: limit.link }; }
   const value = findings?.values.find((v) => v.check === verdict && v.violated);
@@ -45,12 +50,20 @@ function decisiveViolation(verdict: string | null, findings: Findings | null, co
   return overlapOf(colliding);
 }
 
+/** The polygon of balance: on feet the support polygon, else that of equilibrium. */
+const polygonName = ({ holding }: Findings) => (holding && holding.polygon === undefined ? 'equilibrium' : 'support');
+
+const HOLDING_CHECKS = ['equilibrium', 'torque', 'push'];
+const holdingFails = (findings: Findings) => findings.values.some((v) => v.violated && HOLDING_CHECKS.includes(v.check));
+
 function overlapText(overlap: Overlap): string {
   const depth = overlap.depth_m !== null ? `${length(overlap.depth_m)} deep` : `vertex ${length(overlap.inside_m)} inside`;
   return `${overlap.names[0]} \u2194 ${overlap.names[1]}: ${depth}`;
 }
 
-function FindingList({ findings, overlaps, look, fraction, rule }: { findings: Findings | null; overlaps: Overlap[]; look: (p: number[]) => void; fraction: boolean; rule: string }) {
+interface ListProps { dataset: Dataset; findings: Findings | null; overlaps: Overlap[]; look: (p: number[]) => void; lookAt: (link: number) => void; fraction: boolean; rule: string }
+
+function FindingList({ dataset, findings, overlaps, look, lookAt, fraction, rule }: ListProps) {
   const colliding = overlaps.filter(failsBy(rule)), others = overlaps.filter((o) => o.fails && !failsBy(rule)(o)), tolerated = overlaps.filter((o) => !o.fails);
   const item = (overlap: Overlap, i: number) => (
     <li key={i} class={failsBy(rule)(overlap) ? 'bad' : ''} data-fails={overlap.fails ?? ''}>
@@ -58,20 +71,22 @@ function FindingList({ findings, overlaps, look, fraction, rule }: { findings: F
       {overlap.fails && <span class="flag">{overlap.fails} rule</span>}</li>);
   return (
     <div class="findings" aria-live="polite">
+      {findings?.holding && holdingFails(findings) && <HoldingList dataset={dataset} holding={findings.holding} look={look} lookAt={lookAt} />}
       <h3>Colliding pairs, {rule} rule ({colliding.length})</h3>
       {colliding.length === 0 ? <p class="none">none beyond 1 mm</p> : <ul class="colliding">{colliding.map(item)}</ul>}
       {others.length > 0 && <details><summary>{others.length} more by stricter rules</summary><ul>{others.map(item)}</ul></details>}
       {tolerated.length > 0 && <details><summary>{tolerated.length} contacts within 1 mm</summary><ul>{tolerated.map(item)}</ul></details>}
       {fraction && <p class="none">Between waypoints only overlaps are looked at; they are no part of a verdict.</p>}
       {findings && <>
-        <h3>Feet</h3>
+        <h3>Contacts</h3>
         <ul>{findings.feet.map((foot, index) => <li key={index} class={foot.violated ? 'bad' : ''}>{foot.link}: {foot.component.startsWith('rot') ? `${number(foot.error)} (half the angle, rad)` : length(foot.error)} off in {foot.component}</li>)}</ul>
         <h3>Centre of mass</h3>
-        <p class={findings.com_violated ? 'bad' : ''}>{findings.com_m === null ? 'not to be computed' : findings.com_m > 0 ? `${length(findings.com_m)} outside of the support polygon` : `${length(-findings.com_m)} inside of the support polygon`}</p>
+        <p class={findings.com_violated ? 'bad' : ''}>{findings.com_m === null ? 'no position is balanced' : `${length(Math.abs(findings.com_m))} ${findings.com_m > 0 ? 'outside' : 'inside'} of the ${polygonName(findings)} polygon`}</p>
         <h3>Joints at limits ({findings.limits.length})</h3>
         {findings.limits.length === 0 ? <p class="none">none</p> : <ul>{findings.limits.map((limit) => <li key={limit.joint} class={limit.violated ? 'bad' : ''}>{limit.joint} = {number(limit.value)} {limit.unit}{limit.excess > 0 ? `, ${number(limit.excess)} beyond ${number(limit.limit)}` : ' at its limit'}</li>)}</ul>}
         {findings.values.length > 0 && <h3>Other checks</h3>}
         {findings.values.map((v) => <p key={v.check} class={v.violated ? 'bad' : 'none'}>{words(v.check)}: {v.value === null ? 'infinite' : v.unit === 'm' ? length(v.value) : `${number(v.value)} ${v.unit}`}{v.subject && ` (${v.subject})`}, at most {v.tolerance}</p>)}
+        {findings.holding && !holdingFails(findings) && <HoldingList dataset={dataset} holding={findings.holding} look={look} lookAt={lookAt} />}
       </>}
     </div>
   );
@@ -111,6 +126,10 @@ function Convergence({ traces, state, unknown }: { traces: { title: string; mark
   );
 }
 
+/** Whether forces are drawn at first: if they decide the verdict, or where hands carry. */
+const showsForces = (subject: Subject, solution: Solution | null): boolean =>
+  HOLDING_CHECKS.includes(subject.verdict ?? '') || (solution?.findings?.some((f) => f.holding && f.holding.polygon === undefined) ?? false);
+
 /** The sample nearest to a slider position, in [0, 1). */
 const overlapsAt = (solution: Solution, at: number): Overlap[] => {
   const w = Math.floor(at + 1e-9), s = at - w;
@@ -142,8 +161,9 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
   const [playing, setPlaying] = useState(false);
   const [speed, setSpeed] = useState(1);
   const [ready, setReady] = useState(false);
-  const [layers, setLayers] = useState<Layers>({ convex: false, scene: true, findings: true, steps: true, follow: false });
-  const rule = state.rule ?? page.rule ?? 'literal';
+  const [layers, setLayers] = useState<Layers>({ convex: false, scene: true, findings: true, steps: true, follow: false, forces: false });
+  const [pixelsPerNewton, setPixelsPerNewton] = useState(0);
+  const rule = state.rule ?? page.rule ?? subject.rule ?? 'literal';
   const ghostJob = state.ghost === undefined ? null : Number(state.ghost);
 
   useEffect(() => {
@@ -155,6 +175,7 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
     readSolution(page, subject.experiment, subject.job).then((found) => {
       if (left) return;
       setSolution(found);
+      setLayers((chosen) => ({ ...chosen, forces: showsForces(subject, found) }));
       setAt(state.w !== undefined ? Number(state.w) : found?.failed_waypoint ?? found?.unsolved?.from ?? 0);
     }).catch((error) => { if (!left) setFailure(reasonOf(error)); });
     return () => { left = true; };
@@ -176,6 +197,7 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
       if (gone || !canvas.current) return;
       try {
         view.current = new View(canvas.current, subject.dataset, meshes);
+        view.current.onZoom = () => setPixelsPerNewton(view.current?.pixelsPerNewton() ?? 0);
       } catch {
         setProblem('This browser has no WebGL, so that nothing can be drawn in 3D; the findings beside are the same without it.');
         return;
@@ -212,6 +234,7 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
     shown.show(now, ghost && ghost.x.length > 0 ? configuration(ghost, Math.min(place, lastOf(ghost))) : null);
     shown.drawTargets(stances, present);
     shown.drawFindings(findings, overlaps, failsBy(rule), now, attempt);
+    shown.drawForces(findings);
     shown.apply();
   }, [ready, solution, ghost, place, layers, rule]);
   useEffect(() => {
@@ -237,7 +260,7 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
   const moveTo = (value: number) => { setPlaying(false); setAt(value); go({ w: value === 0 ? undefined : Math.round(value * SAMPLES) / SAMPLES }, true); };
   const collidingAt = useMemo(() => {
     const places: number[] = [];
-    solution?.findings?.forEach((f, w) => { if (f.com_violated || f.feet.some((foot) => foot.violated) || f.limits.some((l) => l.violated) || f.overlaps.some(failsBy(rule))) places.push(w); });
+    solution?.findings?.forEach((f, w) => { if (f.com_violated || f.feet.some((foot) => foot.violated) || f.limits.some((l) => l.violated) || f.overlaps.some(failsBy(rule)) || (rule === 'physical' && holdingFails(f))) places.push(w); });
     solution?.between?.forEach(([w, s, list]) => { if (list.some(failsBy(rule))) places.push(w + s); });
     return places.sort((a, b) => a - b);
   }, [solution, rule]);
@@ -261,7 +284,8 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
         <div class="canvas-side">
           <div class="canvas-box">
             {failure && <p class="note" role="alert">The solution of job {subject.job} cannot be loaded: {failure}</p>}
-            <canvas ref={canvas} tabIndex={0} aria-label={CONTROLS} title={CONTROLS} onKeyDown={(e) => { if (view.current?.press(e)) e.preventDefault(); }} style={problem || failure ? { display: 'none' } : {}} /></div>
+            <canvas ref={canvas} tabIndex={0} aria-label={CONTROLS} title={CONTROLS} onKeyDown={(e) => { if (view.current?.press(e)) e.preventDefault(); }} style={problem || failure ? { display: 'none' } : {}} />
+            {layers.forces && findings?.holding && !problem && !failure && pixelsPerNewton > 0 && <ForceLegend pixelsPerNewton={pixelsPerNewton} most={LEGEND_PIXELS} />}</div>
           {x.length > 1 && <div class="bar player">
             <button onClick={() => { if (place >= last) setAt(0); setPlaying(!playing); }} aria-label={playing ? 'pause' : 'play'}>{playing ? '\u275a\u275a' : '\u25b6'}</button>
             <input type="range" aria-label="waypoint" min={0} max={last} step={solution?.between || solution?.times ? 1 / SAMPLES : 1} value={place} onInput={(e) => moveTo(Number(e.currentTarget.value))} />
@@ -273,17 +297,17 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
             {x.length > 1 && collidingAt.length > 0 && <button onClick={() => moveTo(collidingAt.find((p) => p > place + 1e-3) ?? collidingAt[0])}>next of {collidingAt.length} violations</button>}
             {unsolved && x.length > 1 && <button onClick={() => moveTo(unsolved.from)}>unsolved window, from waypoint {unsolved.from}</button>}
             <button onClick={() => view.current?.look()}>whole robot</button>
-            {x.length > 0 && <button onClick={() => geometryOf(subject.dataset).then((m) => exportMotion(subject.dataset, m, x, solution?.times)).then((glb) => save(`job-${subject.job}.glb`, glb, 'model/gltf-binary'))}>glTF</button>}
+            {x.length > 0 && <button onClick={() => geometryOf(subject.dataset).then((m) => exportMotion(subject.dataset, m, x, solution?.times, solution?.findings)).then((glb) => save(`job-${subject.job}.glb`, glb, 'model/gltf-binary'))}>glTF</button>}
             <label>Rule <select value={rule} onChange={(e) => go({ rule: e.currentTarget.value }, true)}>{RULES.map((r) => <option key={r}>{r}</option>)}</select></label>
-            {toggle('convex', "solver's convex pieces")}{toggle('scene', 'scene')}{toggle('findings', 'findings')}{toggle('steps', 'footholds')}{toggle('follow', 'follow')}
+            {toggle('convex', "solver's convex pieces")}{toggle('scene', 'scene')}{toggle('findings', 'findings')}{toggle('forces', 'forces')}{toggle('steps', 'footholds')}{toggle('follow', 'follow')}
           </div>
           {subject.others.length > 0 && <div class="bar"><label>Ghost: <select value={ghostJob ?? ''} onChange={(e) => go({ ghost: e.currentTarget.value || undefined }, true)}>
             <option value="">none</option>{subject.others.map((o) => <option key={o.job} value={o.job}>{o.label}</option>)}</select></label>
             {ghostJob !== null && <a href={href({ job: ghostJob, ghost: subject.job ?? undefined, w: undefined })}>swap</a>}</div>}
-          <p class="caption">The drawing shows the exact meshes that the judge uses. Orange and yellow: a colliding pair with its witness points; green: footholds and centre of mass, blue: support polygon; light blue balls: joints at limits. {words(subject.dataset.name)}, metres.</p>
+          <p class="caption">The drawing shows the exact meshes that the judge uses. Orange and yellow: a colliding pair with its witness points; green: footholds and centre of mass, blue: support polygon; light blue balls: joints at limits. Forces: arrows and friction cones at contacts (pink: at the limit of friction), torques along the joints' axes, purple: equilibrium polygon. {words(subject.dataset.name)}, metres.</p>
         </div>
         {solution && (solution.findings || solution.between
-          ? <FindingList findings={findings} overlaps={overlaps} fraction={fraction} rule={rule} look={(p) => view.current?.look(p)} />
+          ? <FindingList dataset={subject.dataset} findings={findings} overlaps={overlaps} fraction={fraction} rule={rule} look={(p) => view.current?.look(p)} lookAt={(link) => view.current?.lookAtLink(link)} />
           : solution.times ? <p class="none">A path of {x.length} points{solution.failed_waypoint === undefined ? '.' : '; what the judge found is said above.'}</p>
           : <p class="none">Solved: no violation by the rule. <code>legopt view {subject.job}</code> lists each waypoint.</p>)}
       </div>

@@ -61,7 +61,7 @@ void WaypointInspector::ListFeet(const Stance& stance, WaypointDiagnostics* find
                               .violated = !(error.violation <= kPoseTolerance)});
   }
   findings->com_W = kinematics_.com();
-  const bool on_feet = StandsOnFeet(*dataset_, stance);
+  const bool on_feet = findings->on_feet = StandsOnFeet(*dataset_, stance);
   findings->com_m = on_feet ? ComDistance(placements, kinematics_) : holding_.SignedDistance(stance, kinematics_);
   if (std::isfinite(findings->com_m)) findings->polygon_W = on_feet ? SupportPolygon(placements) : holding_.polygon();
   findings->com_violated = !(findings->com_m <= kComTolerance_m);
@@ -96,12 +96,15 @@ void WaypointInspector::ListValues(const Stance& stance, const Eigen::VectorXd& 
   for (const auto checks : {PoseChecks(), BodyChecks()}) {
     for (const WaypointCheck& check : checks) {
       const CheckDrawing drawing = DescriptionOf(check.check).drawing;
-      if (drawing != CheckDrawing::kLink && drawing != CheckDrawing::kNone) continue;
+      const bool holding = check.check == Verdict::kEquilibrium;  // with torque and push, one after the other
+      if (drawing != CheckDrawing::kLink && drawing != CheckDrawing::kNone && !holding) continue;
       Evaluation evaluation;
       CheckRecorder recorder(0, &evaluation);
       check.measure(waypoint, recorder);
       for (const Violation& value : evaluation.violations) {
-        findings->values.push_back({.value = value, .violated = evaluation.by(value.rule) != Verdict::kSuccess});
+        const Verdict verdict = evaluation.by(value.rule);
+        findings->values.push_back(
+            {.value = value, .violated = holding ? verdict == value.check : verdict != Verdict::kSuccess});
       }
     }
   }
@@ -115,6 +118,7 @@ WaypointDiagnostics WaypointInspector::At(const Stance& stance, const Eigen::Vec
   ListLimits(x, &findings);
   findings.overlaps = Classified(collision_.Overlaps(kinematics_));
   ListValues(stance, x, before != nullptr && SetState(*before, &previous_), &findings);
+  findings.holding = ExplainHolding(*dataset_, stance, kinematics_, &holding_);
   return findings;
 }
 

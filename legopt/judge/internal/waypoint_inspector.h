@@ -10,6 +10,7 @@
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/problem_definition.h"
 #include "legopt/geometry/internal/exact_collision.h"
+#include "legopt/judge/internal/holding_diagnostic.h"
 #include "legopt/judge/internal/holding_probe.h"
 #include "legopt/judge/internal/touch.h"
 #include "legopt/robot/kinematics.h"
@@ -59,6 +60,8 @@ struct WaypointDiagnostics {
   std::vector<LimitDiagnostic> limits;              ///< joints within kNearLimit of a limit or beyond it
   std::vector<OverlapDiagnostic> overlaps;          ///< including tolerated ones
   std::vector<CheckDiagnostic> values;              ///< checks that have no list of their own above
+  bool on_feet = true;        ///< StandsOnFeet: polygon_W is the support polygon, not the equilibrium polygon
+  HoldingDiagnostic holding;  ///< forces and torques, or why there are none
 };
 
 /// Distance from a limit, rad or m, below which a joint is listed.
