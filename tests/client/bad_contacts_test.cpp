@@ -94,7 +94,7 @@ constexpr const char* kSameWall = "0.7071067811865476 0.0 -0.7071067811865475 0.
 TEST_F(UnboundedPolygon, IsAWarningWhereEffortsBoundTheForces) {
   Replace("problems-posture.json", kSameWall, kOpposite);
   ASSERT_EQ(Run({"dataset", "hash", dataset_.string()}).exit_code, 0);
-  const ProgramResult result = Run({"dataset", "check", dataset_.string(), "--width", "400"});
+  const ProgramResult result = Check();
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, AllOf(HasSubstr("warn  balance"), HasSubstr("posture 0"),
                                 HasSubstr("1 of 3 stances, first posture 0, stance 0"),

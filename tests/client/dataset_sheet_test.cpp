@@ -70,8 +70,9 @@ TEST_F(DatasetSheetTest, WithoutTheFilesOfAGeneratorItHasLess) {
   std::filesystem::remove_all(copy / "traps");
   const ProgramResult result = Sheet(copy);
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.out, AllOf(HasSubstr("no `generation.json`"), HasSubstr("Without `certificate.json`"),
-                                HasSubstr("| posture | 40 |"), Not(HasSubstr("## Features")), Not(HasSubstr("traps"))));
+  EXPECT_THAT(result.out,
+              AllOf(HasSubstr("no `generation.json`"), HasSubstr("Without `certificate.json`"),
+                    HasSubstr("| posture | 40 |"), Not(HasSubstr("## Features")), Not(HasSubstr("`traps/`"))));
 }
 
 TEST_F(DatasetSheetTest, AProofThatDoesNotHoldIsCounted) {
@@ -104,7 +105,7 @@ TEST_F(DatasetSheetTest, NamesFilesThatCannotBeRead) {
   EXPECT_THAT(damaged("traps/proofs.json", R"({"proofs": [1]})"), HasSubstr("proofs.json: proofs: is not a list"));
   EXPECT_THAT(damaged("solutions-posture.json", "{"), HasSubstr("solutions-posture.json"));
   EXPECT_THAT(damaged("certificate.json", test::ReadText(Embedded("contacts-humanoid") / "certificate.json")),
-              HasSubstr("contacts-humanoid"));
+              HasSubstr("certificate.json: is a certificate of dataset content"));
   const ProgramResult unwritable = Run({"dataset", "sheet", copy.string(), "--out", "/nowhere/page.md"});
   EXPECT_EQ(unwritable.exit_code, 2);
   EXPECT_THAT(unwritable.err, HasSubstr("/nowhere/page.md"));
