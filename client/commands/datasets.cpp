@@ -20,6 +20,7 @@
 #include "client/report/escaped_text.h"
 #include "client/report/finding_report.h"
 #include "client/report/output.h"
+#include "client/sheet/dataset_sheet.h"
 #include "client/suite/input_files.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/internal/dataset_content.h"
@@ -162,6 +163,21 @@ ExitCode Pack(const PackOptions& options) {
   return ExitCode::kOk;
 }
 
+struct SheetOptions {
+  std::optional<std::string> folder;
+  std::optional<std::string> out;
+};
+
+ExitCode Sheet(const SheetOptions& options) {
+  const std::string text = DatasetSheet(*Dataset::Load(ChooseDatasetFolder(options.folder, nullptr), GuardedReader()));
+  if (options.out) {
+    ReplaceFile(*options.out, text);
+  } else {
+    std::cout << text;
+  }
+  return ExitCode::kOk;
+}
+
 struct CheckOptions {
   std::optional<std::string> folder;
   bool json = false;
@@ -184,7 +200,7 @@ ExitCode Check(const CheckOptions& options) {
 }  // namespace
 
 void AddDatasetCommand(const app::Command& program, Invocation* invocation) {
-  const auto dataset = program.AddCommand("dataset", "Check, hash, pack and download datasets");
+  const auto dataset = program.AddCommand("dataset", "Check, hash, describe and pack datasets");
   dataset.RequireCommand();
   dataset.LetOptionsFollowCommands();
 
@@ -207,6 +223,13 @@ void AddDatasetCommand(const app::Command& program, Invocation* invocation) {
   pack.AddOption("DIR", pack_options->folder, "Dataset folder").Required();
   pack.AddOption("--out", pack_options->out, "Folder to write it to, as HASH.legopt-dataset").ShowDefault();
   pack.WhenChosen([=] { invocation->body = [pack_options] { return Pack(*pack_options); }; });
+
+  const auto sheet = dataset.AddCommand(
+      "sheet", "Write a data sheet in Markdown: problems, contacts, features, origin, proofs, tolerances");
+  const auto sheet_options = std::make_shared<SheetOptions>();
+  sheet.AddOption("DIR", sheet_options->folder, "Dataset folder (default: the embedded garage-easier)");
+  sheet.AddOption("--out", sheet_options->out, "File to write (default: standard output)");
+  sheet.WhenChosen([=] { invocation->body = [sheet_options] { return Sheet(*sheet_options); }; });
 
   const auto info = dataset.AddCommand(
       "info", "Load a dataset, check its hashes and describe it, with its joints in the order of solutions");

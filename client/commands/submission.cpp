@@ -23,6 +23,7 @@
 #include "legopt/dataset/internal/dataset_content.h"
 #include "legopt/dataset/internal/dataset_file.h"
 #include "legopt/files/written_file.h"
+#include "legopt/import/internal/balance_check.h"
 #include "legopt/import/internal/dataset_check.h"
 #include "legopt/input/json.h"
 #include "legopt/input/text.h"
@@ -46,6 +47,15 @@ void WarnAbout(const Dataset& dataset) {
                              (finding.value.empty() ? "" : " (" + finding.value + ")") + ": " + finding.message + "; " +
                              finding.fix;
     std::cerr << "legopt: warning: " << app::Printable(text) << "\n";
+  }
+}
+
+/// Refuses stances at which every posture counts as held.
+void RequireBalance(const Dataset& dataset) {
+  for (const DatasetDiagnostic& finding : CheckBalance(dataset)) {
+    if (finding.severity != DatasetDiagnostic::Severity::kError) continue;
+    throw InputError(
+        {(dataset.folder() / finding.file).string(), finding.field, finding.value, finding.message, finding.fix});
   }
 }
 
@@ -92,6 +102,7 @@ Submission PrepareSubmission(const SuiteOptions& options) {
   submission.dataset_folder =
       std::filesystem::absolute(ChooseDatasetFolder(options.dataset, &suite)).lexically_normal();
   const auto dataset = Dataset::Load(submission.dataset_folder, GuardedReader());
+  RequireBalance(*dataset);
   WarnAbout(*dataset);
   const DatasetFacts facts = FactsOf(*dataset);
   CheckName(suite.name, suite.file, "give the suite another 'name'");

@@ -95,6 +95,7 @@ Contact ResolveContact(const ContactDescription& description, int link_index, co
                   .max_force_N = description.max_force_N,
                   .slide_m = description.slide_m,
                   .nominal_position_B = Eigen::Vector3d::Zero(),
+                  .com_reach_m = 0.0,
                   .declares_points = description.points.has_value() || contact_is_ball};
   if (contact_is_ball) {
     contact.points_L.emplace_back(description.position);

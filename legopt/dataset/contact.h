@@ -65,6 +65,9 @@ struct Contact {
   double slide_m = 0.0;                                    ///< rail: largest distance from the target along the bar
   /// Position of the frame's origin relative to the base in the nominal posture, m; set by Dataset.
   Eigen::Vector3d nominal_position_B = Eigen::Vector3d::Zero();
+  /// Upper bound of the distance of the robot's centre of mass from the frame's origin, in any posture, m
+  /// (internal/com_reach.h); set by Dataset. Infinite behind prismatic joints without limits.
+  double com_reach_m = 0.0;
   /// Whether the points are declared. Else they are corners of the link's box, as in format 1, and the judge only
   /// reports whether the contact touches (docs/explanation/judge.md#touching).
   bool declares_points = false;

@@ -8,6 +8,7 @@
 #include <tuple>
 #include <utility>
 
+#include "legopt/dataset/internal/com_reach.h"
 #include "legopt/dataset/internal/dataset_content.h"
 #include "legopt/dataset/problem_definition.h"
 #include "legopt/dataset/scene_file.h"
@@ -246,6 +247,7 @@ void Dataset::ResolveContacts() {
                         .fix = "give the link a <collision> element in " + description_.robot_file});
     }
     contacts_.push_back(ResolveContact(contact, index, box));
+    contacts_.back().com_reach_m = ComReach_m(robot_, contacts_.back());
   }
 }
 

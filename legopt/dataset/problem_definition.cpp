@@ -121,7 +121,10 @@ std::string DescribeStanceCounts() {
 
 Stance ParseStance(std::string_view text, const TextSource& source) {
   const std::vector<std::string_view> fields = SplitFields(text);
-  if (fields.empty()) Fail(source, text, "the stance has no contacts", "write 'contact,qw qx qy qz px py pz,'");
+  if (fields.empty()) {
+    Fail(source, "\"" + std::string(text) + "\"", "the stance has no contacts",
+         "write 'contact,qw qx qy qz px py pz,'");
+  }
   if (fields.size() % 2 != 0) {
     Fail(source, text, "the stance does not alternate names of contacts and poses",
          "write 'contact,qw qx qy qz px py pz,'");
@@ -274,8 +277,8 @@ int ParseId(const Json& problem, size_t index, const std::string& file) {
 std::vector<Stance> ParseDefinition(const Json& definition, int id, const std::string& file) {
   const std::string place = "problem " + std::to_string(id);
   if (!definition.is_array() || definition.empty()) {
-    FailProblem(file, place + ", definition", "", "must be a list of at least one stance string",
-                "see the LegOpt format");
+    FailProblem(file, place + ", definition", Dump(definition), "must be a list of at least one stance",
+                "write [\"contact,qw qx qy qz px py pz,\"]");
   }
   std::vector<Stance> stances;
   stances.reserve(definition.size());

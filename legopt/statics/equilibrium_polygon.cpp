@@ -27,13 +27,14 @@ class PositionProgram {
     A_.topLeftCorner(3, num_generators_) = forces.directions();
     A_.row(3).head(num_generators_) = total.transpose() * forces.moments();
     b_.head<3>() = total;
+    const double reach_m = std::max(kPolygonReach_m, forces.com_reach_m());
     // position + slack = reach, with slack in [0, 2 reach]
     A_.row(4).head(num_generators_) = -forces.moments().row(1);
     A_.row(5).head(num_generators_) = forces.moments().row(0);
     for (Eigen::Index i = 0; i < kReachRows; ++i) {
       A_(kFixedRows + i, num_generators_ + i) = 1.0;
-      b_[kFixedRows + i] = kPolygonReach_m;
-      upper_[num_generators_ + i] = 2.0 * kPolygonReach_m;
+      b_[kFixedRows + i] = reach_m;
+      upper_[num_generators_ + i] = 2.0 * reach_m;
     }
     for (Eigen::Index i = 0; i < num_bounds; ++i) AddBound(i);
     status_ = solver_.Constrain(A_, b_, upper_);
@@ -70,6 +71,17 @@ class PositionProgram {
   LinearProgramSolver solver_;
   LinearProgramStatus status_ = LinearProgramStatus::kStalled;
 };
+
+/// Returns the generators whose forces have no bound.
+std::vector<int> FreeGenerators(const StanceForces& forces) {
+  std::vector<int> free;
+  for (int l = 0; l < forces.num_generators(); ++l) {
+    const bool bounded = std::ranges::any_of(
+        forces.bounds(), [&](const StanceForces::NormalBound& bound) { return bound.surface == forces.surface_of(l); });
+    if (!bounded && !std::isfinite(forces.upper()[l])) free.push_back(l);
+  }
+  return free;
+}
 
 std::optional<SlideProof> ProofOf(const StanceForces& forces, const Eigen::VectorXd& multipliers) {
   const Eigen::Vector4d y = multipliers.head<kFixedRows>();
@@ -129,6 +141,33 @@ EquilibriumPolygon ComputeEquilibriumPolygon(const StanceForces& forces) {
     result.corners = CornersOf(&program, forces, kPolygonAccuracy_m);
   if (program.status() == LinearProgramStatus::kInfeasible) result.slide = ProofOf(forces, program.multipliers());
   return result;
+}
+
+bool IsUnbounded(const StanceForces& forces) {
+  constexpr double kLeast_m = 1e-6;  // movement of the centre of mass by forces that sum up to one weight
+  constexpr Eigen::Index kRows = 5;
+  const std::vector<int> free = FreeGenerators(forces);
+  const auto columns = static_cast<Eigen::Index>(free.size());
+  const auto lifts = [&](int l) { return forces.directions()(2, l) > 0.0; };
+  if (std::ranges::all_of(free, lifts)) return false;  // their sum cannot vanish, as on level ground
+  Eigen::MatrixXd A(kRows, columns), positions(2, columns);
+  for (Eigen::Index i = 0; i < columns; ++i) {
+    const int l = free[static_cast<size_t>(i)];
+    A.col(i) << forces.directions().col(l), forces.moments()(2, l), 1.0;
+    positions.col(i) << -forces.moments()(1, l), forces.moments()(0, l);
+  }
+  const Eigen::VectorXd b = Eigen::VectorXd::Unit(kRows, kRows - 1);
+  LinearProgramSolver solver;
+  if (solver.Constrain(A, b, Eigen::VectorXd::Constant(columns, LinearProgramSolver::kInfinity)) !=
+      LinearProgramStatus::kOptimal) {
+    return false;
+  }
+  for (const Eigen::Vector2d& direction : AxisDirections()) {
+    const Eigen::VectorXd cost = -positions.transpose() * direction;
+    const bool moves = solver.Minimize(cost) == LinearProgramStatus::kOptimal && solver.objective() < -kLeast_m;
+    if (moves) return !ComputeEquilibriumPolygon(forces).corners.empty();
+  }
+  return false;
 }
 
 std::vector<Eigen::Vector2d> ComputePushPolygon(const StanceForces& forces, const Eigen::Vector2d& push) {

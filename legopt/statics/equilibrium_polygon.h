@@ -40,8 +40,9 @@ struct EquilibriumPolygon {
   std::optional<SlideProof> slide;  ///< set if `corners` is empty and a proof was found
 };
 
-/// Distance from the mean contact point up to which positions are searched: stances between opposite walls hold the
-/// centre of mass at any place.
+/// Distance from the mean contact point up to which positions are searched, in x and in y. A polygon without bound
+/// (IsUnbounded) ends there. A robot whose centre of mass reaches further (StanceForces::com_reach_m) has its own
+/// distance, so that a verdict never depends on it.
 inline constexpr double kPolygonReach_m = 3.0;
 /// Distance up to which the corners approximate the exact polygon from within.
 inline constexpr double kPolygonAccuracy_m = 1e-4;
@@ -55,6 +56,15 @@ inline constexpr double kPolygonAccuracy_m = 1e-4;
 ///
 /// Source: Bretl, Lall, Testing Static Equilibrium for Legged Robots, IEEE T-RO 24(4), 2008.
 EquilibriumPolygon ComputeEquilibriumPolygon(const StanceForces& forces);
+
+/// Returns true if the forces hold the centre of mass at any distance in some direction: contacts without a bound press
+/// against each other, as hands between opposite walls do, so that forces without a sum have any moment. Exactly:
+///
+///     there is lambda >= 0 on the generators without a bound with sum lambda v = 0, sum lambda = 1,
+///     sum lambda (p x v)_z = 0 and (-m_y, m_x) != 0,    m = sum lambda (p x v)
+///
+/// False for a stance without an equilibrium polygon. Thread-safe.
+bool IsUnbounded(const StanceForces& forces);
 
 /// Distance up to which the corners approximate the exact polygon from within, if a push acts.
 inline constexpr double kPushPolygonAccuracy_m = 1e-3;

@@ -33,6 +33,15 @@ double SlideAt(const Contact& contact, const ContactTarget& target, const Kinema
   return std::clamp(bar_W.dot(origin_W - contact.OriginTarget(target)), -largest_m, largest_m);
 }
 
+/// Upper bound of the distance of the centre of mass from any of the contact's points, m.
+double ComReachOf(const Contact& contact, const ContactTarget& target) {
+  double extent_m = 0.0;
+  for (const Eigen::Vector3d& point_L : contact.points_L) {
+    extent_m = std::max(extent_m, (point_L - contact.X_LC.translation()).norm());
+  }
+  return contact.com_reach_m + extent_m + contact.radius_m + contact.SlideOf(target);
+}
+
 /// Generators of the forces at one point of a surface, 3 x L.
 Eigen::Matrix3Xd DirectionsOf(const TouchedSurface& surface, double widening) {
   Eigen::Matrix3Xd directions;
@@ -66,6 +75,7 @@ std::vector<TouchedSurface> SurfacesOf(const Dataset& dataset, const Stance& sta
     if (contact.facts().forces == ContactForces::kBounded) surface.max_component = contact.max_force_N / weight_N;
     const double slide_m = kinematics == nullptr ? 0.0 : SlideAt(contact, target, *kinematics);
     surface.points_W = PointsAtTarget(contact, target, slide_m);
+    surface.com_reach_m = ComReachOf(contact, target);
   }
   return surfaces;
 }
@@ -84,6 +94,7 @@ StanceForces::StanceForces(const std::vector<TouchedSurface>& surfaces, Friction
   for (int s = 0; s < static_cast<int>(surfaces.size()); ++s) {
     const TouchedSurface& surface = surfaces[static_cast<size_t>(s)];
     directions.push_back(DirectionsOf(surface, widening));
+    com_reach_m_ = std::max(com_reach_m_, surface.com_reach_m);
     for (const Eigen::Vector3d& position_W : surface.points_W) {
       points_.push_back({.surface = s, .link = surface.link, .position_W = position_W});
       origin_W_ += position_W;
@@ -92,6 +103,7 @@ StanceForces::StanceForces(const std::vector<TouchedSurface>& surfaces, Friction
     if (surface.max_normal && !surface.max_component) bounds_.push_back({.surface = s, .maximum = *surface.max_normal});
   }
   if (!points_.empty()) origin_W_ /= static_cast<double>(points_.size());
+  if (!std::isfinite(com_reach_m_)) com_reach_m_ = 0.0;
   directions_.resize(3, num_generators);
   moments_.resizeLike(directions_);
   upper_.resize(num_generators);

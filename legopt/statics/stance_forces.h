@@ -29,6 +29,8 @@ struct TouchedSurface {
   /// A bar that a hand grips: bound of each component of the force at each point along axes_W, in units of the weight,
   /// > 0. Replaces friction and max_normal.
   std::optional<double> max_component;
+  /// Upper bound of the distance of the robot's centre of mass from any of the points, m; 0 or infinite: unknown.
+  double com_reach_m = 0.0;
 };
 
 /// Returns the surfaces of the contacts that carry in a stance, with the contacts at their *targets*: friction belongs
@@ -64,6 +66,10 @@ class StanceForces {
   /// Mean of all points, m, in the world: the origin of moments.
   const Eigen::Vector3d& origin_W() const { return origin_W_; }
 
+  /// Upper bound of the distance of the robot's centre of mass from origin_W(), m: the largest of the surfaces; 0 if it
+  /// is not known.
+  double com_reach_m() const { return com_reach_m_; }
+
   int num_generators() const { return static_cast<int>(directions_.cols()); }
   /// Generators v, 3 x L, in the world.
   const Eigen::Matrix3Xd& directions() const { return directions_; }
@@ -85,6 +91,7 @@ class StanceForces {
 
  private:
   Eigen::Vector3d origin_W_ = Eigen::Vector3d::Zero();
+  double com_reach_m_ = 0.0;
   std::vector<Point> points_;
   std::vector<int> generator_points_;
   Eigen::Matrix3Xd directions_, moments_;

@@ -29,6 +29,12 @@ enum class ContactShape : std::uint8_t {
   kBar     ///< points on the x axis of the contact frame, which is the axis of a bar that the robot grips
 };
 
+/// Returns true if contacts of this shape have a radius: that of the ball or of the bar.
+constexpr bool HasRadius(ContactShape shape) { return shape == ContactShape::kBall || shape == ContactShape::kBar; }
+
+/// Returns true if contacts of this shape have points, all on the x axis of the contact frame.
+constexpr bool HasPointsOnAxis(ContactShape shape) { return shape == ContactShape::kBar; }
+
 /// Rotations of the contact frame about its target that a kind leaves free.
 enum class FreeRotation : std::uint8_t {
   kNone,
@@ -43,7 +49,8 @@ enum class ContactForces : std::uint8_t {
   kBounded         ///< at every point in any direction, each component bounded
 };
 
-/// What a kind of contact implies. Everything that depends on the kind derives from these facts.
+/// What a kind of contact implies. Everything that depends on the kind derives from these facts (CONTRIBUTING.md, "A
+/// kind of contact").
 struct ContactKindDescription {
   ContactKind kind{};            ///< the described kind
   ContactShape shape{};          ///< what touches

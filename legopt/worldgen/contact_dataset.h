@@ -42,7 +42,8 @@ struct ContactDatasetReport {
 ///
 /// - slide: forces of the feet alone do not balance the weight, even with friction + 0.02 and the circumscribed
 ///   pyramid: proven for every posture (SlideProof). Hands on walls and bars do.
-/// - reach: the feet's polygon is further from a hand than the centre of mass can be (ComReach_m): proven likewise.
+/// - reach: the feet's polygon is further from a hand than the centre of mass can be (Contact::com_reach_m): proven
+/// likewise.
 /// - climb: a foot on a high step, hands on bars.
 /// - rubble: feet on fragments; for robots without hands and with more than two feet.
 ///

@@ -252,7 +252,7 @@ TEST_F(ContactTest, ErrorsOfHandsNameTheKey) {
   EXPECT_THAT(with("max_force_N: 200", "max_force_N: 0"), HasSubstr("max_force_N: must be greater than 0"));
   EXPECT_THAT(with("slide_m: 0.1", "slide_m: -1"), HasSubstr("contacts.grip.slide_m: must lie in [0, 1]"));
   EXPECT_THAT(with("[-0.03, 0, 0]", "[-0.03, 0.01, 0]"),
-              AllOf(HasSubstr("contacts.grip.points[1]: lies beside the bar"), HasSubstr("[x, 0, 0]")));
+              AllOf(HasSubstr("contacts.grip.points[1]: lies beside the x axis"), HasSubstr("[x, 0, 0]")));
   EXPECT_THAT(with("    points: [[0.03, 0, 0], [-0.03, 0, 0]]\n", ""),
               HasSubstr("contacts.grip.points: the key is missing"));
   EXPECT_THAT(with("max_force_N: 200", "max_force_N: 200\n    friction: 0.5"),

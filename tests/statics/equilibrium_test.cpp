@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
 
@@ -105,6 +106,68 @@ TEST(EquilibriumPolygon, OfOppositeWallsEndsAtItsReach) {
   for (const Eigen::Vector2d& corner : ComputeEquilibriumPolygon(forces).corners) {
     EXPECT_LE(corner.cwiseAbs().maxCoeff(), kPolygonReach_m + 1e-6);
   }
+}
+
+TEST(EquilibriumPolygon, ContainsAllThatTheCentreOfMassOfALargeRobotCanReach) {
+  const double right = std::numbers::pi / 2.0;
+  std::vector<TouchedSurface> walls = {Patch(Tilted(right), {-0.5, 0, 0.5}, 0.8),
+                                       Patch(Tilted(-right), {0.5, 0, 0.5}, 0.8)};
+  const auto reach = [&] {
+    double largest = 0.0;
+    for (const Eigen::Vector2d& corner : ComputeEquilibriumPolygon(StanceForces(walls)).corners) {
+      largest = std::max(largest, corner.cwiseAbs().maxCoeff());
+    }
+    return largest;
+  };
+  EXPECT_NEAR(reach(), kPolygonReach_m, 1e-6);
+  walls[0].com_reach_m = 2.0;
+  EXPECT_NEAR(reach(), kPolygonReach_m, 1e-6);
+  walls[1].com_reach_m = 7.5;
+  EXPECT_NEAR(reach(), 7.5, 1e-6);
+  walls[0].com_reach_m = std::numeric_limits<double>::infinity();
+  EXPECT_NEAR(reach(), kPolygonReach_m, 1e-6) << "not known";
+}
+
+TEST(IsUnbounded, WhereContactsWithoutBoundPressAgainstEachOther) {
+  const auto slopes = [](double tilt_rad, double friction) {
+    return std::vector<TouchedSurface>{Patch(Tilted(tilt_rad), {-0.5, 0, 0.5}, friction),
+                                       Patch(Tilted(-tilt_rad), {0.5, 0, 0.5}, friction)};
+  };
+  const double right = std::numbers::pi / 2.0, steep = std::numbers::pi / 3.0;  // cot(60 deg) = 0.577
+  EXPECT_TRUE(IsUnbounded(StanceForces(slopes(right, 0.8))));
+  EXPECT_TRUE(IsUnbounded(StanceForces(slopes(steep, 0.6))));
+  EXPECT_FALSE(IsUnbounded(StanceForces(slopes(steep, 0.55)))) << "the cones do not contain the horizontal";
+  EXPECT_FALSE(IsUnbounded(StanceForces(slopes(0.0, 0.8))));
+  EXPECT_FALSE(IsUnbounded(StanceForces({})));
+
+  std::vector<TouchedSurface> walls = slopes(right, 0.8);
+  walls[0].max_normal = 2.0;
+  EXPECT_FALSE(IsUnbounded(StanceForces(walls)));
+  walls[0].max_normal.reset();
+  walls[0].max_component = 2.0;
+  EXPECT_FALSE(IsUnbounded(StanceForces(walls))) << "a bar";
+  walls = slopes(right, 0.8);
+  walls.push_back(Patch(Tilted(0), {0, 0, 0}, 0.5));
+  EXPECT_TRUE(IsUnbounded(StanceForces(walls)));
+}
+
+TEST(IsUnbounded, AgreesWithThePolygonOfRandomStances) {
+  std::mt19937_64 random(29);
+  int unbounded = 0;
+  for (int trial = 0; trial < 400; ++trial) {
+    std::vector<TouchedSurface> surfaces = test::RandomSurfaces(random);
+    constexpr double kFar_m = 1e3;
+    surfaces.front().com_reach_m = kFar_m;
+    const StanceForces forces(surfaces);
+    double reach_m = 0.0;
+    for (const Eigen::Vector2d& corner : ComputeEquilibriumPolygon(forces).corners) {
+      reach_m = std::max(reach_m, (corner - forces.origin_W().head<2>()).cwiseAbs().maxCoeff());
+    }
+    const bool ends_at_reach = reach_m > kFar_m - 1.0;
+    EXPECT_EQ(IsUnbounded(forces), ends_at_reach) << trial << ": " << reach_m;
+    unbounded += ends_at_reach ? 1 : 0;
+  }
+  EXPECT_GT(unbounded, 10);
 }
 
 TEST(EquilibriumPolygon, BoundedNormalForcesShrinkIt) {

@@ -24,7 +24,7 @@ std::vector<std::string> KeysOf(const ContactKindDescription& facts) {
     if (used) keys.emplace_back(key);
   };
   add(facts.shape != ContactShape::kBall, "points");
-  add(facts.shape != ContactShape::kPatch, "radius_m");
+  add(HasRadius(facts.shape), "radius_m");
   add(facts.forces == ContactForces::kFrictionCones, "friction");
   add(facts.forces == ContactForces::kFrictionCones, "max_normal_N");
   add(facts.forces == ContactForces::kBounded, "max_force_N");
@@ -74,20 +74,28 @@ void ReadFrame(const YamlFields& fields, ContactDescription* contact) {
   contact->rpy_rad = frame.Vector3("rpy").value_or(contact->rpy_rad);
 }
 
+std::string PointText(const Eigen::Vector3d& point) {
+  return "[" + FormatNumber(point.x()) + ", " + FormatNumber(point.y()) + ", " + FormatNumber(point.z()) + "]";
+}
+
 Eigen::Vector3d ReadPoint(const YamlFields& fields, const YAML::Node& node, const std::string& key,
                           const ContactKindDescription& facts) {
   const std::optional<Eigen::Vector3d> point = AsVector3(node);
   if (!point) fields.Fail(key, DescribeNode(node), "must be three finite numbers", "write [x, y, z] in metres");
-  if (facts.shape == ContactShape::kBar && (point->y() != 0.0 || point->z() != 0.0)) {
-    fields.Fail(key, FormatFixed(point->tail<2>().cwiseAbs().maxCoeff(), 6),
-                "lies beside the bar, about which the hand may turn: y and z must be 0",
-                "move the frame to the bar's axis and write [x, 0, 0]");
+  if (HasPointsOnAxis(facts.shape) && (point->y() != 0.0 || point->z() != 0.0)) {
+    fields.Fail(key, PointText(*point), "lies beside the x axis, about which the link may turn: y and z must be 0",
+                "move the frame to this axis and write [x, 0, 0]");
   }
   if (point->z() < 0.0) {
-    fields.Fail(key, FormatFixed(point->z(), 6), "lies below the surface: z must not be negative",
+    fields.Fail(key, PointText(*point), "lies below the surface: z must not be negative",
                 "z is the point's height above the surface when the contact is at its target");
   }
   return *point;
+}
+
+/// Formats the edge of a patch from corner `i` to the next one.
+std::string EdgeText(const std::vector<Eigen::Vector3d>& points, std::size_t i) {
+  return PointText(points[i]) + " to " + PointText(points[(i + 1) % points.size()]);
 }
 
 double Turn(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
@@ -101,12 +109,14 @@ bool Cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vect
 }
 
 /// Refuses patches whose edges cross, which are lists in a wrong order or with a wrong sign.
-void CheckEdges(const YamlFields& fields, const std::vector<Eigen::Vector2d>& corners) {
+void CheckEdges(const YamlFields& fields, const std::vector<Eigen::Vector3d>& points) {
+  std::vector<Eigen::Vector2d> corners;
+  for (const Eigen::Vector3d& point : points) corners.emplace_back(point.head<2>());
   const std::size_t n = corners.size();
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = 0; j < i; ++j) {
       if (!Cross(corners[i], corners[(i + 1) % n], corners[j], corners[(j + 1) % n])) continue;
-      fields.Fail("points", DescribeNode(fields.Get("points")),
+      fields.Fail("points", EdgeText(points, j) + " and " + EdgeText(points, i),
                   "the edges from points[" + std::to_string(j) + "] and points[" + std::to_string(i) + "] cross",
                   "list the corners in their order around the patch");
     }
@@ -120,7 +130,7 @@ void CheckPatch(const YamlFields& fields, const std::vector<Eigen::Vector3d>& po
   for (std::size_t i = 0; i < points.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
       if ((points[i] - points[j]).norm() > kEqual_m) continue;
-      fields.Fail("points[" + std::to_string(i) + "]", DescribeNode(fields.Get("points")[i][0]) + ", ...",
+      fields.Fail("points[" + std::to_string(i) + "]", PointText(points[i]),
                   "is the same point as points[" + std::to_string(j) + "]", "remove one of them");
     }
   }
@@ -129,10 +139,10 @@ void CheckPatch(const YamlFields& fields, const std::vector<Eigen::Vector3d>& po
   for (const Eigen::Vector3d& point : points) corners.emplace_back(point.head<2>());
   constexpr double kLeastArea_m2 = 1e-8;
   if (PolygonArea(ConvexHull2d(corners)) < kLeastArea_m2) {
-    fields.Fail("points", DescribeNode(fields.Get("points")), "lie on one line: a patch needs an area",
+    fields.Fail("points", EdgeText(points, 0) + " ...", "lie on one line: a patch needs an area",
                 "use kind 'point', or add a corner");
   }
-  CheckEdges(fields, corners);
+  CheckEdges(fields, points);
 }
 
 void ReadPoints(const YamlFields& fields, ContactDescription* contact) {
@@ -143,7 +153,7 @@ void ReadPoints(const YamlFields& fields, ContactDescription* contact) {
   if (!list.IsSequence() || list.size() < least || list.size() > kMostPoints) {
     fields.Fail("points", DescribeNode(list),
                 "must be a list of " + std::to_string(least) + " to " + std::to_string(kMostPoints) + " points",
-                facts.shape == ContactShape::kBar
+                HasPointsOnAxis(facts.shape)
                     ? "write points: [[0.03, 0, 0], [-0.03, 0, 0]]"
                     : "write points: [[0.1, 0.05, 0], [0.1, -0.05, 0], [-0.1, -0.05, 0], [-0.1, 0.05, 0]]");
   }
@@ -158,13 +168,13 @@ void ReadPoints(const YamlFields& fields, ContactDescription* contact) {
 void ReadLength(const YamlFields& fields, const char* key, const char* fix, double* length_m) {
   *length_m = fields.Number(key).value_or(*length_m);
   if (*length_m >= 0.0 && *length_m <= kLargestLength_m) return;
-  fields.Fail(key, FormatFixed(*length_m, 6), "must lie in [0, 1]", fix);
+  fields.Fail(key, FormatNumber(*length_m), "must lie in [0, 1]", fix);
 }
 
 /// Reads a force > 0.
 std::optional<double> ReadForce(const YamlFields& fields, const char* key, const char* fix) {
   const std::optional<double> force_N = fields.Number(key);
-  if (force_N && !(*force_N > 0.0)) fields.Fail(key, FormatFixed(*force_N, 6), "must be greater than 0", fix);
+  if (force_N && !(*force_N > 0.0)) fields.Fail(key, FormatNumber(*force_N), "must be greater than 0", fix);
   return force_N;
 }
 
@@ -176,7 +186,7 @@ void ReadForces(const YamlFields& fields, ContactDescription* contact) {
   }
   contact->friction = fields.Number("friction").value_or(contact->friction);
   if (!IsFriction(contact->friction)) {
-    fields.Fail("friction", FormatFixed(contact->friction, 6), "must lie in (0, 2]", "typical values: 0.4 to 0.8");
+    fields.Fail("friction", FormatNumber(contact->friction), "must lie in (0, 2]", "typical values: 0.4 to 0.8");
   }
   contact->max_normal_N = ReadForce(fields, "max_normal_N", "leave it out for no bound");
 }
@@ -241,7 +251,7 @@ std::vector<ContactDescription> ReadSoles(const YamlFields& fields) {
   const std::vector<std::string> feet = ReadFeet(fields);
   const double offset_m = fields.RequireNumber("sole_offset_m");
   if (offset_m < 0) {
-    fields.Fail("sole_offset_m", FormatFixed(offset_m, 6), "must not be negative",
+    fields.Fail("sole_offset_m", FormatNumber(offset_m), "must not be negative",
                 "write the height of the foot's link frame above its sole target");
   }
   return DescribeSoles(feet, offset_m);
@@ -264,7 +274,7 @@ nlohmann::json CanonicalContacts(const std::vector<ContactDescription>& contacts
                     {"friction", contact.friction},
                     {"max_normal_N", contact.max_normal_N ? nlohmann::json(*contact.max_normal_N) : nlohmann::json()}});
     const ContactKindDescription& facts = DescriptionOf(contact.kind);
-    if (facts.shape != ContactShape::kPatch) list.back()["radius_m"] = contact.radius_m;
+    if (HasRadius(facts.shape)) list.back()["radius_m"] = contact.radius_m;
     if (facts.forces == ContactForces::kBounded) list.back()["max_force_N"] = contact.max_force_N;
     if (facts.slides) list.back()["slide_m"] = contact.slide_m;
   }

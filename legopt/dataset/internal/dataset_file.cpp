@@ -50,7 +50,7 @@ std::map<std::string, double> ReadJointLimits(const YamlFields& fields, const st
   std::map<std::string, double> limits = ReadJointValues(fields, key);
   for (const auto& [joint, limit] : limits) {
     if (limit > 0.0) continue;
-    fields.Fail(key + "." + joint, FormatFixed(limit, 6), "must be greater than 0",
+    fields.Fail(key + "." + joint, FormatNumber(limit), "must be greater than 0",
                 "write the joint's limit, or remove the line to keep the URDF's");
   }
   return limits;
@@ -170,7 +170,7 @@ DatasetDescription ReadDatasetFile(const fs::path& folder) {
   description.trunk = fields.Text("trunk").value_or("");
   description.gravity_m_s2 = fields.Number("gravity_m_s2").value_or(DatasetDescription::kBenchmarkGravity_m_s2);
   if (!(description.gravity_m_s2 > 0)) {
-    fields.Fail("gravity_m_s2", FormatFixed(description.gravity_m_s2, 6), "must be greater than 0", "write 9.81");
+    fields.Fail("gravity_m_s2", FormatNumber(description.gravity_m_s2), "must be greater than 0", "write 9.81");
   }
   description.nominal_posture = ReadJointValues(fields, "nominal_posture");
   description.self_collision_reference = ReadJointValues(fields, "self_collision_reference");

@@ -68,7 +68,7 @@ std::string FormatContacts(const std::vector<ContactDescription>& contacts) {
       text += "    points: [" + points + "]\n";
     }
     const ContactKindDescription& facts = DescriptionOf(contact.kind);
-    if (facts.shape != ContactShape::kPatch) text += "    radius_m: " + Number(contact.radius_m) + "\n";
+    if (HasRadius(facts.shape)) text += "    radius_m: " + Number(contact.radius_m) + "\n";
     if (facts.slides) text += "    slide_m: " + Number(contact.slide_m) + "\n";
     if (facts.forces == ContactForces::kBounded) {
       text += "    max_force_N: " + Number(contact.max_force_N) + "\n";

@@ -8,6 +8,7 @@
 
 #include "legopt/geometry/collision_query.h"
 #include "legopt/geometry/internal/scene_solids.h"
+#include "legopt/import/internal/balance_check.h"
 #include "legopt/import/internal/self_collision_pairs.h"
 #include "legopt/import/internal/used_contacts.h"
 #include "legopt/robot/configuration.h"
@@ -127,10 +128,10 @@ class PlausibilityCheck {
       }
     }
     if (!unknown.empty()) {
-      findings_.push_back({DatasetDiagnostic::Severity::kInfo, "efforts", "",
-                           num_unknown == robot.num_dofs() ? "all joints" : unknown, "",
-                           "have no effort limit in the URDF: the physical rule permits any torque there",
-                           "give <limit> an effort in N m (N of a prismatic joint)"});
+      findings_.push_back({DatasetDiagnostic::Severity::kInfo, "efforts", dataset_.robot_file().filename().string(),
+                           num_unknown == robot.num_dofs() ? "all joints" : unknown, "effort missing, 0 or less",
+                           "have no effort limit: the physical rule permits any torque there",
+                           "give <limit> an effort above 0, in N m (N of a prismatic joint)"});
     }
     if (!large.empty()) {
       Warn("efforts", large, "", "have implausible effort limits: the physical rule permits such torques",
@@ -180,6 +181,7 @@ std::vector<DatasetDiagnostic> CheckDataset(const Dataset& dataset) {
   Append(CheckPlausibility(dataset), &findings);
   Append(CheckSceneMeshes(dataset), &findings);
   Append(CheckMeshSizes(dataset), &findings);
+  Append(CheckBalance(dataset), &findings);
   const UsedContactList contacts = UsedFeetOf(dataset);
   if (contacts.all().empty()) {
     findings.push_back({.severity = DatasetDiagnostic::Severity::kWarning,

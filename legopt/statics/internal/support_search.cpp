@@ -1,6 +1,5 @@
 #include "legopt/statics/internal/support_search.h"
 
-#include <array>
 #include <cmath>
 #include <cstddef>
 
@@ -62,14 +61,17 @@ void Complete(const Furthest& furthest, double accuracy, std::vector<Extreme>* e
 
 }  // namespace
 
+std::array<Eigen::Vector2d, 4> AxisDirections() {
+  return {Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1), Eigen::Vector2d(-1, 0), Eigen::Vector2d(0, -1)};
+}
+
 std::vector<Extreme> SearchExtremes(const Furthest& furthest, double accuracy) {
-  static const std::array<Eigen::Vector2d, 4> kFirstDirections = {Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1),
-                                                                  Eigen::Vector2d(-1, 0), Eigen::Vector2d(0, -1)};
+  const auto axes = AxisDirections();
   std::vector<Extreme> extremes;
-  for (const Eigen::Vector2d& direction : kFirstDirections) {
+  for (const Eigen::Vector2d& direction : axes) {
     if (const std::optional<Extreme> extreme = furthest(direction)) extremes.push_back(*extreme);
   }
-  if (extremes.size() == kFirstDirections.size()) Complete(furthest, accuracy, &extremes);
+  if (extremes.size() == axes.size()) Complete(furthest, accuracy, &extremes);
   return extremes;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -15,6 +16,9 @@ struct Extreme {
 
 /// Returns the furthest point of a set in a direction; empty if it was not found.
 using Furthest = std::function<std::optional<Extreme>(const Eigen::Vector2d& direction)>;
+
+/// Returns the directions of the axes, counter-clockwise from +x.
+std::array<Eigen::Vector2d, 4> AxisDirections();
 
 /// Approximates a planar convex set, which only a search for furthest points describes, by points of its boundary. The
 /// first directions are those of the axes. Then the direction follows in which the set may exceed the hull of the

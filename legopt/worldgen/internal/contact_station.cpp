@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "legopt/math/random_numbers.h"
-#include "legopt/planning/certify/internal/balance_prover.h"
 #include "legopt/problem/terms/internal/arm_guess.h"
 #include "legopt/robot/configuration.h"
 
@@ -58,7 +57,11 @@ Vector3d OnPlane(const Isometry3d& plane, const Eigen::Vector2d& at) {
 
 constexpr double kFragmentThickness = 0.15;  // share of the trunk's height
 
-bool IsHand(const Contact& contact) { return !contact.facts().supports; }
+/// Returns true for contacts that stations have something to touch for: walls for patches, and bars.
+bool IsHand(const Contact& contact) {
+  const ContactShape shape = contact.facts().shape;
+  return !contact.facts().supports && (shape == ContactShape::kPatch || shape == ContactShape::kBar);
+}
 
 }  // namespace
 
@@ -209,7 +212,7 @@ void StationDrawer::DrawReach(ContactLevel level, std::mt19937_64& generator, St
     // Descends towards the robot, so that it can be pushed.
     Isometry3d frame = Slope(tilt_rad, std::numbers::pi, 0.0);
     const double side = (*palm)->nominal_position_B.y() > 0.0 ? 1.0 : -1.0;
-    const double reach_m = certify::ComReach_m(dataset_->robot(), **palm);
+    const double reach_m = (*palm)->com_reach_m;
     frame.translation() << front_m + reach_m + beyond_m, side * Between(0.15, 0.3, generator) * height_m_, table_m;
     AddContact(**palm, frame, station);
     AddSlab("table-" + (*palm)->name, frame, {kTable_m, kTable_m, kThickness_m}, station);

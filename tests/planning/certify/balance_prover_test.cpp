@@ -5,6 +5,7 @@
 
 #include <random>
 
+#include "legopt/dataset/internal/com_reach.h"
 #include "legopt/math/random_numbers.h"
 #include "legopt/robot/configuration.h"
 #include "legopt/robot/kinematics.h"
