@@ -81,6 +81,7 @@ const MotionTimer::Part& MotionTimer::PartAt(double s) const {
 
 std::vector<PhaseSet> MotionTimer::Sets(const PathSpline& spline, const std::vector<double>& grid, bool reduced) {
   PhaseSetBuilder& builder = reduced ? reduced_builder_ : builder_;
+  builder.Restart();
   std::vector<PhaseSet> sets;
   sets.reserve(grid.size());
   for (const double s : grid) {

@@ -15,15 +15,37 @@ constexpr double kReach = 10.0;            // largest |u| in units of the larges
 constexpr double kStandardGravity_m_s2 = 9.81;
 constexpr double kAccuracy = 1e-6;  // of the polygon, in the same units, from within
 
+/// Corner of a polygon, with the owner of the edge that begins there.
+struct PhaseCorner {
+  Eigen::Vector2d at;
+  LimitOwner owner;
+};
+
 /// Returns the distinct positions in their order, which is counter-clockwise.
-std::vector<Eigen::Vector2d> CornersOf(const std::vector<Extreme>& extremes) {
+std::vector<PhaseCorner> CornersOf(const std::vector<Extreme>& extremes) {
   constexpr double kSame = 1e-12;
-  std::vector<Eigen::Vector2d> corners;
+  std::vector<PhaseCorner> corners;
   for (const Extreme& extreme : extremes) {
-    if (corners.empty() || (extreme.position - corners.back()).norm() > kSame) corners.push_back(extreme.position);
+    if (corners.empty() || (extreme.position - corners.back().at).norm() > kSame) {
+      corners.push_back({extreme.position, {}});
+    }
   }
-  while (corners.size() > 1 && (corners.front() - corners.back()).norm() <= kSame) corners.pop_back();
+  while (corners.size() > 1 && (corners.front().at - corners.back().at).norm() <= kSame) corners.pop_back();
   return corners;
+}
+
+/// Keeps the part of a polygon with normal . at <= offset; the new edge has the given owner.
+void Clip(const Eigen::Vector2d& normal, double offset, const LimitOwner& owner, std::vector<PhaseCorner>* corners) {
+  std::vector<PhaseCorner> kept;
+  for (size_t i = 0; i < corners->size(); ++i) {
+    const PhaseCorner& from = (*corners)[i];
+    const PhaseCorner& to = (*corners)[(i + 1) % corners->size()];
+    const double before = normal.dot(from.at) - offset, after = normal.dot(to.at) - offset;
+    if (before <= 0.0) kept.push_back({from.at, before == 0.0 && after > 0.0 ? owner : from.owner});
+    if (before * after >= 0.0) continue;
+    kept.push_back({from.at + before / (before - after) * (to.at - from.at), after > 0.0 ? owner : from.owner});
+  }
+  *corners = std::move(kept);
 }
 
 }  // namespace
@@ -37,16 +59,12 @@ PhaseSetBuilder::PhaseSetBuilder(const RobotModel& robot, double gravity_m_s2, d
       dynamics_(robot),
       gravity_torques_(robot.num_dofs()),
       at_rest_(Eigen::VectorXd::Zero(robot.tangent_size())),
-      jacobian_(3, robot.tangent_size()) {
-  for (int dof = 0; dof < robot.num_dofs(); ++dof) {
-    if (std::isfinite(robot.effort_limits()[dof])) limited_.push_back(dof);
-  }
-}
+      jacobian_(3, robot.tangent_size()) {}
 
-void PhaseSetBuilder::SetTorqueRows(const StanceForces& forces) {
+void PhaseSetBuilder::FindLoaded(const StanceForces& forces) {
   const int n = robot_.num_dofs();
   const Eigen::Index L = forces.num_generators();
-  const Eigen::Index first = b_.size() - std::ssize(limited_);
+  shares_.resize(n, L);
   int last_point = -1;
   for (int l = 0; l < L; ++l) {
     const int point = forces.point_of(l);
@@ -55,15 +73,23 @@ void PhaseSetBuilder::SetTorqueRows(const StanceForces& forces) {
       kinematics_.PointJacobian(where.link, where.position_W, jacobian_);
       last_point = point;
     }
-    const Eigen::VectorXd torques = unit_N_ * (jacobian_.leftCols(n).transpose() * forces.directions().col(l));
-    for (Eigen::Index i = 0; i < std::ssize(limited_); ++i) {
-      const int dof = limited_[static_cast<size_t>(i)];
-      A_(first + i, l) = -torques[dof] / robot_.effort_limits()[dof];
-    }
+    shares_.col(l).noalias() = jacobian_.leftCols(n).transpose() * forces.directions().col(l);
   }
-  for (Eigen::Index i = 0; i < std::ssize(limited_); ++i) {
-    const int dof = limited_[static_cast<size_t>(i)];
+  loaded_.clear();
+  free_.clear();
+  for (int dof = 0; dof < n; ++dof) {
+    if (!std::isfinite(robot_.effort_limits()[dof])) continue;
+    (shares_.row(dof).isZero(0.0) ? free_ : loaded_).push_back(dof);
+  }
+}
+
+void PhaseSetBuilder::SetTorqueRows(const StanceForces& forces) {
+  const Eigen::Index L = forces.num_generators();
+  const Eigen::Index first = b_.size() - std::ssize(loaded_);
+  for (Eigen::Index i = 0; i < std::ssize(loaded_); ++i) {
+    const int dof = loaded_[static_cast<size_t>(i)];
     const double scale = 1.0 / robot_.effort_limits()[dof];
+    A_.row(first + i).head(L) = -scale * unit_N_ * shares_.row(dof);
     A_(first + i, L) = scale * largest_x_ * start_.torques[dof];
     A_(first + i, L + 1) = -A_(first + i, L);
     A_(first + i, L + 2) = scale * largest_x_ * steady_.torques[dof];
@@ -76,7 +102,7 @@ void PhaseSetBuilder::SetTorqueRows(const StanceForces& forces) {
 void PhaseSetBuilder::SetForces(const StanceForces& forces, double slack) {
   const Eigen::Index L = forces.num_generators();
   const auto num_bounds = static_cast<Eigen::Index>(forces.bounds().size());
-  const Eigen::Index rows = kBalanceRows + num_bounds + std::ssize(limited_);
+  const Eigen::Index rows = kBalanceRows + num_bounds + std::ssize(loaded_);
   const Eigen::Index first_slack = L + kPhaseColumns;
   A_.setZero(rows, first_slack + rows);
   b_.setZero(rows);
@@ -111,10 +137,10 @@ void PhaseSetBuilder::SetForces(const StanceForces& forces, double slack) {
 
 LimitOwner PhaseSetBuilder::OwnerOf(const StanceForces& forces, const Eigen::VectorXd& multipliers) const {
   constexpr double kNoShare = 1e-9;
-  const Eigen::Index first = multipliers.size() - std::ssize(limited_);
+  const Eigen::Index first = multipliers.size() - std::ssize(loaded_);
   Eigen::Index joint = -1;
-  if (!limited_.empty() && multipliers.tail(std::ssize(limited_)).cwiseAbs().maxCoeff(&joint) > kNoShare) {
-    return {TimeLimit::kTorque, limited_[static_cast<size_t>(joint)]};
+  if (!loaded_.empty() && multipliers.tail(std::ssize(loaded_)).cwiseAbs().maxCoeff(&joint) > kNoShare) {
+    return {TimeLimit::kTorque, loaded_[static_cast<size_t>(joint)]};
   }
   // The contact whose forces come nearest to helping is the one at its limit.
   LimitOwner owner;
@@ -128,7 +154,7 @@ LimitOwner PhaseSetBuilder::OwnerOf(const StanceForces& forces, const Eigen::Vec
   return owner;
 }
 
-PhaseSet PhaseSetBuilder::Compute(const StanceForces& forces, const CurvePoint& point, double slack) {
+void PhaseSetBuilder::Measure(const CurvePoint& point) {
   kinematics_.Update(point.x);
   kinematics_.GravityTorques(gravity_m_s2_, gravity_torques_);
   dynamics_.Compute(kinematics_, at_rest_, point.velocity, &start_);
@@ -141,15 +167,28 @@ PhaseSet PhaseSetBuilder::Compute(const StanceForces& forces, const CurvePoint& 
     largest_x_ = ratio * ratio;
     velocity_dof_ = dof;
   }
+}
+
+bool PhaseSetBuilder::Constrain() {
+  if (has_basis_ && A_.rows() == rows_ && A_.cols() == columns_ && solver_.Resume(A_, b_, upper_)) return true;
+  rows_ = A_.rows();
+  columns_ = A_.cols();
+  has_basis_ = solver_.Constrain(A_, b_, upper_) == LinearProgramStatus::kOptimal;
+  return has_basis_;
+}
+
+PhaseSet PhaseSetBuilder::Compute(const StanceForces& forces, const CurvePoint& point, double slack) {
+  Measure(point);
+  FindLoaded(forces);
   SetForces(forces, slack);
   SetTorqueRows(forces);
   PhaseSet set;
-  if (solver_.Constrain(A_, b_, upper_) != LinearProgramStatus::kOptimal) {
+  if (!Constrain()) {
     set.blocked_by = OwnerOf(forces, solver_.multipliers());
     return set;
   }
-  const Eigen::Index u = forces.num_generators();
   std::vector<std::pair<Eigen::Vector2d, LimitOwner>> owners;  // of the edges with these normals
+  const Eigen::Index u = forces.num_generators();
   const auto furthest = [&](const Eigen::Vector2d& direction) -> std::optional<Extreme> {
     cost_.setZero(A_.cols());
     cost_[u] = -direction.x();
@@ -159,23 +198,33 @@ PhaseSet PhaseSetBuilder::Compute(const StanceForces& forces, const CurvePoint& 
     owners.emplace_back(direction, OwnerOf(forces, solver_.multipliers()));
     return Extreme{direction, {solver_.x()[u] - solver_.x()[u + 1], solver_.x()[u + 2]}};
   };
-  const std::vector<Eigen::Vector2d> corners = CornersOf(SearchExtremes(furthest, kAccuracy));
+  std::vector<PhaseCorner> corners = CornersOf(SearchExtremes(furthest, kAccuracy));
   for (size_t i = 0; i < corners.size(); ++i) {
-    const Eigen::Vector2d along = corners[(i + 1) % corners.size()] - corners[i];
-    const Eigen::Vector2d normal =
-        corners.size() > 1 ? Eigen::Vector2d(along.y(), -along.x()).normalized() : Eigen::Vector2d::UnitY();
-    PhaseEdge edge{.a = normal.x(), .b = normal.y(), .c = largest_x_ * normal.dot(corners[i]), .owner = {}};
     constexpr double kLevel = 1e-9;
-    const bool at_top = velocity_dof_ >= 0 && corners[i].y() > 1.0 - kLevel && std::abs(along.y()) < kLevel;
-    if (at_top) {
-      edge.owner = {TimeLimit::kVelocity, velocity_dof_};
-    } else {
-      const auto nearest = std::ranges::max_element(owners, {}, [&](const auto& of) { return normal.dot(of.first); });
-      if (nearest != owners.end()) edge.owner = nearest->second;
-    }
-    set.edges.push_back(edge);
+    const Eigen::Vector2d along = corners[(i + 1) % corners.size()].at - corners[i].at;
+    const Eigen::Vector2d normal(along.y(), -along.x());
+    const auto nearest = std::ranges::max_element(owners, {}, [&](const auto& of) { return normal.dot(of.first); });
+    const bool at_top = velocity_dof_ >= 0 && corners[i].at.y() > 1.0 - kLevel && std::abs(along.y()) < kLevel;
+    corners[i].owner = at_top ? LimitOwner{TimeLimit::kVelocity, velocity_dof_} : nearest->second;
   }
-  for (const Eigen::Vector2d& corner : corners) set.corners.emplace_back(largest_x_ * corner);
+  // Joints that no contact loads need no forces.
+  for (const int dof : free_) {
+    const Eigen::Vector2d rates = largest_x_ * Eigen::Vector2d(start_.torques[dof], steady_.torques[dof]);
+    const double limit = effort_share_ * robot_.effort_limits()[dof];
+    const LimitOwner owner{TimeLimit::kTorque, dof};
+    for (const double sign : {1.0, -1.0}) Clip(sign * rates, limit - sign * gravity_torques_[dof], owner, &corners);
+    if (corners.empty()) {
+      set.blocked_by = owner;
+      return set;
+    }
+  }
+  for (size_t i = 0; i < corners.size(); ++i) {
+    const Eigen::Vector2d along = corners[(i + 1) % corners.size()].at - corners[i].at;
+    const Eigen::Vector2d normal =
+        along.norm() > 0.0 ? Eigen::Vector2d(along.y(), -along.x()).normalized() : Eigen::Vector2d::UnitY();
+    set.edges.push_back({normal.x(), normal.y(), largest_x_ * normal.dot(corners[i].at), corners[i].owner});
+    set.corners.emplace_back(largest_x_ * corners[i].at);
+  }
   return set;
 }
 

@@ -63,10 +63,16 @@ class PhaseSetBuilder {
   /// `robot` must outlive this object. `gravity_m_s2` >= 0. `effort_share` > 0: factor of the effort limits.
   PhaseSetBuilder(const RobotModel& robot, double gravity_m_s2, double effort_share = 1.0);
 
+  /// Forgets the points before. Computing begins at the basis of the last point, so that last digits depend on it.
+  void Restart() { has_basis_ = false; }
+
   /// Computes the set at a point of a curve, with the contacts of `forces`.
   PhaseSet Compute(const StanceForces& forces, const CurvePoint& point, double slack);
 
  private:
+  void Measure(const CurvePoint& point);
+  void FindLoaded(const StanceForces& forces);
+  bool Constrain();
   void SetForces(const StanceForces& forces, double slack);
   void SetTorqueRows(const StanceForces& forces);
   LimitOwner OwnerOf(const StanceForces& forces, const Eigen::VectorXd& multipliers) const;
@@ -74,17 +80,20 @@ class PhaseSetBuilder {
   const RobotModel& robot_;
   double gravity_m_s2_;
   double effort_share_;
-  double unit_N_;             ///< M g, or M times 9.81 m/s^2 without gravity
-  std::vector<int> limited_;  ///< degrees of freedom with an effort limit
+  double unit_N_;            ///< M g, or M times 9.81 m/s^2 without gravity
+  std::vector<int> loaded_;  ///< degrees of freedom with an effort limit that contacts load
+  std::vector<int> free_;    ///< the others with a limit
   Kinematics kinematics_;
   InverseDynamics dynamics_;
   InertialForces start_, steady_;  ///< rates per u and per x
   Eigen::VectorXd gravity_torques_, at_rest_;
-  Eigen::MatrixXd jacobian_, A_;
+  Eigen::MatrixXd jacobian_, shares_, A_;
   Eigen::VectorXd b_, upper_, cost_;
   double largest_x_ = 0.0;
   int velocity_dof_ = -1;
   LinearProgramSolver solver_;
+  bool has_basis_ = false;
+  Eigen::Index rows_ = 0, columns_ = 0;  ///< of the basis
 };
 
 }  // namespace legopt
