@@ -54,7 +54,7 @@ std::vector<TimedSolution> TimeSolutions(const SolutionFile& file, const Dataset
     throw InputError({.file = file.path,
                       .field = "task",
                       .value = std::string(ToString(file.task)),
-                      .message = "postures take no time",
+                      .message = "is a task of postures, which have no duration",
                       .fix = "give a file of motions"});
   }
   struct Item {
@@ -93,27 +93,33 @@ std::vector<TimedSolution> TimeSolutions(const SolutionFile& file, const Dataset
 
 Listing ListingOf(const std::vector<TimedSolution>& solutions) {
   Listing listing;
-  listing.columns = {"method",    "problem",  "stances", "duration_s", "s_per_stance", "greedy_s",   "uniform_s",
-                     "reduced_s", "velocity", "torque",  "contact",    "blocked_at",   "blocked_by", "grid_points"};
+  listing.columns = {"method",     "problem",    "stances",     "duration_s",  "s_per_stance", "optimal",
+                     "greedy_s",   "uniform_s",  "reduced_s",   "velocity",    "torque",       "contact",
+                     "blocked_at", "blocked_by", "grid_points", "grid_change", "fault"};
   for (const TimedSolution& solution : solutions) {
-    const MotionTiming& timing = solution.timing;
+    std::vector<nlohmann::json>& row = listing.rows.emplace_back();
+    row = {solution.method, solution.problem_id, solution.num_stances};
+    row.resize(listing.columns.size());
     if (!solution.fault.empty()) {
-      std::vector<nlohmann::json> row(listing.columns.size());
-      row[0] = solution.method;
-      row[1] = solution.problem_id;
-      row[2] = solution.num_stances;
-      row[12] = solution.fault;
-      listing.rows.push_back(std::move(row));
+      row.back() = solution.fault;
       continue;
     }
-    const bool exists = std::isfinite(timing.shortest_s);
-    const auto share = [&](double value) { return exists ? nlohmann::json(value) : nlohmann::json(); };
-    listing.rows.push_back({solution.method, solution.problem_id, solution.num_stances, Finite(timing.shortest_s),
-                            Finite(timing.shortest_s / solution.num_stances), Finite(timing.greedy_s),
-                            Finite(timing.uniform_s), Finite(timing.reduced_s), share(timing.limits.velocity),
-                            share(timing.limits.torque), share(timing.limits.contact),
-                            exists ? nlohmann::json() : nlohmann::json(timing.blocked_at),
-                            exists ? nlohmann::json() : nlohmann::json(timing.blocked_by), timing.grid_points});
+    const MotionTiming& timing = solution.timing;
+    std::vector<nlohmann::json> values = {Finite(timing.shortest_s),
+                                          Finite(timing.shortest_s / solution.num_stances),
+                                          timing.optimal,
+                                          Finite(timing.greedy_s),
+                                          Finite(timing.uniform_s),
+                                          Finite(timing.reduced_s)};
+    if (std::isfinite(timing.shortest_s)) {
+      values.insert(values.end(),
+                    {timing.limits.velocity, timing.limits.torque, timing.limits.contact, nullptr, nullptr});
+    } else {
+      values[2] = nullptr;
+      values.insert(values.end(), {nullptr, nullptr, nullptr, timing.blocked_at, timing.blocked_by});
+    }
+    values.insert(values.end(), {timing.grid_points, timing.grid_change});
+    std::ranges::copy(values, row.begin() + 3);
   }
   return listing;
 }
@@ -129,18 +135,26 @@ Listing SummaryOf(const std::vector<TimedSolution>& solutions) {
     ++sum.motions;
     if (!solution.fault.empty() || !std::isfinite(solution.timing.shortest_s)) continue;
     sum.per_stance_s.push_back(solution.timing.shortest_s / solution.num_stances);
+    if (!(solution.timing.shortest_s > 0.0)) continue;  // at rest
     sum.greedy.push_back(solution.timing.greedy_s / solution.timing.shortest_s);
-    sum.reduced.push_back(solution.timing.reduced_s / solution.timing.shortest_s);
+    if (std::isfinite(solution.timing.reduced_s)) {
+      sum.reduced.push_back(solution.timing.reduced_s / solution.timing.shortest_s);
+    }
   }
   Listing listing;
-  listing.columns = {
-      "method", "motions", "executable", "median_s_per_stance", "median_greedy_ratio", "median_reduced_ratio"};
+  listing.columns = {"method",
+                     "motions",
+                     "executable",
+                     "median_s_per_stance",
+                     "median_greedy_ratio",
+                     "executable_reduced",
+                     "median_reduced_ratio"};
   for (const auto& [method, sum] : sums) {
     const auto median = [](const std::vector<double>& values) {
       return values.empty() ? nlohmann::json() : Finite(Median(values));
     };
     listing.rows.push_back({method, sum.motions, sum.per_stance_s.size(), median(sum.per_stance_s), median(sum.greedy),
-                            median(sum.reduced)});
+                            sum.reduced.size(), median(sum.reduced)});
   }
   return listing;
 }

@@ -23,10 +23,11 @@ struct TimedSolution {
 /// in the file use the dataset's. Throws InputError for a file of postures, and for a problem that neither defines.
 std::vector<TimedSolution> TimeSolutions(const SolutionFile& file, const Dataset& dataset, int threads);
 
-/// Returns one row per motion. Durations in s; shares of the duration by limit; nulls where there is no time law.
+/// Returns one row per motion. Durations in s; shares of the duration by limit; nulls where there is no time law, or a
+/// `fault`.
 Listing ListingOf(const std::vector<TimedSolution>& solutions);
 
-/// Returns one row per method: motions, motions with a time law, and medians over these.
+/// Returns one row per method: motions, those with a time law (also with reduced limits), and medians over these.
 Listing SummaryOf(const std::vector<TimedSolution>& solutions);
 
 }  // namespace legopt::client

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "legopt/dataset/contact.h"
+#include "legopt/robot/configuration.h"
 #include "legopt/types/input_error.h"
 
 namespace legopt {
@@ -15,23 +16,41 @@ constexpr double kWaypointSlack = 1e-3, kCurveSlack = 2e-3;  // shares of weight
 /// Returns whether all points are the same configuration, up to rounding.
 bool IsAtRest(std::span<const Eigen::VectorXd> points) {
   constexpr double kSame = 1e-12;
-  return std::ranges::all_of(points, [&](const Eigen::VectorXd& x) { return (x - points.front()).norm() <= kSame; });
+  const auto first = PartsOf(points.front());
+  return std::ranges::all_of(points, [&](const Eigen::VectorXd& x) {
+    const auto parts = PartsOf(x);
+    const double turn = std::abs(parts.base_rotation().dot(first.base_rotation()));
+    return (parts.linear() - first.linear()).norm() <= kSame && turn >= 1.0 - kSame;
+  });
 }
 
-void CheckInput(size_t stances, std::span<const double> times, std::span<const Eigen::VectorXd> points,
-                Eigen::Index size) {
-  const auto fail = [](const std::string& field, const std::string& value, const std::string& fix) {
-    throw InputError(
-        {.file = "motion", .field = field, .value = value, .message = "does not fit a motion", .fix = fix});
-  };
-  if (stances < 2) fail("waypoints", std::to_string(stances), "time motions of at least two waypoints");
-  if (times.size() != points.size()) fail("points", std::to_string(points.size()), "give each time one point");
-  if (times.empty() || times.back() != static_cast<double>(stances - 1)) {
-    fail("last time", times.empty() ? "none" : std::to_string(times.back()), "end at the last waypoint");
+[[noreturn]] void Fail(const std::string& field, const std::string& value, const std::string& fix) {
+  throw InputError({.file = "motion", .field = field, .value = value, .message = "cannot be timed", .fix = fix});
+}
+
+/// Checks that times increase from 0 to the last waypoint and include each waypoint.
+void CheckTimes(size_t stances, std::span<const double> times) {
+  if (stances < 2) Fail("waypoints", std::to_string(stances), "give at least two waypoints");
+  if (times.empty() || times.front() != 0.0) Fail("first time", times.empty() ? "none" : "not 0", "begin at 0");
+  size_t waypoint = 0;
+  for (size_t i = 0; i < times.size(); ++i) {
+    if (i > 0 && !(times[i] > times[i - 1])) Fail("time", std::to_string(times[i]), "let times increase");
+    if (times[i] == static_cast<double>(waypoint)) ++waypoint;
   }
+  if (waypoint != stances) Fail("times", "not that of waypoint " + std::to_string(waypoint), "include each waypoint");
+  if (times.back() != static_cast<double>(stances - 1)) {
+    Fail("last time", std::to_string(times.back()), "end at the last waypoint");
+  }
+}
+
+void CheckPoints(std::span<const double> times, std::span<const Eigen::VectorXd> points, Eigen::Index size) {
+  constexpr double kLargest = 1e6, kSmallestNorm = 1e-6;
+  if (times.size() != points.size()) Fail("points", std::to_string(points.size()), "give one point for each time");
   for (const Eigen::VectorXd& x : points) {
-    if (x.size() != size) fail("point", std::to_string(x.size()) + " numbers", "give " + std::to_string(size));
-    if (!x.allFinite()) fail("point", "not finite", "remove NaN and infinity");
+    if (x.size() != size) Fail("point", std::to_string(x.size()) + " numbers", "give " + std::to_string(size));
+    if (!x.allFinite()) Fail("point", "not finite", "remove NaN and infinity");
+    if (x.cwiseAbs().maxCoeff() > kLargest) Fail("point", "a number above 1e6", "give rad and m");
+    if (x.tail<4>().norm() < kSmallestNorm) Fail("point", "quaternion 0", "give a unit quaternion");
   }
 }
 
@@ -63,13 +82,6 @@ std::vector<double> MotionTimer::Grid(std::span<const double> times, int refinem
     }
     first = i;
   }
-  if (grid.size() > kMostPoints) {
-    throw InputError({.file = "motion",
-                      .field = "points",
-                      .value = std::to_string(times.size()),
-                      .message = "need a grid of more than " + std::to_string(kMostPoints) + " points",
-                      .fix = "give the path fewer points"});
-  }
   return grid;
 }
 
@@ -94,13 +106,14 @@ std::vector<PhaseSet> MotionTimer::Sets(const PathSpline& spline, const std::vec
 }
 
 std::string MotionTimer::Name(const LimitOwner& owner, double s) const {
+  if (owner.kind == TimeLimit::kNumerical) return "numerical failure";
   if (owner.kind == TimeLimit::kContact) {
     const Stance& stance = PartAt(s).contacts;
     int surface = 0;  // only contacts that carry have surfaces
     for (const ContactTarget& target : stance.contacts) {
       if (target.carries && surface++ == owner.index) return "friction of " + target.contact;
     }
-    return "no contact";
+    return surface == 0 ? "no contact" : "contacts";
   }
   const std::string joint = owner.index < 0 ? "a joint" : DofNames(dataset_.robot())[static_cast<size_t>(owner.index)];
   return (owner.kind == TimeLimit::kTorque ? "torque of " : "velocity of ") + joint;
@@ -109,14 +122,16 @@ std::string MotionTimer::Name(const LimitOwner& owner, double s) const {
 void MotionTimer::Report(const std::vector<double>& grid, const TimeLaw& law, MotionTiming* timing) const {
   timing->grid_points = static_cast<int>(grid.size());
   timing->shortest_s = law.duration_s;
+  timing->optimal = law.optimal;
   timing->parameters = grid;
+  timing->times_s.clear();
+  timing->limits = {};
   if (!law.exists) {
     if (law.blocked < 0) return;
     timing->blocked_at = grid[static_cast<size_t>(law.blocked)];
     timing->blocked_by = Name(law.blocked_by, timing->blocked_at);
     return;
   }
-  timing->limits = {};
   timing->times_s.assign(1, 0.0);
   for (size_t k = 0; k + 1 < grid.size(); ++k) {
     const double width_s = Duration_s(std::span(grid).subspan(k, 2), std::span(law.x).subspan(k, 2));
@@ -131,7 +146,8 @@ void MotionTimer::Report(const std::vector<double>& grid, const TimeLaw& law, Mo
 
 MotionTiming MotionTimer::Compute(std::span<const Stance* const> stances, std::span<const double> times,
                                   std::span<const Eigen::VectorXd> points) {
-  CheckInput(stances.size(), times, points, dataset_.robot().configuration_size());
+  CheckTimes(stances.size(), times);
+  CheckPoints(times, points, dataset_.robot().configuration_size());
   MotionTiming timing;
   if (IsAtRest(points)) return timing;
   segments_.clear();
@@ -144,6 +160,10 @@ MotionTiming MotionTimer::Compute(std::span<const Stance* const> stances, std::s
   double before_s = 0.0;
   for (int refinement = 0; refinement <= kMostRefinements; ++refinement) {
     const std::vector<double> grid = Grid(times, refinement);
+    if (grid.size() > kMostPoints) {
+      if (refinement > 0) break;
+      Fail("points", std::to_string(points.size()), "give the path fewer points; the grid may have 200,000");
+    }
     const std::vector<PhaseSet> sets = Sets(spline, grid, false);
     const TimeLaw law = ComputeTimeLaw(grid, sets);
     timing.greedy_s = ComputeGreedyTimeLaw(grid, sets).duration_s;

@@ -13,7 +13,7 @@
 
 namespace legopt {
 
-/// Shares of a duration by the limit that holds it up.
+/// Shares of a duration by the nearest limit.
 struct LimitShares {
   double velocity = 0.0, torque = 0.0, contact = 0.0;
 };
@@ -21,13 +21,15 @@ struct LimitShares {
 /// How fast a motion can be executed.
 struct MotionTiming {
   double shortest_s = 0.0;   ///< T*, from rest to rest; infinite if no time law exists, 0 for a motion at rest
-  double greedy_s = 0.0;     ///< of TOPP-RA's greedy pass
+  double greedy_s = 0.0;     ///< duration of TOPP-RA's greedy pass
   double uniform_s = 0.0;    ///< at one constant speed of the path parameter, without start and stop
   double reduced_s = 0.0;    ///< T* with friction and effort limits reduced to kReducedShare
   double grid_change = 0.0;  ///< change of T* by the last refinement of the grid, as a share
   int grid_points = 0;
   LimitShares limits;              ///< shares of T*
-  double blocked_at = -1.0;        ///< if there is no time law: path parameter of the first point without one
+  bool optimal = true;             ///< T* is the optimum; else an upper bound
+  double blocked_at = -1.0;        ///< without a time law: parameter of the first point with no admissible pair, or
+                                   ///< of a point that cannot be passed
   std::string blocked_by;          ///< its limit in words, e.g. "torque of back_ubx"
   std::vector<double> parameters;  ///< grid, in segments: waypoint w is at w
   std::vector<double> times_s;     ///< time at each point of the grid; empty without a time law
@@ -35,8 +37,8 @@ struct MotionTiming {
   static constexpr double kReducedShare = 0.8;
 };
 
-/// Computes T*, the least duration of a motion whose points are read as a C2 cubic spline (path_spline.h), within joint
-/// velocity and effort limits and the friction of the contacts that stay in place (docs/explanation/timing.md).
+/// Computes T*, the least duration of a motion (docs/explanation/timing.md). Its points are joined by a C2 cubic spline
+/// (path_spline.h). Limits are those of joint velocities, efforts and the forces of contacts that stay in place.
 ///
 /// The grid has at least 4 intervals per piece and 32 per segment. It is halved until T* changes by less than 2 %, at
 /// most twice. Whether contacts stay on their targets along the curve is not checked here.

@@ -11,9 +11,10 @@ namespace {
 
 constexpr Eigen::Index kBalanceRows = 6;
 constexpr Eigen::Index kPhaseColumns = 3;  // u > 0, u < 0, x, in units of the largest x
-constexpr double kReach = 10.0;            // largest |u| in units of the largest x
+constexpr double kReach = 1e3;             // largest |u| in units of the largest x
 constexpr double kStandardGravity_m_s2 = 9.81;
-constexpr double kAccuracy = 1e-6;  // of the polygon, in the same units, from within
+constexpr double kAccuracy = 1e-6;  // largest distance of the inner approximation from the set, in the same units
+constexpr double kSame = 1e-9;      // corners that are nearer count as one
 
 /// Corner of a polygon, with the owner of the edge that begins there.
 struct PhaseCorner {
@@ -21,17 +22,36 @@ struct PhaseCorner {
   LimitOwner owner;
 };
 
-/// Returns the distinct positions in their order, which is counter-clockwise.
-std::vector<PhaseCorner> CornersOf(const std::vector<Extreme>& extremes) {
-  constexpr double kSame = 1e-12;
-  std::vector<PhaseCorner> corners;
-  for (const Extreme& extreme : extremes) {
-    if (corners.empty() || (extreme.position - corners.back().at).norm() > kSame) {
-      corners.push_back({extreme.position, {}});
+/// Removes corners that coincide with the one before.
+void Merge(std::vector<PhaseCorner>* corners) {
+  std::vector<PhaseCorner> kept;
+  for (const PhaseCorner& corner : *corners) {
+    if (!kept.empty() && (corner.at - kept.back().at).norm() <= kSame) {
+      kept.back().owner = corner.owner;  // the edge that begins here
+    } else {
+      kept.push_back(corner);
     }
   }
-  while (corners.size() > 1 && (corners.front().at - corners.back().at).norm() <= kSame) corners.pop_back();
-  return corners;
+  while (kept.size() > 1 && (kept.front().at - kept.back().at).norm() <= kSame) kept.pop_back();
+  *corners = std::move(kept);
+}
+
+/// Returns the half-planes whose intersection has these corners, also for a single point or a segment.
+std::vector<PhaseEdge> EdgesOf(const std::vector<PhaseCorner>& corners) {
+  std::vector<PhaseEdge> edges;
+  const auto add = [&](const Eigen::Vector2d& normal, const PhaseCorner& corner) {
+    edges.push_back({normal.x(), normal.y(), normal.dot(corner.at), corner.owner});
+  };
+  if (corners.size() == 1) {
+    for (const Eigen::Vector2d& axis : AxisDirections()) add(axis, corners.front());
+    return edges;
+  }
+  for (size_t i = 0; i < corners.size(); ++i) {
+    const Eigen::Vector2d along = (corners[(i + 1) % corners.size()].at - corners[i].at).normalized();
+    add({along.y(), -along.x()}, corners[i]);
+    if (corners.size() == 2) add(-along, corners[i]);
+  }
+  return edges;
 }
 
 /// Keeps the part of a polygon with normal . at <= offset; the new edge has the given owner.
@@ -46,6 +66,7 @@ void Clip(const Eigen::Vector2d& normal, double offset, const LimitOwner& owner,
     kept.push_back({from.at + before / (before - after) * (to.at - from.at), after > 0.0 ? owner : from.owner});
   }
   *corners = std::move(kept);
+  Merge(corners);
 }
 
 }  // namespace
@@ -159,52 +180,92 @@ void PhaseSetBuilder::Measure(const CurvePoint& point) {
   kinematics_.GravityTorques(gravity_m_s2_, gravity_torques_);
   dynamics_.Compute(kinematics_, at_rest_, point.velocity, &start_);
   dynamics_.Compute(kinematics_, point.velocity, point.bend, &steady_);
-  largest_x_ = kLargestSpeedSquare;
+  velocity_x_ = kLargestSpeedSquare;
   velocity_dof_ = -1;
   for (int dof = 0; dof < robot_.num_dofs(); ++dof) {
     const double ratio = robot_.velocity_limits()[dof] / std::abs(point.velocity[dof]);
-    if (!(ratio * ratio < largest_x_)) continue;
-    largest_x_ = ratio * ratio;
+    if (!(ratio * ratio < velocity_x_)) continue;
+    velocity_x_ = ratio * ratio;
     velocity_dof_ = dof;
   }
 }
 
-bool PhaseSetBuilder::Constrain() {
-  if (has_basis_ && A_.rows() == rows_ && A_.cols() == columns_ && solver_.Resume(A_, b_, upper_)) return true;
+LinearProgramStatus PhaseSetBuilder::Constrain(const StanceForces& forces, double slack) {
+  SetForces(forces, slack);
+  SetTorqueRows(forces);
+  const bool fits = has_basis_ && A_.rows() == rows_ && A_.cols() == columns_;
+  if (fits && solver_.Resume(A_, b_, upper_)) return LinearProgramStatus::kOptimal;
   rows_ = A_.rows();
   columns_ = A_.cols();
-  has_basis_ = solver_.Constrain(A_, b_, upper_) == LinearProgramStatus::kOptimal;
-  return has_basis_;
+  const LinearProgramStatus status = solver_.Constrain(A_, b_, upper_);
+  has_basis_ = status == LinearProgramStatus::kOptimal;
+  return status;
+}
+
+LinearProgramStatus PhaseSetBuilder::Scale(const StanceForces& forces, double slack) {
+  constexpr double kMargin = 4.0, kSmall = 1e-2, kSmallest = 1e-6, kAtBound = 1.0 - 1e-9;
+  constexpr int kMostTrials = 12;
+  largest_x_ = last_x_ > 0.0 ? std::min(velocity_x_, kMargin * last_x_) : velocity_x_;
+  LinearProgramStatus status = LinearProgramStatus::kStalled;
+  for (int trial = 0; trial < kMostTrials; ++trial) {
+    status = Constrain(forces, slack);
+    const bool whole = largest_x_ == velocity_x_;
+    if (status == LinearProgramStatus::kOptimal) {
+      const std::optional<Extreme> fastest = Furthest(forces, Eigen::Vector2d::UnitY());
+      if (!fastest) return LinearProgramStatus::kStalled;
+      const double share = fastest->position.y();
+      last_x_ = std::max(share, kSmallest) * largest_x_;
+      const bool fits = (whole || share < kAtBound) && (share > kSmall || largest_x_ <= kSmallest * velocity_x_);
+      if (fits) return status;
+      largest_x_ = std::min(velocity_x_, (share < kAtBound ? kMargin : kMargin * kMargin) * last_x_);
+    } else {
+      if (whole) return status;
+      largest_x_ = velocity_x_;  // perhaps only faster motions balance
+    }
+  }
+  return status;
+}
+
+std::optional<Extreme> PhaseSetBuilder::Furthest(const StanceForces& forces, const Eigen::Vector2d& direction) {
+  const Eigen::Index u = forces.num_generators();
+  cost_.setZero(A_.cols());
+  cost_[u] = -direction.x();
+  cost_[u + 1] = direction.x();
+  cost_[u + 2] = -direction.y();
+  if (solver_.Minimize(cost_) != LinearProgramStatus::kOptimal) return std::nullopt;
+  return Extreme{direction, {solver_.x()[u] - solver_.x()[u + 1], solver_.x()[u + 2]}};
 }
 
 PhaseSet PhaseSetBuilder::Compute(const StanceForces& forces, const CurvePoint& point, double slack) {
   Measure(point);
   FindLoaded(forces);
-  SetForces(forces, slack);
-  SetTorqueRows(forces);
   PhaseSet set;
-  if (!Constrain()) {
-    set.blocked_by = OwnerOf(forces, solver_.multipliers());
+  const LinearProgramStatus status = Scale(forces, slack);
+  if (status != LinearProgramStatus::kOptimal) {
+    set.blocked_by = status == LinearProgramStatus::kInfeasible ? OwnerOf(forces, solver_.multipliers())
+                                                                : LimitOwner{TimeLimit::kNumerical, -1};
     return set;
   }
   std::vector<std::pair<Eigen::Vector2d, LimitOwner>> owners;  // of the edges with these normals
-  const Eigen::Index u = forces.num_generators();
-  const auto furthest = [&](const Eigen::Vector2d& direction) -> std::optional<Extreme> {
-    cost_.setZero(A_.cols());
-    cost_[u] = -direction.x();
-    cost_[u + 1] = direction.x();
-    cost_[u + 2] = -direction.y();
-    if (solver_.Minimize(cost_) != LinearProgramStatus::kOptimal) return std::nullopt;
-    owners.emplace_back(direction, OwnerOf(forces, solver_.multipliers()));
-    return Extreme{direction, {solver_.x()[u] - solver_.x()[u + 1], solver_.x()[u + 2]}};
+  const auto furthest = [&](const Eigen::Vector2d& direction) {
+    std::optional<Extreme> extreme = Furthest(forces, direction);
+    if (extreme) owners.emplace_back(direction, OwnerOf(forces, solver_.multipliers()));
+    return extreme;
   };
-  std::vector<PhaseCorner> corners = CornersOf(SearchExtremes(furthest, kAccuracy));
+  const std::vector<Extreme> extremes = SearchExtremes(furthest, kAccuracy);
+  if (extremes.size() < AxisDirections().size()) {
+    set.blocked_by = {TimeLimit::kNumerical, -1};
+    return set;
+  }
+  std::vector<PhaseCorner> corners;
+  for (const Extreme& extreme : extremes) corners.push_back({extreme.position, {}});
+  Merge(&corners);
   for (size_t i = 0; i < corners.size(); ++i) {
     constexpr double kLevel = 1e-9;
     const Eigen::Vector2d along = corners[(i + 1) % corners.size()].at - corners[i].at;
     const Eigen::Vector2d normal(along.y(), -along.x());
     const auto nearest = std::ranges::max_element(owners, {}, [&](const auto& of) { return normal.dot(of.first); });
-    const bool at_top = velocity_dof_ >= 0 && corners[i].at.y() > 1.0 - kLevel && std::abs(along.y()) < kLevel;
+    const bool at_top = largest_x_ == velocity_x_ && corners[i].at.y() > 1.0 - kLevel && std::abs(along.y()) < kLevel;
     corners[i].owner = at_top ? LimitOwner{TimeLimit::kVelocity, velocity_dof_} : nearest->second;
   }
   // Joints that no contact loads need no forces.
@@ -218,13 +279,9 @@ PhaseSet PhaseSetBuilder::Compute(const StanceForces& forces, const CurvePoint& 
       return set;
     }
   }
-  for (size_t i = 0; i < corners.size(); ++i) {
-    const Eigen::Vector2d along = corners[(i + 1) % corners.size()].at - corners[i].at;
-    const Eigen::Vector2d normal =
-        along.norm() > 0.0 ? Eigen::Vector2d(along.y(), -along.x()).normalized() : Eigen::Vector2d::UnitY();
-    set.edges.push_back({normal.x(), normal.y(), largest_x_ * normal.dot(corners[i].at), corners[i].owner});
-    set.corners.emplace_back(largest_x_ * corners[i].at);
-  }
+  set.edges = EdgesOf(corners);
+  for (PhaseEdge& edge : set.edges) edge.c *= largest_x_;
+  for (const PhaseCorner& corner : corners) set.corners.emplace_back(largest_x_ * corner.at);
   return set;
 }
 

@@ -2,12 +2,14 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "legopt/dynamics/inverse_dynamics.h"
 #include "legopt/dynamics/path_spline.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/statics/internal/linear_program.h"
+#include "legopt/statics/internal/support_search.h"
 #include "legopt/statics/stance_forces.h"
 
 namespace legopt {
@@ -16,7 +18,8 @@ namespace legopt {
 enum class TimeLimit : std::uint8_t {
   kVelocity,  ///< velocity limit of a joint
   kTorque,    ///< effort limit of a joint
-  kContact    ///< friction, unilaterality or force bounds of the contacts
+  kContact,   ///< friction, unilaterality or force bounds of the contacts
+  kNumerical  ///< a linear program was not solved
 };
 
 /// A limit with its owner.
@@ -37,7 +40,7 @@ struct PhaseEdge {
 struct PhaseSet {
   std::vector<Eigen::Vector2d> corners;  ///< counter-clockwise; empty: no time law passes this point
   std::vector<PhaseEdge> edges;          ///< edges[i] from corner i to the next
-  LimitOwner blocked_by;                 ///< if empty: the limit with the largest share in the proof
+  LimitOwner blocked_by;                 ///< if empty: a limit that takes part in the proof, joints first
 
   bool empty() const { return corners.empty(); }
 };
@@ -63,8 +66,11 @@ class PhaseSetBuilder {
   /// `robot` must outlive this object. `gravity_m_s2` >= 0. `effort_share` > 0: factor of the effort limits.
   PhaseSetBuilder(const RobotModel& robot, double gravity_m_s2, double effort_share = 1.0);
 
-  /// Forgets the points before. Computing begins at the basis of the last point, so that last digits depend on it.
-  void Restart() { has_basis_ = false; }
+  /// Discards basis and scale of the last point. They shorten the search and change results by rounding only.
+  void Restart() {
+    has_basis_ = false;
+    last_x_ = 0.0;
+  }
 
   /// Computes the set at a point of a curve, with the contacts of `forces`.
   PhaseSet Compute(const StanceForces& forces, const CurvePoint& point, double slack);
@@ -72,7 +78,10 @@ class PhaseSetBuilder {
  private:
   void Measure(const CurvePoint& point);
   void FindLoaded(const StanceForces& forces);
-  bool Constrain();
+  LinearProgramStatus Constrain(const StanceForces& forces, double slack);
+  /// Chooses largest_x_ such that the largest admissible x is of its order, and finds a feasible point.
+  LinearProgramStatus Scale(const StanceForces& forces, double slack);
+  std::optional<Extreme> Furthest(const StanceForces& forces, const Eigen::Vector2d& direction);
   void SetForces(const StanceForces& forces, double slack);
   void SetTorqueRows(const StanceForces& forces);
   LimitOwner OwnerOf(const StanceForces& forces, const Eigen::VectorXd& multipliers) const;
@@ -89,7 +98,9 @@ class PhaseSetBuilder {
   Eigen::VectorXd gravity_torques_, at_rest_;
   Eigen::MatrixXd jacobian_, shares_, A_;
   Eigen::VectorXd b_, upper_, cost_;
-  double largest_x_ = 0.0;
+  double velocity_x_ = 0.0;  ///< largest x within velocity limits, at most kLargestSpeedSquare
+  double largest_x_ = 0.0;   ///< unit of u and x in the programs, at most velocity_x_
+  double last_x_ = 0.0;      ///< largest admissible x of the last point; 0: none
   int velocity_dof_ = -1;
   LinearProgramSolver solver_;
   bool has_basis_ = false;

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "legopt/dynamics/internal/chain_program.h"
+#include "legopt/types/invariant.h"
 
 namespace legopt {
 namespace {
@@ -105,14 +106,15 @@ TimeLaw Blocked(std::span<const PhaseSet> sets, size_t point) {
   return law;
 }
 
-/// Sets the limit of each point: the edge with the least slack relative to the edges' scale.
+/// Sets the limit of each point: the edge with the least slack.
 void SetLimits(std::span<const double> grid, std::span<const PhaseSet> sets, TimeLaw* law) {
+  constexpr double kLevel = 1.0 - 1e-9;
   for (size_t k = 0; k + 1 < grid.size(); ++k) {
     const double x = law->x[k], u = (law->x[k + 1] - x) / (2.0 * WidthOf(grid, k));
     double least = kInfinity;
     LimitOwner owner;
     for (const PhaseEdge& edge : sets[k].edges) {
-      if (edge.b < 0.0 && edge.a == 0.0) continue;  // x >= 0
+      if (edge.b < -kLevel) continue;  // x >= 0
       const double slack = edge.c - edge.a * u - edge.b * x;
       if (!(slack < least)) continue;
       least = slack;
@@ -125,6 +127,7 @@ void SetLimits(std::span<const double> grid, std::span<const PhaseSet> sets, Tim
 }  // namespace
 
 ControllableSets ComputeControllableSets(std::span<const double> grid, std::span<const PhaseSet> sets) {
+  CheckInvariant(grid.size() >= 2 && sets.size() == grid.size(), "a time law has a set for each point of its grid");
   ControllableSets controllable;
   controllable.lowest.assign(grid.size(), kInfinity);
   controllable.highest.assign(grid.size(), -kInfinity);
@@ -155,6 +158,8 @@ double Duration_s(std::span<const double> grid, std::span<const double> x) {
 }
 
 TimeLaw ComputeGreedyTimeLaw(std::span<const double> grid, std::span<const PhaseSet> sets) {
+  const auto empty = std::ranges::find_if(sets, &PhaseSet::empty);
+  if (empty != sets.end()) return Blocked(sets, static_cast<size_t>(empty - sets.begin()));
   const ControllableSets controllable = ComputeControllableSets(grid, sets);
   if (controllable.blocked >= 0) return Blocked(sets, static_cast<size_t>(controllable.blocked));
   constexpr double kRest = 1e-9;
@@ -165,12 +170,17 @@ TimeLaw ComputeGreedyTimeLaw(std::span<const double> grid, std::span<const Phase
   for (size_t k = 0; k + 1 < grid.size(); ++k) {
     const Interval reached = Successors(sets[k], WidthOf(grid, k), law.x[k]);
     const double lowest = controllable.lowest[k + 1], highest = controllable.highest[k + 1];
-    const double next = std::min(reached.highest, lowest + kInside * (highest - lowest));
-    if (reached.empty() || next < lowest - kRest * (1.0 + lowest)) return Blocked(sets, k);
+    const double next = std::max(reached.lowest, std::min(reached.highest, lowest + kInside * (highest - lowest)));
+    const double rounding = kRest * (1.0 + highest);
+    if (reached.empty() || next < lowest - rounding || next > highest + rounding) return Blocked(sets, k);
     law.x[k + 1] = std::max({next, lowest, 0.0});
   }
-  law.exists = true;
   law.duration_s = Duration_s(grid, law.x);
+  if (!std::isfinite(law.duration_s)) {  // rest is the only admissible state of two neighbours
+    const auto still = std::ranges::adjacent_find(law.x, [](double a, double b) { return a + b <= 0.0; });
+    return Blocked(sets, static_cast<size_t>(still - law.x.begin()));
+  }
+  law.exists = true;
   SetLimits(grid, sets, &law);
   return law;
 }
@@ -181,8 +191,10 @@ TimeLaw ComputeTimeLaw(std::span<const double> grid, std::span<const PhaseSet> s
   std::vector<double> x = law.x;
   if (!MinimizeDuration(grid, sets, &x)) return law;
   const double duration_s = Duration_s(grid, x);
+  law.optimal = duration_s >= law.duration_s;
   if (!(duration_s < law.duration_s)) return law;
   law.x = std::move(x);
+  law.optimal = true;
   law.duration_s = duration_s;
   law.limits.clear();
   SetLimits(grid, sets, &law);
@@ -191,7 +203,7 @@ TimeLaw ComputeTimeLaw(std::span<const double> grid, std::span<const PhaseSet> s
 
 double UniformDuration_s(std::span<const double> grid, std::span<const PhaseSet> sets) {
   double largest = kInfinity;
-  for (size_t k = 0; k + 1 < grid.size(); ++k) {
+  for (size_t k = 0; k < grid.size(); ++k) {
     Interval x;
     for (size_t i = 0; i < sets[k].corners.size(); ++i) {
       const Eigen::Vector2d& from = sets[k].corners[i];

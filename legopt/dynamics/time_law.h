@@ -10,11 +10,13 @@ namespace legopt {
 /// How a path is traversed from rest to rest.
 struct TimeLaw {
   bool exists = false;
-  int blocked = -1;                ///< if there is none: index of the first point that no time law passes; -1: none
+  bool optimal = false;  ///< the duration is the least one; else an upper bound
+  /// Without a time law: the first point with an empty set, or else one that cannot be passed; -1: none.
+  int blocked = -1;
   LimitOwner blocked_by;           ///< its limit
   double duration_s = 0.0;         ///< infinite if there is none
   std::vector<double> x;           ///< (ds/dt)^2 at each point; empty if there is none
-  std::vector<LimitOwner> limits;  ///< per point but the last: the limit with the largest multiplier
+  std::vector<LimitOwner> limits;  ///< per point but the last: the limit with the least slack
 };
 
 /// Intervals [lowest, highest] of x at each point from which the rest of the path can be traversed and ends at rest.

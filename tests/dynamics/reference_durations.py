@@ -3,8 +3,8 @@
 
     reference_durations.py LEGOPT DATASET [--motions N] [--stances N] [--solutions FILE]
 
-Takes the first stances of each planted motion of a dataset of contacts. Nothing is shared with legopt: SciPy's natural
-spline, poses from the URDF, accelerations by differences along the curve, torques by virtual work, and T* as a sequence of
+Takes the first stances of each planted motion of a dataset of contacts. The grid is legopt's; everything else is
+separate: SciPy's natural spline, poses from the URDF, accelerations by differences along the curve, torques by virtual work, and T* as a sequence of
 sparse linear programs with the contact forces of all grid points as variables and a trust region on x. Prints both
 durations of each motion; exit code 1 if they differ by more than 0.5 %, 77 (skipped) without SciPy."""
 import argparse
@@ -349,20 +349,22 @@ def main():
                                  "--format", "json"], check=True, capture_output=True, text=True).stdout
     finally:
         os.remove(file.name)
-    worst = 0.0
+    worst, compared = 0.0, 0
     for problem, row in zip(solutions["problems"], json.loads(output)):
-        if row["duration_s"] is None:
-            print(f"motion {problem['id']}: no time law: {row['blocked_by']} at {row['blocked_at']}")
-            continue
         times, points = path_of(problem["solution"][0], robot.n + 7)
         stances = [stance_of(text) for text in problem["definition"] for _ in range(2)]
-        reference = shortest(robot, dataset, stances, times, points, row["grid_points"], row["duration_s"])
+        reference = shortest(robot, dataset, stances, times, points, row["grid_points"], row["duration_s"] or 10.0)
+        if row["duration_s"] is None:
+            print(f"motion {problem['id']}: no time law: {row['blocked_by']} at {row['blocked_at']}; reference {reference}")
+            worst = max(worst, 0.0 if np.isinf(reference) else 1.0)
+            continue
+        compared += 1
         error = row["duration_s"] / reference - 1
         worst = max(worst, abs(error))
         print(f"motion {problem['id']}: {row['duration_s']:.5f} s, reference {reference:.5f} s, {100 * error:+.3f} %, "
               f"greedy {row['greedy_s']:.5f} s", flush=True)
     print(f"largest difference {100 * worst:.3f} %")
-    sys.exit(1 if worst > TOLERANCE else 0)
+    sys.exit(1 if worst > TOLERANCE or compared == 0 else 0)
 
 
 main()

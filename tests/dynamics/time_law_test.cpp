@@ -86,6 +86,42 @@ TEST(TimeLaw, VelocityLimitAddsACruise) {
   EXPECT_NEAR(UniformDuration_s(path.grid, path.sets), kDistance_m / kSpeed, 1e-6);
 }
 
+TEST(TimeLaw, StrongJointReachesItsVelocityLimitSoon) {
+  constexpr double kForce_N = 60.0, kDistance_m = 1.0, kSpeed = 0.5;
+  const RobotModel robot = Carrier("prismatic", "1 0 0", kForce_N, kSpeed);
+  const double expected_s = kDistance_m / kSpeed + kSpeed * kMass / kForce_N;
+  EXPECT_NEAR(ShortestDuration_s(Move(robot, Ground(50, 50), -0.5, 0.5)), expected_s, 2 * kAccuracy * expected_s);
+}
+
+TEST(TimeLaw, NoVelocityLimitIsNeeded) {
+  constexpr double kForce_N = 6.0, kDistance_m = 0.4;
+  const RobotModel robot = Carrier("prismatic", "1 0 0", kForce_N, 0.0);  // 0 in a URDF: no limit
+  ASSERT_TRUE(std::isinf(robot.velocity_limits()[0]));
+  const double expected_s = 2.0 * std::sqrt(kDistance_m * kMass / kForce_N);
+  EXPECT_NEAR(ShortestDuration_s(Move(robot, Ground(5, 3), -0.1, 0.3)), expected_s, kAccuracy * expected_s);
+}
+
+TEST(TimeLaw, GridOfTwoIntervalsHasOneFreePoint) {
+  constexpr double kForce_N = 6.0, kDistance_m = 0.4;
+  const RobotModel robot = Carrier("prismatic", "1 0 0", kForce_N, 100);
+  const double expected_s = 2.0 * std::sqrt(kDistance_m * kMass / kForce_N);
+  EXPECT_NEAR(ShortestDuration_s(Move(robot, Ground(5, 3), -0.1, 0.3, kGravity, 2)), expected_s, 1e-3);
+}
+
+TEST(TimeLaw, GridOfOneIntervalIsBlocked) {
+  const RobotModel robot = Carrier("prismatic", "1 0 0", 6.0, 100);
+  const Path path = Move(robot, Ground(5, 3), -0.1, 0.3, kGravity, 1);
+  const TimeLaw law = ComputeTimeLaw(path.grid, path.sets);
+  EXPECT_FALSE(law.exists) << "rest at both points";
+  EXPECT_EQ(law.blocked, 0);
+}
+
+TEST(TimeLaw, ReversedPathTakesAsLong) {
+  const RobotModel robot = Carrier("prismatic", "1 0 0", 1e3, 100);
+  const double forth_s = ShortestDuration_s(Move(robot, Ground(5, 0.1), -0.05, 0.03));
+  EXPECT_NEAR(ShortestDuration_s(Move(robot, Ground(5, 0.1), 0.03, -0.05)), forth_s, 5 * kAccuracy * forth_s);
+}
+
 TEST(TimeLaw, FrictionBoundsTheForceOfTheFoot) {
   constexpr double kFriction = 0.3, kDistance_m = 0.4;
   const RobotModel robot = Carrier("prismatic", "1 0 0", 1e3, 100);
@@ -137,7 +173,7 @@ TEST(TimeLaw, NoneIfTheTorqueCannotHoldThePendulum) {
   EXPECT_EQ(law.blocked_by.index, 0);
 }
 
-TEST(TimeLaw, NoneFromWhereThePendulumCannotRest) {
+TEST(TimeLaw, NoneIfThePendulumCannotRestAtTheStart) {
   const RobotModel robot = Carrier("revolute", "0 1 0", 5.0, 100);
   const double largest = std::asin(5.0 / (kMass * kGravity * kHeight_m));
   EXPECT_TRUE(std::isinf(ShortestDuration_s(Move(robot, Ground(5, 5), 1.2 * largest, 0.0)))) << "cannot wait there";

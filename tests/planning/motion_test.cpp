@@ -47,12 +47,15 @@ class Motion : public ::testing::Test {
   ProblemSolver solver_;
 };
 
-/// Records the points at which solves start, and solves nothing.
+/// Records the points at which solves start, and moves each free waypoint by 1 mm per solve.
 class StartRecorder : public Solver {
  public:
   explicit StartRecorder(std::vector<Eigen::VectorXd>* starts) : starts_(starts) {}
-  SolverResult Solve(Program&, Eigen::VectorXd& x, const SolverContext&) override {
+  SolverResult Solve(Program& program, Eigen::VectorXd& x, const SolverContext&) override {
     starts_->push_back(x);
+    const Eigen::Index size = program.point_size(), fixed = starts_->size() > 1 ? size : 0;
+    constexpr double kShift_m = 1e-3;
+    for (Eigen::Index t = fixed; t < x.size(); t += size) x[t + size - 7] += kShift_m;
     SolverResult result;
     result.status = SolveStatus::kConvergedFeasible;
     result.feasible = true;
@@ -85,9 +88,11 @@ TEST(WindowsOfRobotsWithHands, RepeatTheGuessOfTheirFirstWaypoint) {
     const Eigen::VectorXd guess = InitialGuess(*dataset, first, initialization);
     const std::vector<Eigen::VectorXd> starts = WindowStarts(dataset, initialization);
     ASSERT_GT(starts.size(), 1u);
+    Eigen::VectorXd expected = guess;
     for (const Eigen::VectorXd& x : starts) {
       ASSERT_EQ(x.size() % size, 0);
-      for (Eigen::Index t = 0; t < x.size(); t += size) EXPECT_EQ(x.segment(t, size), guess);
+      for (Eigen::Index t = 0; t < x.size(); t += size) EXPECT_EQ(x.segment(t, size), expected);
+      expected[size - 7] += 1e-3;  // the next window begins at the solved waypoint
     }
   }
 }

@@ -26,14 +26,17 @@ class ChainProgram {
   }
 
   bool Solve() {
-    constexpr int kMostIterations = 100;
-    constexpr double kSmallGap = 1e-8, kSmallResidual = 1e-9;
+    constexpr int kMostIterations = 150;
+    constexpr double kSmallGap = 1e-8, kPermittedGap = 1e-5, kSmallResidual = 1e-9;
+    const auto ends = [&](double gap) { return gap_ < gap * time_ && primal_ < kSmallResidual && dual_ < gap * time_; };
     for (int k = 0; k < kMostIterations; ++k) {
       Measure();
-      if (gap_ < kSmallGap * time_ && primal_ < kSmallResidual && dual_ < kSmallGap * time_) return true;
-      if (!Step()) return primal_ < kSmallResidual;
+      if (!std::isfinite(time_ + gap_ + primal_ + dual_)) return false;
+      if (ends(kSmallGap)) return true;
+      if (!Step()) break;
     }
-    return primal_ < kSmallResidual;
+    Measure();
+    return ends(kPermittedGap);
   }
 
   void Store(std::vector<double>* x) const {
@@ -184,7 +187,8 @@ class ChainProgram {
 }  // namespace
 
 bool MinimizeDuration(std::span<const double> grid, std::span<const PhaseSet> sets, std::vector<double>* x) {
-  if (grid.size() < 3) return false;  // nothing to choose
+  const bool moves = *std::max_element(x->begin(), x->end()) > 0.0;
+  if (grid.size() < 3 || !moves) return false;  // nothing to choose
   ChainProgram program(grid, sets, *x);
   if (!program.Solve()) return false;
   program.Store(x);

@@ -30,9 +30,9 @@ inline constexpr double kInCollisionSoleDepth_m = 0.05;
 /// numbers (q, p, wxyz) with a unit quaternion. `stance` must not be empty (abort).
 Eigen::VectorXd InitialGuess(const Dataset& dataset, const Stance& stance, Initialization initialization);
 
-/// Returns whether all waypoints of a window begin at its first one: its solved waypoint, or the guess for the first
-/// stance. True for robots with hands. A hand can often reach its target in several ways, for example from both sides
-/// of a bar. Guesses that do not depend on each other differ in that, and no short path leads from one to the other.
+/// Returns whether the configuration of a window's first waypoint is the initial guess of all its waypoints: the solved
+/// waypoint, or the guess for the first stance. True for robots with hands. A hand can often reach its target in several
+/// ways, for example from both sides of a bar. Independent guesses may choose different ways, which no short path joins.
 bool GuessRepeatsInMotions(const Dataset& dataset);
 
 /// Adds independent uniform noise from [-half_width_rad, half_width_rad) to every actuated joint of `x` (n + 7; for

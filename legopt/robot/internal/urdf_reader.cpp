@@ -314,9 +314,9 @@ class TreeBuilder {
   }
 
   Link Finished(Link link) {
-    if (!(link.mass >= 0.0) || !std::isfinite(link.mass) || !link.com.allFinite()) {
+    if (!(link.mass >= 0.0) || !std::isfinite(link.mass) || !link.com.allFinite() || !link.inertia.allFinite()) {
       Fail("link '" + link.name + "': inertial", std::to_string(link.mass), "mass must be finite and not negative",
-           "correct the mass and the origin");
+           "correct the mass, the origin and the inertia");
     }
     for (ShapeSpec& shape : link.collision) {
       if (!shape.size.allFinite() || shape.size.minCoeff() <= 0.0 || !shape.pose.matrix().allFinite()) {
