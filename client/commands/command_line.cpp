@@ -166,7 +166,6 @@ void AddCommands(const app::Command& program, Invocation* invocation) {
   AddReplayCommand(program, invocation);
   AddQueryCommand(program, invocation);
   AddEvaluateCommand(program, invocation);
-  AddDurationCommand(program, invocation);
   AddExportCommand(program, invocation);
   program.GroupCommands("Results");
 

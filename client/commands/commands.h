@@ -36,7 +36,6 @@ void AddDrainCommand(const app::Command& program, Invocation* invocation);
 void AddServeCommand(const app::Command& program, Invocation* invocation);
 void AddQueryCommand(const app::Command& program, Invocation* invocation);
 void AddEvaluateCommand(const app::Command& program, Invocation* invocation);
-void AddDurationCommand(const app::Command& program, Invocation* invocation);
 void AddExportCommand(const app::Command& program, Invocation* invocation);
 void AddDatasetCommand(const app::Command& program, Invocation* invocation);
 void AddCertifyCommand(const app::Command& program, Invocation* invocation);

@@ -3,6 +3,7 @@
 #include <iostream>
 #include <map>
 #include <memory>
+#include <thread>
 
 #include "app/command_line.h"
 #include "app/folder_cache.h"
@@ -14,6 +15,7 @@
 #include "client/report/exported_solutions.h"
 #include "client/report/result_dataset.h"
 #include "client/report/result_filter.h"
+#include "client/report/timing_report.h"
 #include "client/suite/input_files.h"
 #include "legopt/files/written_file.h"
 
@@ -124,6 +126,7 @@ struct EvaluateOptions {
   std::optional<std::string> dataset;
   std::optional<Rule> rule;
   Definitions definitions = Definitions::kFile;
+  std::optional<DurationRows> durations;
   bool exhaustive = false;
   ResultFilter filter;
   std::vector<std::string> rows, columns;
@@ -158,11 +161,23 @@ void KeepSolutions(const ResultFilter& filter, const std::string& name, Solution
   }
 }
 
+ExitCode PrintDurations(const EvaluateOptions& options, const SolutionFile& file, const Dataset& dataset) {
+  const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const std::vector<TimedSolution> timed = TimeSolutions(file, dataset, threads);
+  if (timed.empty()) {
+    throw ClientError(ExitCode::kUsage, options.file + ": no problem has a 'solution'; is it a problem file?");
+  }
+  PrintListing(*options.durations == DurationRows::kMotions ? ListingOf(timed) : SummaryOf(timed),
+               {.format = options.format, .rows = options.rows, .columns = options.columns, .output = options.output});
+  return ExitCode::kOk;
+}
+
 ExitCode Evaluate(const EvaluateOptions& options) {
   SolutionFile file = ReadSolutions(InputFile(options.file));
   KeepSolutions(options.filter, options.file, &file);
-  Judge judge(Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), GuardedReader()),
-              options.exhaustive ? Culling::kOff : Culling::kOn);
+  const auto dataset = Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), GuardedReader());
+  if (options.durations) return PrintDurations(options, file, *dataset);
+  Judge judge(dataset, options.exhaustive ? Culling::kOff : Culling::kOn);
   const auto report = EvaluateSolutions(file, judge, options.rule.value_or(Rule::kLiteral), options.definitions);
   if (report.rows.empty()) {
     throw ClientError(ExitCode::kUsage, options.file + ": no problem has a 'solution'; is it a problem file?");
@@ -191,6 +206,10 @@ void AddEvaluateCommand(const app::Command& program, Invocation* invocation) {
       "--definitions", options->definitions,
       "Source of the problem definitions: file (default), as in the original evaluator, or dataset");
   AddRuleOption(command, &options->rule, "literal");
+  command.AddEnum<DurationRows>(
+      "--durations", options->durations,
+      "Print the shortest durations of motions within joint limits and friction, per method or "
+      "motion, instead of verdicts");
   command.AddFlag("--exhaustive", options->exhaustive,
                   "Compare all meshes exactly, without culling: slow, same results");
   AddNameFilterOptions(command, &options->filter);

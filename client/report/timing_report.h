@@ -8,6 +8,23 @@
 #include "legopt/dynamics/motion_timer.h"
 #include "legopt/judge/solution_file.h"
 
+namespace legopt {
+namespace client {
+
+/// Rows of a listing of durations.
+enum class DurationRows {
+  kMethods,  ///< one row per method
+  kMotions   ///< one row per motion, with its limits and the point that blocks it
+};
+
+}  // namespace client
+
+template <>
+inline constexpr auto kEnumNames<client::DurationRows> = MakeEnumNames<client::DurationRows>(
+    {{client::DurationRows::kMethods, "methods"}, {client::DurationRows::kMotions, "motions"}});
+
+}  // namespace legopt
+
 namespace legopt::client {
 
 /// A motion of a solution file with its time law.

@@ -15,12 +15,12 @@ constexpr double kWaypointSlack = 1e-3, kCurveSlack = 2e-3;  // shares of weight
 
 /// Returns whether all points are the same configuration, up to rounding.
 bool IsAtRest(std::span<const Eigen::VectorXd> points) {
-  constexpr double kSame = 1e-12;
+  constexpr double kEqual = 1e-12;
   const auto first = PartsOf(points.front());
   return std::ranges::all_of(points, [&](const Eigen::VectorXd& x) {
     const auto parts = PartsOf(x);
     const double turn = std::abs(parts.base_rotation().dot(first.base_rotation()));
-    return (parts.linear() - first.linear()).norm() <= kSame && turn >= 1.0 - kSame;
+    return (parts.linear() - first.linear()).norm() <= kEqual && turn >= 1.0 - kEqual;
   });
 }
 

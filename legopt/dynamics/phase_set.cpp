@@ -13,8 +13,8 @@ constexpr Eigen::Index kBalanceRows = 6;
 constexpr Eigen::Index kPhaseColumns = 3;  // u > 0, u < 0, x, in units of the largest x
 constexpr double kReach = 1e3;             // largest |u| in units of the largest x
 constexpr double kStandardGravity_m_s2 = 9.81;
-constexpr double kAccuracy = 1e-6;  // largest distance of the inner approximation from the set, in the same units
-constexpr double kSame = 1e-9;      // corners that are nearer count as one
+constexpr double kAccuracy = 1e-6;    // largest distance of the inner approximation from the set, in the same units
+constexpr double kSameCorner = 1e-9;  // corners that are nearer count as one
 
 /// Corner of a polygon, with the owner of the edge that begins there.
 struct PhaseCorner {
@@ -26,13 +26,13 @@ struct PhaseCorner {
 void Merge(std::vector<PhaseCorner>* corners) {
   std::vector<PhaseCorner> kept;
   for (const PhaseCorner& corner : *corners) {
-    if (!kept.empty() && (corner.at - kept.back().at).norm() <= kSame) {
+    if (!kept.empty() && (corner.at - kept.back().at).norm() <= kSameCorner) {
       kept.back().owner = corner.owner;  // the edge that begins here
     } else {
       kept.push_back(corner);
     }
   }
-  while (kept.size() > 1 && (kept.front().at - kept.back().at).norm() <= kSame) kept.pop_back();
+  while (kept.size() > 1 && (kept.front().at - kept.back().at).norm() <= kSameCorner) kept.pop_back();
   *corners = std::move(kept);
 }
 

@@ -73,12 +73,12 @@ Interval Successors(const PhaseSet& set, double width, double x) {
 double WidthOf(std::span<const double> grid, size_t k) { return grid[k + 1] - grid[k]; }
 
 /// Rounding of linear programs, in units of an edge's offset.
-constexpr double kRounding = 1e-7;
+constexpr double kRestRounding = 1e-7;
 
 /// Returns the edge that excludes (u, x) = (0, 0) most; null if the set contains it.
 const PhaseEdge* EdgeAgainstRest(const PhaseSet& set) {
   const auto least = std::ranges::min_element(set.edges, {}, &PhaseEdge::c);
-  return least != set.edges.end() && least->c < -kRounding ? &*least : nullptr;
+  return least != set.edges.end() && least->c < -kRestRounding ? &*least : nullptr;
 }
 
 bool CanRest(const PhaseSet& set) { return !set.empty() && EdgeAgainstRest(set) == nullptr; }

@@ -37,8 +37,8 @@ struct Link {
   Eigen::Vector3d com = Eigen::Vector3d::Zero();  ///< centre of mass in the link frame, m
   /// Rotational inertia about the centre of mass, axes of the link frame, kg m^2; symmetric. 0 if the link has none.
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
-  int parent_joint = -1;                          ///< index into joints(); -1 for the base
-  std::vector<ShapeSpec> collision;               ///< empty: the link cannot collide
+  int parent_joint = -1;             ///< index into joints(); -1 for the base
+  std::vector<ShapeSpec> collision;  ///< empty: the link cannot collide
 };
 
 /// Joint types of URDF that are supported.

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Compares the durations of `legopt duration` with a separate implementation.
+"""Compares the durations of `legopt evaluate --durations` with a separate implementation.
 
     reference_durations.py LEGOPT DATASET [--motions N] [--stances N] [--solutions FILE]
 
@@ -345,7 +345,7 @@ def main():
     with tempfile.NamedTemporaryFile("w", suffix=".json", delete=False) as file:
         json.dump(solutions, file)
     try:
-        output = subprocess.run([arguments.legopt, "duration", file.name, "--dataset", arguments.dataset, "--motions",
+        output = subprocess.run([arguments.legopt, "evaluate", file.name, "--dataset", arguments.dataset, "--durations", "motions",
                                  "--format", "json"], check=True, capture_output=True, text=True).stdout
     finally:
         os.remove(file.name)

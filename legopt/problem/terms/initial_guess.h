@@ -31,8 +31,9 @@ inline constexpr double kInCollisionSoleDepth_m = 0.05;
 Eigen::VectorXd InitialGuess(const Dataset& dataset, const Stance& stance, Initialization initialization);
 
 /// Returns whether the configuration of a window's first waypoint is the initial guess of all its waypoints: the solved
-/// waypoint, or the guess for the first stance. True for robots with hands. A hand can often reach its target in several
-/// ways, for example from both sides of a bar. Independent guesses may choose different ways, which no short path joins.
+/// waypoint, or the guess for the first stance. True for robots with hands. A hand can often reach its target in
+/// several ways, for example from both sides of a bar. Independent guesses may choose different ways, which no short
+/// path joins.
 bool GuessRepeatsInMotions(const Dataset& dataset);
 
 /// Adds independent uniform noise from [-half_width_rad, half_width_rad) to every actuated joint of `x` (n + 7; for
