@@ -135,7 +135,7 @@ Listing SummaryOf(const std::vector<TimedSolution>& solutions) {
     ++sum.motions;
     if (!solution.fault.empty() || !std::isfinite(solution.timing.shortest_s)) continue;
     sum.per_stance_s.push_back(solution.timing.shortest_s / solution.num_stances);
-    if (!(solution.timing.shortest_s > 0.0)) continue;  // at rest
+    if (!(solution.timing.shortest_s > 0.0)) continue;  // a motion at rest has no ratios
     sum.greedy.push_back(solution.timing.greedy_s / solution.timing.shortest_s);
     if (std::isfinite(solution.timing.reduced_s)) {
       sum.reduced.push_back(solution.timing.reduced_s / solution.timing.shortest_s);

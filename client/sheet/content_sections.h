@@ -6,7 +6,7 @@
 
 namespace legopt::client {
 
-// Sections of a data sheet about what a dataset contains.
+// Sections of a data sheet: robot, scene and problems of a dataset.
 
 std::string ProblemSection(const Dataset& dataset);  ///< counts by task, family and level
 std::string ContactSection(const Dataset& dataset);  ///< contacts with kind and friction, and their use

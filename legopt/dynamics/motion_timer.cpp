@@ -70,7 +70,7 @@ MotionTimer::Part MotionTimer::MakePart(const Stance& contacts) const {
 
 std::vector<double> MotionTimer::Grid(std::span<const double> times, int refinement) const {
   std::vector<double> grid = {times.front()};
-  size_t first = 0;  // of the segment
+  size_t first = 0;  // first point of the segment
   for (size_t i = 1; i < times.size(); ++i) {
     if (times[i] != std::floor(times[i])) continue;
     const auto pieces = static_cast<int>(i - first);

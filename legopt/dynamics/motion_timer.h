@@ -22,14 +22,14 @@ struct LimitShares {
 struct MotionTiming {
   double shortest_s = 0.0;   ///< T*, from rest to rest; infinite if no time law exists, 0 for a motion at rest
   double greedy_s = 0.0;     ///< duration of TOPP-RA's greedy pass
-  double uniform_s = 0.0;    ///< at one constant speed of the path parameter, without start and stop
+  double uniform_s = 0.0;    ///< duration at constant ds/dt, without start and stop
   double reduced_s = 0.0;    ///< T* with friction and effort limits reduced to kReducedShare
   double grid_change = 0.0;  ///< change of T* by the last refinement of the grid, as a share
   int grid_points = 0;
   LimitShares limits;              ///< shares of T*
   bool optimal = true;             ///< T* is the optimum; else an upper bound
   double blocked_at = -1.0;        ///< without a time law: parameter of the first point with no admissible pair, or
-                                   ///< of a point that cannot be passed
+                                   ///< parameter of a point that cannot be passed
   std::string blocked_by;          ///< its limit in words, e.g. "torque of back_ubx"
   std::vector<double> parameters;  ///< grid, in segments: waypoint w is at w
   std::vector<double> times_s;     ///< time at each point of the grid; empty without a time law
@@ -60,7 +60,7 @@ class MotionTimer {
                        std::span<const Eigen::VectorXd> points);
 
  private:
-  /// Contacts of one part of a motion with what they can transmit.
+  /// Contacts of one part of a motion, with the forces that they can transmit.
   struct Part {
     Stance contacts;
     StanceForces forces, reduced;

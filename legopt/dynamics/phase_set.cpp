@@ -246,7 +246,7 @@ PhaseSet PhaseSetBuilder::Compute(const StanceForces& forces, const CurvePoint& 
                                                                 : LimitOwner{TimeLimit::kNumerical, -1};
     return set;
   }
-  std::vector<std::pair<Eigen::Vector2d, LimitOwner>> owners;  // of the edges with these normals
+  std::vector<std::pair<Eigen::Vector2d, LimitOwner>> owners;  // normal and owner of each edge
   const auto furthest = [&](const Eigen::Vector2d& direction) {
     std::optional<Extreme> extreme = Furthest(forces, direction);
     if (extreme) owners.emplace_back(direction, OwnerOf(forces, solver_.multipliers()));

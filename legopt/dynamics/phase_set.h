@@ -104,7 +104,7 @@ class PhaseSetBuilder {
   int velocity_dof_ = -1;
   LinearProgramSolver solver_;
   bool has_basis_ = false;
-  Eigen::Index rows_ = 0, columns_ = 0;  ///< of the basis
+  Eigen::Index rows_ = 0, columns_ = 0;  ///< size of the last program
 };
 
 }  // namespace legopt

@@ -164,7 +164,7 @@ TimeLaw ComputeGreedyTimeLaw(std::span<const double> grid, std::span<const Phase
   if (controllable.blocked >= 0) return Blocked(sets, static_cast<size_t>(controllable.blocked));
   constexpr double kRest = 1e-9;
   if (controllable.lowest.front() > kRest || !CanRest(sets.front())) return Blocked(sets, 0);
-  constexpr double kInside = 1.0 - 1e-4;  // at the upper bound itself, rounding may leave no way on
+  constexpr double kInside = 1.0 - 1e-4;  // rounding could leave no successor at the upper bound
   TimeLaw law;
   law.x.assign(grid.size(), 0.0);
   for (size_t k = 0; k + 1 < grid.size(); ++k) {
