@@ -200,6 +200,18 @@ nlohmann::ordered_json HoldingJson(const HoldingScore& score) {
           {"over_torque", score.over_torque}};
 }
 
+nlohmann::ordered_json TimingJson(const MotionTiming& timing) {
+  return {{"duration_s", Number(timing.shortest_s)},
+          {"greedy_s", Number(timing.greedy_s)},
+          {"uniform_s", Number(timing.uniform_s)},
+          {"reduced_s", Number(timing.reduced_s)},
+          {"velocity", timing.limits.velocity},
+          {"torque", timing.limits.torque},
+          {"contact", timing.limits.contact},
+          {"blocked_at", timing.blocked_at < 0.0 ? nlohmann::json() : nlohmann::json(timing.blocked_at)},
+          {"blocked_by", timing.blocked_by}};
+}
+
 nlohmann::ordered_json RowJson(const JudgedRow& row) {
   const Evaluation& e = row.evaluation;
   return {{"method", row.method},
@@ -221,6 +233,7 @@ nlohmann::ordered_json RowJson(const JudgedRow& row) {
           {"interpolation_free_share", Number(e.interpolation.free_share)},
           {"holding", HoldingJson(e.holding)},
           {"holding_halfway", HoldingJson(e.holding_halfway)},
+          {"timing", e.timing ? TimingJson(*e.timing) : nlohmann::ordered_json()},
           {"claim_differs", row.claim_differs},
           {"unreadable", row.unreadable}};
 }

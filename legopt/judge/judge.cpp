@@ -88,6 +88,7 @@ class Judge::Workspace {
         touch_(*dataset_, collision_),
         holding_(*dataset_),
         examiner_(*dataset_, collision_),
+        timer_(*dataset_),
         clamped_(robot_.configuration_size()),
         torques_(robot_.num_dofs()) {}
 
@@ -111,6 +112,8 @@ class Judge::Workspace {
   double Torques(std::span<const Eigen::VectorXd> waypoints);
   double JointSteps(std::span<const Eigen::VectorXd> waypoints) const;
   double PathCost(const TimedPath& path) const;
+  void FindTimeLaw(Task task, const ProblemDefinition& problem, const TimedPath& path, Evaluation* evaluation,
+                   CheckRecorder& recorder);
   HoldingScore HoldingHalfway(Task task, const ProblemDefinition& problem, std::span<const Eigen::VectorXd> waypoints);
   std::shared_ptr<const Dataset> dataset_;
   const RobotModel& robot_;
@@ -120,6 +123,7 @@ class Judge::Workspace {
   TouchProbe touch_;
   HoldingProbe holding_;
   PathExaminer examiner_;  ///< used by tasks with continuous paths
+  MotionTimer timer_;      ///< used by tasks with a time law
   Eigen::VectorXd clamped_;
   Eigen::VectorXd torques_;
   int first_waypoint_ = 0;  ///< number, in the whole motion, of the first judged waypoint
@@ -341,13 +345,37 @@ Evaluation Judge::Workspace::JudgedPath(Task task, const ProblemDefinition& prob
     IncludeViolation(
         found.check, found.rule, found.waypoint, found.value, [&] { return found.subject; }, &evaluation.violations);
   }
-  evaluation.cost = PathCost(path);
-  if (between.verdict == Verdict::kSuccess) return evaluation;
   CheckRecorder recorder(first_waypoint_, &evaluation);
-  recorder.set_waypoint(between.waypoint);
-  recorder.Fail(between.verdict, Rule::kLiteral, between.detail);
-  evaluation.cost = Evaluation::kNotEvaluated;
+  if (between.verdict != Verdict::kSuccess) {
+    recorder.set_waypoint(between.waypoint);
+    recorder.Fail(between.verdict, Rule::kLiteral, between.detail);
+    evaluation.cost = Evaluation::kNotEvaluated;
+  } else if (!HasTimeLaw(task)) {
+    evaluation.cost = PathCost(path);
+  } else {
+    FindTimeLaw(task, problem, path, &evaluation, recorder);
+  }
   return evaluation;
+}
+
+/// Computes the least duration of a path that keeps all other rules, and the cost from it.
+void Judge::Workspace::FindTimeLaw(Task task, const ProblemDefinition& problem, const TimedPath& path,
+                                   Evaluation* evaluation, CheckRecorder& recorder) {
+  std::vector<const Stance*> stances;
+  for (int w = 0; w < evaluation->num_waypoints; ++w) {
+    stances.push_back(&problem.stances[static_cast<size_t>(StanceOfWaypoint(task, w))]);
+  }
+  try {
+    evaluation->timing = timer_.Compute(stances, path.times, path.points);
+  } catch (const InputError& error) {
+    recorder.Fail(Verdict::kTiming, Rule::kLiteral, error.fault().message + ": " + error.fault().value);
+    return;
+  }
+  evaluation->cost = evaluation->timing->shortest_s / static_cast<double>(problem.stances.size());
+  if (std::isfinite(evaluation->cost)) return;
+  evaluation->cost = Evaluation::kNotEvaluated;
+  recorder.set_waypoint(static_cast<int>(evaluation->timing->blocked_at));
+  recorder.Fail(Verdict::kTiming, Rule::kLiteral, TimingText(*evaluation->timing));
 }
 
 Judge::Judge(std::shared_ptr<const Dataset> dataset, Culling culling)

@@ -10,6 +10,7 @@
 
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/problem_definition.h"
+#include "legopt/dynamics/motion_timer.h"
 #include "legopt/geometry/internal/exact_collision.h"
 #include "legopt/judge/internal/path_examiner.h"
 #include "legopt/types/check.h"
@@ -58,6 +59,7 @@ struct Evaluation {
 
   InterpolationScore interpolation;  ///< set by tasks scored between waypoints; independent of the verdict
   HoldingScore holding;              ///< of the waypoints; empty if one failed in phase A
+  std::optional<MotionTiming> timing;  ///< of timed motions that keep all other rules
   HoldingScore holding_halfway;      ///< half way between waypoints, with the contacts of both; not part of a verdict
 
   /// For a motion with an unsolved window: the failure of that window's best point by the most lenient failing rule, or
@@ -92,6 +94,7 @@ struct Evaluation {
 ///
 ///     torques:      1/W sum_w sum_i tau_i^2        tau: gravity torques with the base held fixed, N m
 ///     joint steps:  1/W sum_w |q_w - q_{w-1}|^2    raw joint values, base excluded
+///     duration:     T* / stances                   least duration, s (legopt/dynamics/motion_timer.h)
 ///
 /// The interpolation is also scored if the task requires it. Contains kinematics and collision workspaces: not
 /// thread-safe; the dataset is shared. The constructor builds the dataset's collision model if necessary, and throws

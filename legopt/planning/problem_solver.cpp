@@ -14,6 +14,7 @@
 
 #include "legopt/judge/internal/path_examiner.h"
 #include "legopt/math/blake2b.h"
+#include "legopt/planning/internal/curve_faults.h"
 #include "legopt/planning/internal/multi_start.h"
 #include "legopt/planning/internal/path_solver.h"
 #include "legopt/problem/terms/initial_guess.h"
@@ -51,6 +52,8 @@ std::int64_t SolveTimer::involuntary_context_switches() const { return Switches(
 namespace {
 
 constexpr double kRadiansPerDegree = M_PI / 180.0;
+/// Least number of pieces per segment of a motion whose points are joined by a spline.
+constexpr int kLeastPiecesOfCurve = 4;
 
 std::mt19937_64 GeneratorOf(const std::string& identity) {
   constexpr size_t kSeedDigits = 16;
@@ -117,7 +120,9 @@ class ProblemSolver::Run {
   void Account(const MultiStartResult& result);
   WaypointPath CurrentPath(const ProblemDefinition& problem, int first, int last) const;
   void Keep(const WaypointPath& waypoint_path, int first);
-  bool SolvePath(const ProblemDefinition& problem, int way, int first, int last, PathSolution* solution);
+  bool SolvePath(const ProblemDefinition& problem, int way, int first, int last, PathSolution* solution,
+                 int least_pieces);
+  void RefineCurve(const ProblemDefinition& problem);
   int SolveSegment(const ProblemDefinition& problem, int way);
   void Account(const PathSolution& solution, int way);
   const Stance* StanceAt(const ProblemDefinition& problem, int waypoint) const {
@@ -198,11 +203,12 @@ void ProblemSolver::Run::Keep(const WaypointPath& waypoint_path, int first) {
 
 /// Solves for the path between two waypoints that contains segment `way`. Returns false if there is no solution.
 bool ProblemSolver::Run::SolvePath(const ProblemDefinition& problem, int way, int first, int last,
-                                   PathSolution* solution) {
+                                   PathSolution* solution, int least_pieces) {
   const std::string identity =
       Identity(problem, outcome_.windows + way) + (last - first > 1 ? std::to_string(last - first) + "/" : "");
-  *solution = paths_->Solve(CurrentPath(problem, first, last),
-                            [&] { return Attempts(identity, outcome_.windows, Ends::kBothFixed); });
+  *solution = paths_->Solve(
+      CurrentPath(problem, first, last), [&] { return Attempts(identity, outcome_.windows, Ends::kBothFixed); },
+      least_pieces);
   outcome_.restarts += solution->restarts;
   outcome_ += solution->effort;
   return solution->feasible;
@@ -215,14 +221,15 @@ int ProblemSolver::Run::SolveSegment(const ProblemDefinition& problem, int way) 
   constexpr int kMaxBeside = 4;
   const int last = static_cast<int>(outcome_.waypoints.size()) - 1;
   PathSolution solution, wider;
-  bool solved = SolvePath(problem, way, way, way + 1, &solution);
+  const int least_pieces = HasTimeLaw(task_.task) ? kLeastPiecesOfCurve : 1;
+  bool solved = SolvePath(problem, way, way, way + 1, &solution, least_pieces);
   int end = way + 1;
   WaypointPath found = solution.waypoint_path;
   int first = way;
   for (int beside = 1; beside <= kMaxBeside && !solved && !IsStopped(solution.status); ++beside) {
     const int from = std::max(0, way - beside), to = std::min(last, way + 1 + beside);
     if (to - from <= end - first) break;  // the whole motion
-    solved = SolvePath(problem, way, from, to, &wider);
+    solved = SolvePath(problem, way, from, to, &wider, least_pieces);
     if (IsStopped(wider.status)) solution.status = wider.status;
     if (!solved) continue;
     found = wider.waypoint_path;
@@ -248,9 +255,34 @@ void ProblemSolver::Run::SolveSegments(const ProblemDefinition& problem) {
     }
     way = SolveSegment(problem, way);
   }
+  if (complete && HasTimeLaw(task_.task) && outcome_.status == SolveStatus::kConvergedFeasible) RefineCurve(problem);
   outcome_.term_evaluations = Evaluations();
   paths_.reset();
   outcome_.waypoints = FormatPath(MakePath(outcome_.waypoints, segments_));
+}
+
+/// Divides the segments on which the spline through all points breaks a rule, until none does or the number of pieces
+/// ends.
+void ProblemSolver::Run::RefineCurve(const ProblemDefinition& problem) {
+  std::vector<const Stance*> stances;
+  for (int w = 0; w < std::ssize(outcome_.waypoints); ++w) stances.push_back(StanceAt(problem, w));
+  bool refined = true;
+  while (refined) {
+    refined = false;
+    const TimedPath path = MakePath(outcome_.waypoints, segments_);
+    for (const CurveFault& fault : FindCurveFaults(dataset_.robot(), *paths_, path, stances)) {
+      const int pieces = static_cast<int>(segments_[static_cast<size_t>(fault.segment)].size()) + 1;
+      PathSolution solution;
+      solution.message = "the curve through the points fails: " + fault.message;
+      if (pieces < kMaxPieces) {
+        SolvePath(problem, fault.segment, fault.segment, fault.segment + 1, &solution, 2 * pieces);
+        Keep(solution.waypoint_path, fault.segment);
+        refined = true;
+      }
+      Account(solution, fault.segment);
+      if (!solution.feasible) return;
+    }
+  }
 }
 
 void ProblemSolver::Run::Account(const PathSolution& solution, int way) {

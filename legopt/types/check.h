@@ -48,6 +48,7 @@ enum class Verdict : std::uint8_t {
   kEquilibrium,
   kTorque,
   kPush,
+  kTiming,
 };
 
 /// Tolerances of the benchmark: larger values fail, equal ones pass (docs/explanation/judge.md#order-and-tolerances).
@@ -231,6 +232,13 @@ inline constexpr std::array kChecks = {
                      "N",
                      kPushTolerance_N,
                      {"", "", "", "required push less the largest one that is resisted in all of 8 directions"},
+                     CheckDrawing::kNone},
+    CheckDescription{Verdict::kTiming,
+                     "timing",
+                     "a timed motion has a time law within velocity, effort and friction limits",
+                     "",
+                     0,
+                     {"existence of a time law along the whole motion"},
                      CheckDrawing::kNone}};
 
 /// Returns the tolerance of a check with its unit, as in "0.001 m"; empty for a check without a number.

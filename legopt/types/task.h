@@ -21,14 +21,16 @@ enum class Task : std::uint8_t {
   kPosture,     ///< one static posture at a stance
   kMotion,      ///< a motion through a sequence of stances
   kContinuous,  ///< motion as a path in time: feet stay planted and nothing collides, also between waypoints
-  kBalanced     ///< like kContinuous, and statically balanced throughout
+  kBalanced,    ///< like kContinuous, and statically balanced throughout
+  kTimed        ///< like kBalanced, along a smooth curve that joints and contacts can execute
 };
 
 template <>
 inline constexpr auto kEnumNames<Task> = MakeEnumNames<Task>({{Task::kPosture, "posture"},
                                                               {Task::kMotion, "motion"},
                                                               {Task::kContinuous, "continuous"},
-                                                              {Task::kBalanced, "balanced"}});
+                                                              {Task::kBalanced, "balanced"},
+                                                              {Task::kTimed, "timed"}});
 
 /// The paper's two initial guesses.
 enum class Initialization : std::uint8_t {
@@ -44,6 +46,7 @@ inline constexpr auto kEnumNames<Initialization> =
 enum class TaskCost : std::uint8_t {
   kTorques,     ///< sum over the waypoints of the squared gravity torques
   kJointSteps,  ///< mean squared joint step between consecutive waypoints
+  kDuration,    ///< least duration of the motion per stance, s
 };
 
 /// Requirements on the motion between consecutive waypoints; each value includes the previous one.
@@ -52,6 +55,7 @@ enum class TransitionRule : std::uint8_t {
   kScored,    ///< scored, but not part of the verdict
   kFree,      ///< solutions are paths in time: feet planted, no collision
   kBalanced,  ///< like kFree, with the centre of mass over the planted feet
+  kTimed,     ///< like kBalanced along a spline through the points, which can be executed (legopt/dynamics/)
 };
 
 /// Maximum number of pieces of a path in time between consecutive waypoints.
@@ -142,6 +146,21 @@ inline constexpr std::array kTasks = {
                     .long_jobs = true,
                     .default_effort_limit = 400'000'000,
                     .default_wall_limit_s = 72'000},
+    TaskDescription{.task = Task::kTimed,
+                    .problems = Task::kMotion,
+                    .title = "Timed motion",
+                    .short_title = "Timed",
+                    .plural = "timed motions",
+                    .stances = "two or more",
+                    .least_stances = 2,
+                    .most_stances = std::numeric_limits<int>::max(),
+                    .waypoints_per_stance = 2,
+                    .cost = TaskCost::kDuration,
+                    .between = TransitionRule::kTimed,
+                    .windowed = true,
+                    .long_jobs = true,
+                    .default_effort_limit = 400'000'000,
+                    .default_wall_limit_s = 72'000},
 };
 static_assert(kTasks.size() == kNumEnumerators<Task>);
 
@@ -169,6 +188,12 @@ constexpr int NumWaypoints(Task task, int num_stances) {
 
 /// Returns the index of the stance that constrains `waypoint`.
 constexpr int StanceOfWaypoint(Task task, int waypoint) { return waypoint / DescriptionOf(task).waypoints_per_stance; }
+
+/// Returns whether the centre of mass must be over the planted feet between waypoints.
+constexpr bool IsBalanced(Task task) { return DescriptionOf(task).between >= TransitionRule::kBalanced; }
+
+/// Returns whether points are joined by a spline instead of straight pieces, and the motion must have a time law.
+constexpr bool HasTimeLaw(Task task) { return DescriptionOf(task).between >= TransitionRule::kTimed; }
 
 /// Returns whether a problem of the task may have `num_stances` stances.
 constexpr bool HasStances(Task task, int num_stances) {

@@ -205,6 +205,45 @@ TEST_F(PathTest, NoBalanceWithoutPlantedFoot) {
   ExpectPathFailure(Judged(jump, path, Task::kBalanced), Verdict::kCom, 1);
 }
 
+TEST_F(PathTest, TimedMotionsCostTheirDurationPerStance) {
+  EXPECT_EQ(By(up_, Task::kTimed).cost, 0.0);  // at rest
+  Eigen::VectorXd there = up_;
+  there[kRightShoulder] = 0.2;
+  const Points wave = {{0, up_}, {0.5, there}, {1, up_}, {2, up_}, {3, up_}};
+  const Evaluation evaluation = Judged(standing_twice_, wave, Task::kTimed);
+  ASSERT_EQ(evaluation.solid, Verdict::kSuccess) << evaluation.detail;
+  ASSERT_TRUE(evaluation.timing);
+  EXPECT_GT(evaluation.cost, 0.0);
+  EXPECT_EQ(evaluation.cost, evaluation.timing->shortest_s / 2);
+  EXPECT_LE(evaluation.timing->shortest_s, evaluation.timing->greedy_s);
+  EXPECT_FALSE(Judged(standing_twice_, wave, Task::kBalanced).timing);
+}
+
+TEST_F(PathTest, TimedMotionsAreJudgedOnTheCurve) {
+  // All points keep the limit of 2 rad, and straight pieces do as well, but the curve through them does not.
+  const auto at = [&](double angle) {
+    Eigen::VectorXd x = up_;
+    x[kRightShoulder] = angle;
+    return x;
+  };
+  const Points path = {{0, at(0.0)},    {0.25, at(1.99)}, {0.5, at(1.99)}, {0.75, at(1.0)},
+                       {1, at(0.0)}, {2, at(0.0)},     {3, at(0.0)}};
+  EXPECT_EQ(Judged(standing_twice_, path, Task::kBalanced).literal, Verdict::kSuccess);
+  const Evaluation evaluation = Judged(standing_twice_, path, Task::kTimed);
+  EXPECT_EQ(evaluation.literal, Verdict::kJointLimit) << evaluation.detail;
+  EXPECT_THAT(evaluation.detail, HasSubstr("beyond its limit"));
+  EXPECT_EQ(evaluation.failed_waypoint, 0);
+  EXPECT_FALSE(evaluation.timing);
+}
+
+TEST_F(PathTest, TimedMotionsBalanceOnTheirPlantedFeet) {
+  ProblemDefinition jump{.id = 1, .stances = {stance_, stance_}};
+  for (ContactTarget& target : jump.stances[1].contacts) target.position.x() += 0.01;
+  Eigen::VectorXd there = up_;
+  there[kBaseX] += 0.01;
+  ExpectPathFailure(Judged(jump, {{0, up_}, {1, up_}, {2, there}, {3, there}}, Task::kTimed), Verdict::kCom, 1);
+}
+
 TEST_F(PathTest, PointsBetweenAreHeldToTheLimitsAndToNumbers) {
   Eigen::VectorXd x = up_;
   x[kRightShoulder] = 2.01;

@@ -129,6 +129,12 @@ std::string EquilibriumText(double distance_m, const std::optional<SlideProof>& 
          " outside the equilibrium polygon (tolerance " + LengthText(kComTolerance_m) + ")";
 }
 
+std::string TimingText(const MotionTiming& timing) {
+  if (timing.blocked_at < 0.0) return "no time law was found";
+  return "no time law exists: at time " + NumberText(timing.blocked_at) + ", the " + timing.blocked_by +
+         " forbids every speed and acceleration";
+}
+
 std::string PushText(double required_N, double resisted_N) {
   return "the posture resists a push of " + NumberText(resisted_N) + " N, and must resist " + NumberText(required_N) +
          " N (tolerance " + NumberText(kPushTolerance_N) + " N)";

@@ -8,6 +8,7 @@
 #include "legopt/dataset/contact.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/problem_definition.h"
+#include "legopt/dynamics/motion_timer.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/robot/robot_model.h"
 #include "legopt/statics/equilibrium_polygon.h"
@@ -60,6 +61,8 @@ std::string ComErrorText(double distance_m, double tolerance_m);
 std::string EquilibriumText(double distance_m, const std::optional<SlideProof>& slide);
 /// Describes the push that a posture resists.
 std::string PushText(double required_N, double resisted_N);
+/// Describes why a motion has no time law: the place, and the limit that forbids one.
+std::string TimingText(const MotionTiming& timing);
 /// Describes the torque of a joint as a share of its limit.
 std::string TorqueText(const Joint& joint, double ratio);
 

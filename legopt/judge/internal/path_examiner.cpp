@@ -97,6 +97,7 @@ TimedPath MakePath(std::span<const Eigen::VectorXd> waypoints, std::span<const s
   };
   for (std::size_t w = 0; w < waypoints.size(); ++w) {
     const auto time = static_cast<double>(w);
+    path.waypoints.push_back(path.points.size());
     keep(waypoints[w], time);
     if (w == ways.size()) break;
     const double pieces = static_cast<double>(ways[w].size()) + 1.0;
@@ -162,6 +163,9 @@ InterpolationScore ScoreInterpolation(std::span<const Eigen::VectorXd> waypoints
   return score;
 }
 
+/// Largest part of a piece of a spline between consecutive samples.
+constexpr double kLongestCurve = 0.25;
+
 /// Segment between two consecutive waypoints.
 struct PathExaminer::Segment {
   int waypoint = 0;  ///< index of the first of the two
@@ -175,16 +179,17 @@ PathExaminer::PathExaminer(const Dataset& dataset, ExactCollision& collision)
 PathExamination PathExaminer::Examine(Task task, const ProblemDefinition& problem, const TimedPath& path) {
   PathExamination findings;
   findings.score = {.environment_depth_m = 0.0, .self_depth_m = 0.0, .free_share = 0.0};
+  spline_.reset();
+  if (HasTimeLaw(task)) spline_.emplace(path.times, path.points);
   int free = 0;
   const int ways = static_cast<int>(path.waypoints.size()) - 1;
   for (int w = 0; w < ways; ++w) {
     const auto stance = [&](int waypoint) -> const Stance& {
       return problem.stances[static_cast<std::size_t>(StanceOfWaypoint(task, waypoint))];
     };
-    ExamineSegment({.waypoint = w,
-                    .balanced = DescriptionOf(task).between == TransitionRule::kBalanced,
-                    .planted = PlantedContacts(*dataset_, stance(w), stance(w + 1))},
-                   path, &findings);
+    ExamineSegment(
+        {.waypoint = w, .balanced = IsBalanced(task), .planted = PlantedContacts(*dataset_, stance(w), stance(w + 1))},
+        path, &findings);
     if (!segment_failed_) ++free;
   }
   findings.score.free_share = static_cast<double>(free) / ways;
@@ -235,16 +240,43 @@ Kinematics& PathExaminer::Level(std::size_t level) {
   return levels_[level];
 }
 
+void PathExaminer::Place(double s, Kinematics* kinematics) {
+  if (spline_) {
+    spline_->Evaluate(TimeAt(s), &point_);
+    x_ = ClampedConfiguration(dataset_->robot(), point_.x);
+  } else {
+    InterpolateConfiguration(from_, to_, s, x_);
+  }
+  kinematics->Update(x_);
+}
+
+/// Checks the joint limits between points, which a spline may exceed although its points do not.
+void PathExaminer::CheckCurveLimits(const Segment& segment, double s, PathExamination* findings) {
+  spline_->Evaluate(TimeAt(s), &point_);
+  const RobotModel& robot = dataset_->robot();
+  for (int i = 0; i < robot.num_dofs(); ++i) {
+    const double lower = robot.lower_limits()[i], upper = robot.upper_limits()[i], value = point_.x[i];
+    const double beyond = std::max({0.0, lower - value, value - upper});
+    const auto name = [&] { return DofNames(robot)[static_cast<std::size_t>(i)]; };
+    IncludeViolation(Verdict::kJointLimit, Rule::kLiteral, segment.waypoint, beyond, name, &findings->violations);
+    if (!Exceeds(beyond, kLimitTolerance)) continue;
+    Fail(segment, s, Verdict::kJointLimit,
+         name() + " is " + NumberText(beyond) + " beyond its limit (tolerance " + NumberText(kLimitTolerance) + ")",
+         findings);
+  }
+}
+
 /// Samples a piece recursively, in the order of time.
 void PathExaminer::Bisect(const Segment& segment, std::size_t level, double s_from, const Kinematics& at_from,
                           double s_to, const Kinematics& at_to, PathExamination* findings) {
   const bool near =
       collision_->LongestStep(at_from, at_to).distance_m <= kPathSample_m && turn_ * (s_to - s_from) <= kPathSampleTurn;
-  if (near) return;
+  // A spline may leave a point and come back to it.
+  const bool may_return = spline_ && s_to - s_from > kLongestCurve;
+  if (near && !may_return) return;
   const double s = 0.5 * (s_from + s_to);
   Kinematics& middle = Level(level);
-  InterpolateConfiguration(from_, to_, s, x_);
-  middle.Update(x_);
+  Place(s, &middle);
   Bisect(segment, level + 1, s_from, at_from, s, middle, findings);
   ExamineSample(segment, s, middle, findings);
   Bisect(segment, level + 1, s, middle, s_to, at_to, findings);
@@ -256,8 +288,7 @@ void PathExaminer::Fail(const Segment& segment, double s, Verdict verdict, const
   if (findings->verdict != Verdict::kSuccess) return;
   findings->verdict = verdict;
   findings->waypoint = segment.waypoint;
-  findings->detail =
-      "on the segment to the next waypoint, at time " + NumberText(t_from_ + s * (t_to_ - t_from_)) + ": " + detail;
+  findings->detail = "on the segment to the next waypoint, at time " + NumberText(TimeAt(s)) + ": " + detail;
 }
 
 void PathExaminer::ExamineSample(const Segment& segment, double s, const Kinematics& kinematics,
@@ -266,6 +297,7 @@ void PathExaminer::ExamineSample(const Segment& segment, double s, const Kinemat
     IncludeViolation(
         check, Rule::kLiteral, segment.waypoint, value, [&] { return subject; }, &findings->violations);
   };
+  if (spline_) CheckCurveLimits(segment, s, findings);
   const std::vector<ContactPlacement> placements = ActualPlacements(*dataset_, segment.planted, kinematics);
   for (std::size_t i = 0; i < placements.size(); ++i) {
     const ContactTarget& target = segment.planted.contacts[i];

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "legopt/dataset/dataset.h"
+#include "legopt/dynamics/path_spline.h"
 #include "legopt/geometry/internal/exact_collision.h"
 #include "legopt/judge/internal/holding_probe.h"
 #include "legopt/robot/kinematics.h"
@@ -104,8 +105,9 @@ struct PathExamination {
 
 /// Samples a path so densely that no vertex of the robot moves more than kPathSample_m between consecutive samples, end
 /// points included. Checks planted feet (PlantedContacts) against their targets, contact depths with exact meshes and,
-/// for TransitionRule::kBalanced, the centre of mass over the planted feet, or in the equilibrium polygon if hands
-/// carry. Joints are clamped to their limits first, as at waypoints. Uses the judge's workspaces: not thread-safe.
+/// for balanced tasks, the centre of mass over the planted feet, or in the equilibrium polygon if hands carry. Joints
+/// are clamped to their limits first, as at waypoints. For tasks with a time law, the points are joined by a spline
+/// (legopt/dynamics/path_spline.h), which must also keep the joint limits. Uses the judge's workspaces: not thread-safe.
 class PathExaminer {
  public:
   /// The arguments must outlive this object.
@@ -122,7 +124,10 @@ class PathExaminer {
               const Kinematics& at_to, PathExamination* findings);
   void ExamineSample(const Segment& segment, double s, const Kinematics& kinematics, PathExamination* findings);
   void Fail(const Segment& segment, double s, Verdict verdict, const std::string& detail, PathExamination* findings);
+  void CheckCurveLimits(const Segment& segment, double s, PathExamination* findings);
   double LargestTurn() const;
+  void Place(double s, Kinematics* kinematics);
+  double TimeAt(double s) const { return t_from_ + s * (t_to_ - t_from_); }
   Kinematics& Level(std::size_t level);
 
   const Dataset* dataset_;
@@ -130,6 +135,8 @@ class PathExaminer {
   HoldingProbe holding_;
   std::deque<Kinematics> levels_;  ///< per level of the bisection; grows
   Eigen::VectorXd x_;
+  std::optional<PathSpline> spline_;  ///< of the current path, if its task has a time law
+  CurvePoint point_;
   // State of the current piece.
   Eigen::VectorXd from_, to_;
   double t_from_ = 0.0, t_to_ = 0.0, turn_ = 0.0;

@@ -171,7 +171,7 @@ double PathSolver::Drift(const Eigen::VectorXd& points) {
 /// points; 0 if balance is not required.
 double PathSolver::ComDeviation(const Eigen::VectorXd& points) {
   double largest = 0.0;
-  if (DescriptionOf(task_).between != TransitionRule::kBalanced) return largest;
+  if (!IsBalanced(task_)) return largest;
   ForEachMiddle(points, [&](std::size_t way) {
     if (planted_[way].contacts.empty()) return;
     if (polygons_[way].empty()) {
@@ -211,9 +211,9 @@ bool PathSolver::IsFree(const Eigen::VectorXd& points) {
 }
 
 /// Returns the number of pieces per segment for the first try; 1 if the straight segment may be acceptable as it is.
-int PathSolver::InitialPieces(const WaypointPath& start, const Eigen::VectorXd& ends) {
-  if (start.num_segments() > 1) {
-    int most = kMinPiecesOfSeveral;
+int PathSolver::InitialPieces(const WaypointPath& start, const Eigen::VectorXd& ends, int least_pieces) {
+  if (start.num_segments() > 1 || least_pieces > 1) {
+    int most = std::max(least_pieces, kMinPiecesOfSeveral);
     for (const auto& way : start.ways) most = std::max(most, static_cast<int>(way.size()) + 1);
     return std::min(kMaxPieces, most);
   }
@@ -297,8 +297,20 @@ bool PathSolver::SolvePieces(const MultiStartSettings& attempts, Program& progra
   return result.best.feasible;
 }
 
-PathSolution PathSolver::Solve(const WaypointPath& start, const std::function<MultiStartSettings()>& attempts) {
-  const bool balanced = DescriptionOf(task_).between == TransitionRule::kBalanced;
+std::string PathSolver::FaultOf(std::span<const Stance* const> stances, std::span<const Eigen::VectorXd> samples) {
+  BindPath({.stances = {stances.begin(), stances.end()}, .waypoints = {samples.front(), samples.back()}, .ways = {}});
+  const Eigen::Index size = dataset_->robot().configuration_size();
+  Eigen::VectorXd points(std::ssize(samples) * size);
+  for (Eigen::Index i = 0; i < std::ssize(samples); ++i) {
+    points.segment(i * size, size) = samples[static_cast<std::size_t>(i)];
+  }
+  PathSolution found;
+  return IsAcceptable(points, &found) ? "" : found.message;
+}
+
+PathSolution PathSolver::Solve(const WaypointPath& start, const std::function<MultiStartSettings()>& attempts,
+                               int least_pieces) {
+  const bool balanced = IsBalanced(task_);
   BindPath(start);
   PathSolution solution;
   solution.waypoint_path = start;
@@ -308,7 +320,7 @@ PathSolution PathSolver::Solve(const WaypointPath& start, const std::function<Mu
     return solution;
   }
   Eigen::VectorXd points = PointsOf(start, 1);
-  int pieces = InitialPieces(start, points);
+  int pieces = InitialPieces(start, points, least_pieces);
   solution.feasible = pieces == 1 && IsFree(points);
   pieces = std::max(pieces, 2);
   Sweep sweep = Sweep::kWithScene;

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <deque>
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -108,9 +109,14 @@ class PathSolver {
   /// All arguments must outlive this object. `proximity` is the same as in the motion's own programs.
   PathSolver(const Dataset& dataset, CollisionQuery& query, Solver& solver, Task task, const ProgramOptions& proximity);
 
-  /// Solves for the path from the points of `start`. `attempts` returns the settings used for windows, with generator
-  /// and perturb for this program's points.
-  PathSolution Solve(const WaypointPath& start, const std::function<MultiStartSettings()>& attempts);
+  /// Solves for the path from the points of `start`, with at least `least_pieces` pieces per segment. `attempts` returns
+  /// the settings used for windows, with generator and perturb for this program's points.
+  PathSolution Solve(const WaypointPath& start, const std::function<MultiStartSettings()>& attempts,
+                     int least_pieces = 1);
+
+  /// Returns what the samples of a curve from one waypoint to the next violate; empty if they are acceptable. `stances`:
+  /// of both waypoints; `samples`: configurations so dense that they may be joined by straight pieces.
+  std::string FaultOf(std::span<const Stance* const> stances, std::span<const Eigen::VectorXd> samples);
 
   /// Returns the number of term evaluations so far, including those of a running solve.
   std::int64_t Evaluations() const;
@@ -124,7 +130,7 @@ class PathSolver {
   bool SolvePieces(const MultiStartSettings& attempts, Program& program, Eigen::VectorXd& points,
                    PathSolution* solution);
   bool IsAcceptable(const Eigen::VectorXd& points, PathSolution* solution);
-  int InitialPieces(const WaypointPath& start, const Eigen::VectorXd& ends);
+  int InitialPieces(const WaypointPath& start, const Eigen::VectorXd& ends, int least_pieces);
   Eigen::VectorXd Subdivided(const Eigen::VectorXd& points, int pieces) const;
   Eigen::VectorXd PointsOf(const WaypointPath& waypoint_path, int pieces) const;
   WaypointPath PathThroughPoints(const WaypointPath& start, const Eigen::VectorXd& points) const;

@@ -237,6 +237,11 @@ constexpr std::array kTaskTerms = {
               .window_overlap = 1,
               .add_terms = AddBalancedTransitions,
               .solution_cost = SumOfTransitions},
+    TaskTerms{.task = Task::kTimed,
+              .window_stances = 6,
+              .window_overlap = 1,
+              .add_terms = AddBalancedTransitions,
+              .solution_cost = SumOfTransitions},
 };
 
 consteval bool InOrder() {
