@@ -38,11 +38,27 @@ TimedMotion::TimedMotion(const Dataset& dataset, MotionTiming timing, std::span<
 }
 
 TimedMotion::Part TimedMotion::MakePart(const Dataset& dataset, const Stance& contacts) {
-  Part part{.names = {}, .forces = StanceForces(SurfacesOf(dataset, contacts))};
+  std::vector<TouchedSurface> surfaces = SurfacesOf(dataset, contacts);
+  Part part{.names = {}, .surfaces = surfaces, .forces = StanceForces(surfaces)};
   for (const ContactTarget& target : contacts.contacts) {
     if (target.carries) part.names.push_back(target.contact);
   }
   return part;
+}
+
+std::vector<ContactForce> TimedMotion::PointsOf(const Part& part) {
+  std::vector<ContactForce> points;
+  for (const StanceForces::Point& point : part.forces.points()) {
+    const auto index = static_cast<size_t>(point.surface);
+    const TouchedSurface& surface = part.surfaces[index];
+    points.push_back({.contact = part.names[index],
+                      .link = point.link,
+                      .position_W = point.position_W,
+                      .force_N = Eigen::Vector3d::Zero(),
+                      .normal_W = surface.axes_W.col(2),
+                      .friction = surface.max_component ? std::nullopt : std::optional(surface.friction)});
+  }
+  return points;
 }
 
 TimedMotion::Progress TimedMotion::ProgressAt(double time_s) const {
@@ -74,13 +90,8 @@ MotionSample TimedMotion::At(double time_s) {
   const Part& part = (at_waypoint ? waypoints_ : segments_)[static_cast<size_t>(whole)];
   RealizedForces realized = forces_.Compute(part.forces, kinematics_, inertial_,
                                             at_waypoint ? MotionTimer::kWaypointSlack : MotionTimer::kCurveSlack);
-  for (size_t k = 0; k < part.forces.points().size(); ++k) {
-    const StanceForces::Point& point = part.forces.points()[k];
-    sample.forces.push_back({.contact = part.names[static_cast<size_t>(point.surface)],
-                             .link = point.link,
-                             .position_W = point.position_W,
-                             .force_N = realized.forces_N[k]});
-  }
+  sample.forces = PointsOf(part);
+  for (size_t k = 0; k < sample.forces.size(); ++k) sample.forces[k].force_N = realized.forces_N[k];
   sample.torques = std::move(realized.torques);
   sample.imbalance = realized.imbalance;
   return sample;

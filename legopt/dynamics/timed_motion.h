@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,9 +17,11 @@ namespace legopt {
 /// Force of a contact on the robot, at one of its points.
 struct ContactForce {
   std::string contact;
-  int link = 0;                ///< index into RobotModel::links()
-  Eigen::Vector3d position_W;  ///< m
-  Eigen::Vector3d force_N;     ///< in the world
+  int link = 0;                    ///< index into RobotModel::links()
+  Eigen::Vector3d position_W;      ///< m
+  Eigen::Vector3d force_N;         ///< in the world
+  Eigen::Vector3d normal_W;        ///< unit normal of the surface
+  std::optional<double> friction;  ///< Coulomb coefficient; nullopt: a bar, whose forces have bounds
 };
 
 /// State of a robot at one instant of a motion.
@@ -62,7 +65,8 @@ class TimedMotion {
  private:
   /// Contacts of one part of a motion.
   struct Part {
-    std::vector<std::string> names;  ///< of the contacts that carry
+    std::vector<std::string> names;        ///< contacts that carry
+    std::vector<TouchedSurface> surfaces;  ///< their surfaces
     StanceForces forces;
   };
   /// Motion along the path.
@@ -71,6 +75,8 @@ class TimedMotion {
   };
 
   static Part MakePart(const Dataset& dataset, const Stance& contacts);
+  /// Returns the forces at the points of a part, without their values.
+  static std::vector<ContactForce> PointsOf(const Part& part);
   Progress ProgressAt(double time_s) const;
   double TimeOf(double waypoint) const;
 

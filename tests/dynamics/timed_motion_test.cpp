@@ -124,11 +124,12 @@ TEST_F(TimedMotionTest, ForcesStayInTheirFrictionCones) {
     for (const ContactForce& force : sample.forces) {
       const auto target = std::ranges::find(stance.contacts, force.contact, &ContactTarget::contact);
       ASSERT_NE(target, stance.contacts.end());
-      const Eigen::Vector3d normal = NormalOf(*target);
-      const double normal_N = force.force_N.dot(normal);
-      const double friction = target->friction.value_or(dataset_->contact(force.contact).friction);
+      EXPECT_LT((force.normal_W - NormalOf(*target)).norm(), 1e-12);
+      const double normal_N = force.force_N.dot(force.normal_W);
+      ASSERT_TRUE(force.friction);
+      EXPECT_EQ(*force.friction, target->friction.value_or(dataset_->contact(force.contact).friction));
       EXPECT_GE(normal_N, -1e-6);
-      EXPECT_LE((force.force_N - normal_N * normal).norm(), friction * normal_N + 1e-6);
+      EXPECT_LE((force.force_N - normal_N * force.normal_W).norm(), *force.friction * normal_N + 1e-6);
     }
   }
 }

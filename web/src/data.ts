@@ -79,6 +79,7 @@ export interface Dataset {
   robot: {
     name: string; dofs: string[];
     weight_N?: number; efforts?: (number | null)[];  // per degree of freedom, N m or N; absent in older files
+    velocities?: (number | null)[];  // limits likewise, rad/s or m/s
     links: { name: string; mass_kg: number; com: [number, number, number]; meshes: number[]; convex: number | null }[];
     joints: Joint[]; feet: { link: number; name: string; kind: string; lower: number[]; upper: number[]; outline: number[][] }[];
   };
@@ -117,6 +118,13 @@ export interface Solution {
   between?: [number, number, Overlap[]][]; trace: Trace | null;
   times?: number[];  // paths: time of each configuration, in steps from waypoint to waypoint
   x: Float64Array[];
+}
+/** A motion in time, or the reason why it cannot be executed. Lists have one entry per sample. */
+export interface Playback {
+  duration_s: number | null; reason?: string; blocked_at?: number; blocked_by?: string;
+  times_s: number[]; waypoints: number[]; x: number[][]; velocities: number[][]; torques: number[][];
+  points: { contact: string; at: number[]; normal: number[]; friction: number | null }[];
+  forces: number[][][];  // per force: index of its point, then x, y, z in N
 }
 export interface Page {
   format: number; kind: 'report' | 'view'; title: string; written_utc?: string;
@@ -205,6 +213,16 @@ export async function readSolution(page: Page, experiment: number, job: number):
   const index = page.chunks.findIndex((chunk) => chunk.some(([e, j]) => e === experiment && j === job));
   if (index < 0) return null;
   return (await readChunk(index)).find((s) => s.experiment === experiment && s.job === job) ?? null;
+}
+
+const playbacks = new Map<number, Promise<Playback>>();
+
+/** The motion of a job in time; null if this file does not contain it. Throws, with the reason, if it cannot be loaded. */
+export async function readPlayback(job: number): Promise<Playback | null> {
+  const name = `playback-${job}`;
+  if (!isLive && !document.getElementById(name)) return null;
+  if (!playbacks.has(job)) playbacks.set(job, readJson<Playback>(name));
+  return playbacks.get(job)!.catch((error) => { playbacks.delete(job); throw error; });
 }
 
 export function holdsSolution(page: Page, experiment: number, job: number): boolean {
