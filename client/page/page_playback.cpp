@@ -98,7 +98,12 @@ Json PlaybackJson(const Dataset& dataset, const PageJob& job, const PageMotion& 
     }
     return json;
   }
-  Json json = {{"duration_s", sampled.timing.shortest_s}};
+  const LimitShares& limits = sampled.timing.limits;
+  Json json = {{"duration_s", sampled.timing.shortest_s},
+               {"nearest",
+                {{"velocity", RoundedTo(kRateUnit, limits.velocity)},
+                 {"torque", RoundedTo(kRateUnit, limits.torque)},
+                 {"contact", RoundedTo(kRateUnit, limits.contact)}}}};
   AddSamples(sampled, &json);
   return json;
 }

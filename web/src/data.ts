@@ -122,6 +122,7 @@ export interface Solution {
 /** A motion in time, or the reason why it cannot be executed. Lists have one entry per sample. */
 export interface Playback {
   duration_s: number | null; reason?: string; blocked_at?: number; blocked_by?: string;
+  nearest?: Record<string, number>;  // shares of the duration by the nearest limit
   times_s: number[]; waypoints: number[]; x: number[][]; velocities: number[][]; torques: number[][];
   points: { contact: string; at: number[]; normal: number[]; friction: number | null }[];
   forces: number[][][];  // per force: index of its point, then x, y, z in N

@@ -1,5 +1,5 @@
 // Player of a motion in time: clock, curves under the slider, contact forces, and the joints' velocities and torques.
-import { useEffect, useMemo, useRef } from 'preact/hooks';
+import { useEffect, useLayoutEffect, useMemo, useRef } from 'preact/hooks';
 import { line, plot, ruleY } from '@observablehq/plot';
 import type { Dataset, Holding, Playback } from './data';
 import { Figure } from './figure';
@@ -9,7 +9,7 @@ import { DASHES, colour, faint, ink } from './marks';
 import { largestShares, loadsOf, mostLoaded, sampleAt, torqueShare, velocityShare, type Executable, type JointLoad } from './timed';
 import { number } from './text';
 
-const CURVE_HEIGHT = 130, HUNDREDTHS = 0.01;
+const CURVE_HEIGHT = 130, SLIDER_STEPS = 1000, ROUNDING = 1e-6;
 
 /** Calls `advance` with the seconds since the last frame while `playing`. */
 export function useFrames(playing: boolean, advance: (elapsed_s: number) => void, depends: unknown[]): void {
@@ -30,9 +30,11 @@ export const clockText = (time_s: number, { duration_s }: Executable): string =>
 
 /** Slider in seconds, with the clock. */
 export function TimeSlider({ playback, time, moveTo }: { playback: Executable; time: number; moveTo: (time_s: number) => void }) {
+  const end = playback.duration_s, step = end / SLIDER_STEPS;
+  const move = (value: number) => moveTo(value > end - ROUNDING * step ? end : value);  // the browser rounds to its step
   return (
     <>
-      <input type="range" aria-label="time" min={0} max={playback.duration_s} step={HUNDREDTHS} value={time} onInput={(e) => moveTo(Number(e.currentTarget.value))} />
+      <input type="range" aria-label="time" min={0} max={end} step={step} value={time} onInput={(e) => move(Number(e.currentTarget.value))} />
       <output class="clock">{clockText(time, playback)}</output>
     </>
   );
@@ -52,7 +54,7 @@ export function ShareCurves({ dataset, playback, time }: { dataset: Dataset; pla
   const cursor = useRef<{ line: SVGLineElement; at: (time_s: number) => number } | null>(null), now = useRef(time);
   now.current = time;
   const place = () => { if (cursor.current) for (const end of ['x1', 'x2']) cursor.current.line.setAttribute(end, String(cursor.current.at(now.current))); };
-  useEffect(place, [time]);
+  useLayoutEffect(place, [time]);
   const draw = (width: number) => {
     const largest = Math.max(1, ...rows.map(({ velocity, torque }) => Math.max(velocity, torque)));
     const curve = (y: 'velocity' | 'torque', mark: number) => line(rows, { x: 'time_s', y, stroke: colour(mark), strokeDasharray: DASHES[mark], strokeWidth: 1.6 });
@@ -76,18 +78,28 @@ export function ShareCurves({ dataset, playback, time }: { dataset: Dataset; pla
   return (
     <div class="share-curves">
       <Figure name="playback" title="Velocities and torques" depends={[dataset, playback]} draw={draw}
-        caption={`Largest share of a joint's velocity limit (${LINES[0]}) and torque limit (${LINES[1]}).`}
+        caption={`Largest share of a joint's velocity limit (${LINES[0]}) and torque limit (${LINES[1]}). ${nearestLimits(playback)}`}
         rows={() => [['time_s', 'velocity_share', 'torque_share'], ...rows.map(({ time_s, velocity, torque }) => [time_s, velocity, torque])]} />
     </div>
   );
 }
 
+/** Which limits decide the duration. */
+function nearestLimits({ nearest }: Executable): string {
+  const shares = Object.entries(nearest ?? {}).filter(([, share]) => share >= LEAST_SHARE).sort(([, a], [, b]) => b - a);
+  return `Nearest limit: ${shares.map(([limit, share]) => `${limit} ${(100 * share).toFixed(0)} % of the time`).join(', ')}.`;
+}
+
+const LEAST_SHARE = 0.005;
 const LINES = ['solid, blue', 'dashed, orange'];
 
 function Bar({ share, title }: { share: number; title: string }) {
   return (
-    <span class="load" title={title} role="img" aria-label={title}>
-      <span style={{ width: `${Math.min(100, 100 * share)}%`, background: `#${colourOfShare(share).getHexString()}` }} /></span>
+    <>
+      <span class="load" title={title} role="img" aria-label={title}>
+        <span style={{ width: `${Math.min(100, 100 * share)}%`, background: `#${colourOfShare(share).getHexString()}` }} /></span>
+      <span class="share" aria-hidden="true">{`${(100 * share).toFixed(0)} %`}</span>
+    </>
   );
 }
 
