@@ -99,7 +99,7 @@ Json PlaybackJson(const Dataset& dataset, const PageJob& job, const PageMotion& 
     return json;
   }
   const LimitShares& limits = sampled.timing.limits;
-  Json json = {{"duration_s", sampled.timing.shortest_s},
+  Json json = {{"duration_s", RoundedTo(kTimeUnit_s, sampled.timing.shortest_s)},
                {"nearest",
                 {{"velocity", RoundedTo(kRateUnit, limits.velocity)},
                  {"torque", RoundedTo(kRateUnit, limits.torque)},

@@ -20,7 +20,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
 
-constexpr unsigned kNotFound = 404, kBadRequest = 400;
+constexpr unsigned kNotFound = 404, kBadRequest = 400, kBusy = 503;
 constexpr std::size_t kMaxKeptBytes = 64U << 20U;
 constexpr std::size_t kMaxExperiments = 8;
 constexpr std::size_t kMaxFigures = 8;                // number of cached sets of experiments
@@ -172,7 +172,9 @@ std::shared_ptr<const Dataset> LiveBlocks::DatasetOf(const ViewedJob& viewed) co
 }
 
 HttpReply LiveBlocks::MakePlayback(const std::string& block, std::int64_t job) {
-  const std::lock_guard computing(playback_mutex_);
+  // Waiting would take the thread that other requests need.
+  const std::unique_lock computing(playback_mutex_, std::try_to_lock);
+  if (!computing) return TextReply(kBusy, "the server computes another motion; ask again in a second");
   if (const auto known = TryAnswer({kBlocks + block, ""})) return *known;
   ViewedJob viewed;
   PageMotion motion;

@@ -137,10 +137,16 @@ export interface Page {
 /** Whether a server sends the blocks, instead of this file holding them (legopt serve). */
 export const isLive = document.documentElement.dataset.live !== undefined;
 
+class ServerError extends Error {
+  constructor(readonly status: number, text: string) { super(`the server answered ${status}: ${text}`); }
+}
+
+const BUSY = 503, RETRY_MS = 1000;
+
 async function sentBytesOf(name: string): Promise<ArrayBuffer> {
   const answer = await fetch(`blocks/${name}${location.search}`);
   if (answer.status === 404) throw new Error(await answer.text());  // names the missing block and the reason
-  if (!answer.ok || !answer.body) throw new Error(`the server answered ${answer.status}: ${await answer.text()}`);
+  if (!answer.ok || !answer.body) throw new ServerError(answer.status, await answer.text());
   return new Response(answer.body.pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
 }
 
@@ -216,13 +222,25 @@ export async function readSolution(page: Page, experiment: number, job: number):
   return (await readChunk(index)).find((s) => s.experiment === experiment && s.job === job) ?? null;
 }
 
+/** Asks until the server, which computes one motion at a time, has computed this one. */
+async function sentPlayback(name: string): Promise<Playback> {
+  for (;;) {
+    try {
+      return await readJson<Playback>(name);
+    } catch (error) {
+      if (!(error instanceof ServerError) || error.status !== BUSY) throw error;
+    }
+    await new Promise((resolve) => { setTimeout(resolve, RETRY_MS); });
+  }
+}
+
 const playbacks = new Map<number, Promise<Playback>>();
 
 /** The motion of a job in time; null if this file does not contain it. Throws, with the reason, if it cannot be loaded. */
 export async function readPlayback(job: number): Promise<Playback | null> {
   const name = `playback-${job}`;
   if (!isLive && !document.getElementById(name)) return null;
-  if (!playbacks.has(job)) playbacks.set(job, readJson<Playback>(name));
+  if (!playbacks.has(job)) playbacks.set(job, isLive ? sentPlayback(name) : readJson<Playback>(name));
   return playbacks.get(job)!.catch((error) => { playbacks.delete(job); throw error; });
 }
 

@@ -9,7 +9,7 @@ import { DASHES, colour, faint, ink } from './marks';
 import { largestShares, loadsOf, mostLoaded, sampleAt, torqueShare, velocityShare, type Executable, type JointLoad } from './timed';
 import { number } from './text';
 
-const CURVE_HEIGHT = 130, SLIDER_STEPS = 1000, ROUNDING = 1e-6;
+const CURVE_HEIGHT = 130;
 
 /** Calls `advance` with the seconds since the last frame while `playing`. */
 export function useFrames(playing: boolean, advance: (elapsed_s: number) => void, depends: unknown[]): void {
@@ -30,11 +30,9 @@ export const clockText = (time_s: number, { duration_s }: Executable): string =>
 
 /** Slider in seconds, with the clock. */
 export function TimeSlider({ playback, time, moveTo }: { playback: Executable; time: number; moveTo: (time_s: number) => void }) {
-  const end = playback.duration_s, step = end / SLIDER_STEPS;
-  const move = (value: number) => moveTo(value > end - ROUNDING * step ? end : value);  // the browser rounds to its step
   return (
     <>
-      <input type="range" aria-label="time" min={0} max={end} step={step} value={time} onInput={(e) => move(Number(e.currentTarget.value))} />
+      <input type="range" aria-label="time" min={0} max={playback.duration_s} step="any" value={time} onInput={(e) => moveTo(Number(e.currentTarget.value))} />
       <output class="clock">{clockText(time, playback)}</output>
     </>
   );
