@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 #include "legopt/dataset/contact.h"
 #include "legopt/types/invariant.h"
@@ -22,8 +23,7 @@ bool SameContacts(const Stance& a, const Stance& b) {
 
 TimedMotion::TimedMotion(const Dataset& dataset, MotionTiming timing, std::span<const Stance* const> stances,
                          std::span<const double> times, std::span<const Eigen::VectorXd> points)
-    : dataset_(dataset),
-      timing_(std::move(timing)),
+    : timing_(std::move(timing)),
       spline_({times.begin(), times.end()}, points),
       kinematics_(dataset.robot()),
       dynamics_(dataset.robot()),

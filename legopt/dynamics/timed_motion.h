@@ -48,8 +48,8 @@ struct MotionPhase {
 /// A workspace: not thread-safe.
 class TimedMotion {
  public:
-  /// `timing`: of MotionTimer::Compute for the same stances, times and points; must have a duration above 0. `dataset`
-  /// must outlive this object.
+  /// `timing`: of MotionTimer::Compute for the same stances, times and points; must have a duration above 0. The robot
+  /// of `dataset` must outlive this object.
   TimedMotion(const Dataset& dataset, MotionTiming timing, std::span<const Stance* const> stances,
               std::span<const double> times, std::span<const Eigen::VectorXd> points);
 
@@ -80,7 +80,6 @@ class TimedMotion {
   Progress ProgressAt(double time_s) const;
   double TimeOf(double waypoint) const;
 
-  const Dataset& dataset_;
   MotionTiming timing_;
   PathSpline spline_;
   std::vector<Stance> planted_;             ///< contacts of each segment
