@@ -10,6 +10,7 @@
 #include "app/printable.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
+#include "client/commands/motion_export.h"
 #include "client/commands/options.h"
 #include "client/report/evaluation_report.h"
 #include "client/report/exported_solutions.h"
@@ -22,11 +23,38 @@
 namespace legopt::client {
 namespace {
 
+// Returns the solutions of a file in its order. Methods with different names have different ids.
+std::vector<FilteredItem> ItemsOf(const SolutionFile& file) {
+  std::map<std::string, std::int64_t> ids;
+  std::vector<FilteredItem> items;
+  for (const SolvedProblem& problem : file.problems) {
+    for (const Solution& solution : problem.solutions) {
+      MethodIdentity method;
+      method.method_id = ids.try_emplace(solution.method, std::ssize(ids)).first->second;
+      method.name = solution.method;
+      items.push_back({std::move(method), std::string(ToString(file.task)), solution.init_type});
+    }
+  }
+  return items;
+}
+
+// Removes the solutions that the filter omits; their problems then count as not solved.
+void KeepSolutions(const ResultFilter& filter, const std::string& name, SolutionFile* file) {
+  if (filter.empty()) return;
+  const std::vector<std::size_t> kept = KeptItems(ItemsOf(*file), filter, name);
+  std::size_t position = 0;
+  for (SolvedProblem& problem : file->problems) {
+    std::erase_if(problem.solutions,
+                  [&](const Solution& /*solution*/) { return !std::ranges::binary_search(kept, position++); });
+  }
+}
+
 struct ExportOptions {
   std::optional<std::int64_t> experiment;
   std::string out;
   std::optional<std::string> dataset;
   ResultFilter filter;
+  MotionExport motion;
   SourceOptions source;
 };
 
@@ -76,7 +104,29 @@ std::string AllTasks() {
   return (kNumEnumerators<Task> == 2 ? "both tasks, " : "several tasks, ") + endings;
 }
 
+void WriteText(const std::string& out, const std::string& text) {
+  if (out == kStandardOutput) {
+    std::cout << text << std::flush;
+  } else {
+    WriteOutputFile(out, text);
+    std::cerr << app::Printable(out) << " written\n";
+  }
+}
+
+ExitCode ExportMotionOfFile(const ExportOptions& options) {
+  if (options.experiment) {
+    throw ClientError(ExitCode::kUsage, "--file " + *options.motion.file + " and experiment " +
+                                            std::to_string(*options.experiment) + ": name only one of them");
+  }
+  SolutionFile file = ReadSolutions(InputFile(*options.motion.file));
+  KeepSolutions(options.filter, *options.motion.file, &file);
+  const auto dataset = Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), GuardedReader());
+  WriteText(options.out, ExportedMotion(options.motion, {file}, *dataset, *options.motion.file));
+  return ExitCode::kOk;
+}
+
 ExitCode Export(const ExportOptions& options) {
+  if (options.motion.file) return ExportMotionOfFile(options);
   const auto source = OpenResults(options.source);
   const auto experiment = FindExperiment(*source, options.experiment);
   const auto dataset = LoadDatasetOf(*source, experiment, options);
@@ -85,6 +135,11 @@ ExitCode Export(const ExportOptions& options) {
     throw ClientError(ExitCode::kUsage, "experiment " + std::to_string(experiment.id) +
                                             " has no results that match; 'legopt list " +
                                             std::to_string(experiment.id) + source->flags() + "' shows what there is");
+  }
+  if (options.motion.format) {
+    WriteText(options.out,
+              ExportedMotion(options.motion, exported.files, *dataset, "experiment " + std::to_string(experiment.id)));
+    return ExitCode::kOk;
   }
   const bool one_stream = options.out == kStandardOutput || files::IsStream(options.out);
   if (one_stream && exported.files.size() > 1) {
@@ -104,8 +159,8 @@ ExitCode Export(const ExportOptions& options) {
 }  // namespace
 
 void AddExportCommand(const app::Command& program, Invocation* invocation) {
-  const auto command =
-      program.AddCommand("export", "Write solutions as LegOpt solution JSON, which 'legopt evaluate' judges");
+  const auto command = program.AddCommand(
+      "export", "Write solutions as LegOpt solution JSON, which 'legopt evaluate' judges, or a motion");
   const auto options = std::make_shared<ExportOptions>();
   command.AddOption("ID", options->experiment, "Experiment (default: the newest)").Check(app::WholeNumber(1));
   command
@@ -113,9 +168,11 @@ void AddExportCommand(const app::Command& program, Invocation* invocation) {
                  "File to write, - for standard output; with " + AllTasks() + " are added to its name")
       .Required();
   AddResultFilterOptions(command, &options->filter);
+  AddMotionExportOptions(command, &options->motion);
   command.AddOption("--dataset", options->dataset,
                     "Dataset folder, for the problem definitions (default: the embedded garage-easier)");
   AddSourceOptions(command, &options->source);
+  command.SetFooter("Motions in time, their formats and players: docs/how-to/export-motions.md");
   command.WhenChosen([=] { invocation->body = [options] { return Export(*options); }; });
 }
 
@@ -134,32 +191,6 @@ struct EvaluateOptions {
   TimeUnit time_unit = kMilliseconds;
   OutputOptions output;
 };
-
-// Returns the solutions of a file in its order. Methods with different names have different ids.
-std::vector<FilteredItem> ItemsOf(const SolutionFile& file) {
-  std::map<std::string, std::int64_t> ids;
-  std::vector<FilteredItem> items;
-  for (const SolvedProblem& problem : file.problems) {
-    for (const Solution& solution : problem.solutions) {
-      MethodIdentity method;
-      method.method_id = ids.try_emplace(solution.method, std::ssize(ids)).first->second;
-      method.name = solution.method;
-      items.push_back({std::move(method), std::string(ToString(file.task)), solution.init_type});
-    }
-  }
-  return items;
-}
-
-// Removes the solutions that the filter omits; their problems then count as not solved.
-void KeepSolutions(const ResultFilter& filter, const std::string& name, SolutionFile* file) {
-  if (filter.empty()) return;
-  const std::vector<std::size_t> kept = KeptItems(ItemsOf(*file), filter, name);
-  std::size_t position = 0;
-  for (SolvedProblem& problem : file->problems) {
-    std::erase_if(problem.solutions,
-                  [&](const Solution& /*solution*/) { return !std::ranges::binary_search(kept, position++); });
-  }
-}
 
 ExitCode PrintDurations(const EvaluateOptions& options, const SolutionFile& file, const Dataset& dataset) {
   const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));

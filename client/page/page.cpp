@@ -10,6 +10,7 @@
 #include "client/client_error.h"
 #include "client/page/page_dataset.h"
 #include "client/page/page_file.h"
+#include "client/page/page_playback.h"
 #include "client/page/page_solutions.h"
 #include "db/named_queries.h"
 #include "legopt/input/json.h"
@@ -285,8 +286,6 @@ Page MakeReport(const ReportRequest& request) {
   return {file.Finish(), figures.notes};
 }
 
-namespace {}  // namespace
-
 ViewedJob ReadViewedJob(ResultSource& source, std::int64_t id) {
   const std::string name = "job " + std::to_string(id);
   const Listing row = source.Query(db::Sql(db::Query::kViewedJob, {{"job_id", id}}));
@@ -338,8 +337,11 @@ void AddViewedJobs(const ViewRequest& request, PageFile* file, Json* root, Probl
       throw ClientError(ExitCode::kUsage, "--ghost: job " + std::to_string(one.job.job_id) +
                                               " solves another problem than job " + std::to_string(*request.job));
     }
-    chunk.Add(one.job, ReadPageMotion(*source, one.job), TraceJson(*source, one.job.job_id), &lister,
-              FindingDepth::kBetween);
+    const PageMotion motion = ReadPageMotion(*source, one.job);
+    chunk.Add(one.job, motion, TraceJson(*source, one.job.job_id), &lister, FindingDepth::kBetween);
+    if (DescriptionOf(one.job.task).windowed) {
+      file->AddJson(PlaybackName(one.job.job_id), PlaybackJson(*request.dataset, one.job, motion));
+    }
     (*problems)[one.job.task].insert(one.job.problem);
     jobs.push_back(one.json);
     index.push_back({0, one.job.job_id});

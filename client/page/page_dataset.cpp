@@ -98,7 +98,8 @@ Json RobotJson(const Dataset& dataset, GeometryBlock* geometry) {
   return {{"name", robot.name()},
           {"weight_N", robot.total_mass() * dataset.gravity_m_s2()},
           {"dofs", DofNames(robot)},
-          {"efforts", EffortLimitsJson(robot)},
+          {"efforts", LimitsJson(robot.effort_limits())},
+          {"velocities", LimitsJson(robot.velocity_limits())},
           {"links", links},
           {"joints", joints},
           {"feet", feet}};

@@ -9,18 +9,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kLength_m = 1e-4, kForce_N = 1e-2, kShare = 1e-4;  // units of rounding
 
-Json RoundedTo(double unit, double value) {
-  // A quotient has the shortest decimal text; a product with 1e-4 has not.
-  return std::isfinite(value) ? Json(std::round(value / unit) / std::round(1.0 / unit)) : Json();
-}
-
-template <class Vector>
-Json RoundedVectorJson(double unit, const Vector& vector) {
-  Json json = Json::array();
-  for (const double value : vector) json.push_back(RoundedTo(unit, value));
-  return json;
-}
-
 Json MovementJson(const SurfaceMovement& movement) {
   Json json = {{"movement", ToString(movement.movement)}, {"at", RoundedVectorJson(kLength_m, movement.position_W)}};
   if (movement.movement == ContactMovement::kRests) return json;
@@ -45,6 +33,11 @@ Json ContactJson(const ContactHolding& contact) {
 
 }  // namespace
 
+Json RoundedTo(double unit, double value) {
+  // A quotient has the shortest decimal text; a product with 1e-4 has not.
+  return std::isfinite(value) ? Json(std::round(value / unit) / std::round(1.0 / unit)) : Json();
+}
+
 Json HoldingJson(const HoldingDiagnostic& holding, bool with_polygon) {
   Json contacts = Json::array();
   for (const ContactHolding& contact : holding.contacts) contacts.push_back(ContactJson(contact));
@@ -63,12 +56,10 @@ Json HoldingJson(const HoldingDiagnostic& holding, bool with_polygon) {
   return json;
 }
 
-Json EffortLimitsJson(const RobotModel& robot) {
-  Json limits = Json::array();
-  for (const double limit : robot.effort_limits()) {
-    limits.push_back(std::isfinite(limit) && limit > 0.0 ? Json(limit) : Json());
-  }
-  return limits;
+Json LimitsJson(const Eigen::VectorXd& limits) {
+  Json json = Json::array();
+  for (const double limit : limits) json.push_back(std::isfinite(limit) && limit > 0.0 ? Json(limit) : Json());
+  return json;
 }
 
 }  // namespace legopt::client

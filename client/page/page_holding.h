@@ -1,9 +1,9 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <nlohmann/json.hpp>
 
 #include "legopt/judge/internal/holding_diagnostic.h"
-#include "legopt/robot/robot_model.h"
 
 namespace legopt::client {
 
@@ -12,7 +12,18 @@ namespace legopt::client {
 /// and shares to 1e-4. `with_polygon`: include the equilibrium polygon.
 nlohmann::ordered_json HoldingJson(const HoldingDiagnostic& holding, bool with_polygon);
 
-/// Returns the effort limit of each degree of freedom, N m or N; null: none.
-nlohmann::ordered_json EffortLimitsJson(const RobotModel& robot);
+/// Returns limits of degrees of freedom; null: none.
+nlohmann::ordered_json LimitsJson(const Eigen::VectorXd& limits);
+
+/// Returns a number rounded to a multiple of `unit`, with a short decimal text; null if it is not finite.
+nlohmann::ordered_json RoundedTo(double unit, double value);
+
+/// Returns the numbers of a vector or list, rounded to multiples of `unit`.
+template <class Vector>
+nlohmann::ordered_json RoundedVectorJson(double unit, const Vector& vector) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const double value : vector) json.push_back(RoundedTo(unit, value));
+  return json;
+}
 
 }  // namespace legopt::client

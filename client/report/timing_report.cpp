@@ -5,7 +5,7 @@
 #include <map>
 #include <memory>
 
-#include "legopt/judge/internal/path_examiner.h"
+#include "client/report/motion_path.h"
 #include "legopt/math/parallel.h"
 #include "legopt/types/input_error.h"
 
@@ -18,33 +18,6 @@ double Median(std::vector<double> values) {
   std::ranges::sort(values);
   const size_t half = values.size() / 2;
   return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
-}
-
-/// Returns the path of a solution, or the reason why it is none.
-std::string ReadPath(Task task, const Solution& solution, int num_waypoints, int size, TimedPath* path) {
-  if (solution.unreadable) return solution.unreadable->Describe();
-  if (IsTimed(task)) {
-    const std::optional<PathDiagnostic> fault = ParsePath(solution.waypoints, num_waypoints, size, path);
-    return fault ? fault->detail : "";
-  }
-  if (std::ssize(solution.waypoints) != num_waypoints) {
-    return std::to_string(solution.waypoints.size()) + " of " + std::to_string(num_waypoints) + " waypoints";
-  }
-  path->points = solution.waypoints;
-  for (int w = 0; w < num_waypoints; ++w) path->times.push_back(w);
-  return "";
-}
-
-const ProblemDefinition& DefinitionOf(const SolutionFile& file, const SolvedProblem& problem, const Dataset& dataset) {
-  if (!problem.definition.stances.empty()) return problem.definition;
-  for (const ProblemDefinition& posed : dataset.problems(file.task)) {
-    if (posed.id == problem.definition.id) return posed;
-  }
-  throw InputError({.file = file.path,
-                    .field = "problem " + std::to_string(problem.definition.id),
-                    .value = "",
-                    .message = "has no definition, neither here nor in the dataset '" + dataset.name() + "'",
-                    .fix = "name the dataset that poses it with --dataset"});
 }
 
 }  // namespace
@@ -71,19 +44,16 @@ std::vector<TimedSolution> TimeSolutions(const SolutionFile& file, const Dataset
   std::vector<TimedSolution> timed(items.size());
   ForEachIndex(threads, items.size(), [&](int worker, size_t i) {
     const auto& [problem, solution] = items[i];
-    const auto stances = static_cast<int>(problem->stances.size());
-    const int count = NumWaypoints(file.task, stances);
-    timed[i] = {
-        .method = solution->method, .problem_id = problem->id, .num_stances = stances, .fault = "", .timing = {}};
-    TimedPath path;
-    timed[i].fault = ReadPath(file.task, *solution, count, dataset.robot().configuration_size(), &path);
+    const MotionPath motion = ReadMotionPath(file.task, *problem, *solution, dataset.robot().configuration_size());
+    timed[i] = {.method = solution->method,
+                .problem_id = problem->id,
+                .num_stances = static_cast<int>(problem->stances.size()),
+                .fault = motion.fault,
+                .timing = {}};
     if (!timed[i].fault.empty()) return;
-    std::vector<const Stance*> of_waypoints;
-    for (int w = 0; w < count; ++w) {
-      of_waypoints.push_back(&problem->stances[static_cast<size_t>(StanceOfWaypoint(file.task, w))]);
-    }
     try {
-      timed[i].timing = timers[static_cast<size_t>(worker)]->Compute(of_waypoints, path.times, path.points);
+      timed[i].timing =
+          timers[static_cast<size_t>(worker)]->Compute(motion.stances, motion.path.times, motion.path.points);
     } catch (const InputError& error) {
       timed[i].fault = error.fault().message + ": " + error.fault().field + " " + error.fault().value;
     }

@@ -9,6 +9,7 @@
 #include "client/client_error.h"
 #include "client/page/page.h"
 #include "client/page/page_file.h"
+#include "client/page/page_playback.h"
 #include "client/service/experiment_status.h"
 #include "db/named_queries.h"
 #include "legopt/input/json.h"
@@ -19,13 +20,13 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
 
-constexpr unsigned kNotFound = 404, kBadRequest = 400;
+constexpr unsigned kNotFound = 404, kBadRequest = 400, kBusy = 503;
 constexpr std::size_t kMaxKeptBytes = 64U << 20U;
 constexpr std::size_t kMaxExperiments = 8;
 constexpr std::size_t kMaxFigures = 8;                // number of cached sets of experiments
 constexpr std::chrono::seconds kShortestInterval{5};  // minimum time between two computations of the same figures
 constexpr int kIntervalPerWork = 10;                  // minimum time as a multiple of the computing time
-constexpr char kBlocks[] = "/blocks/", kMotion[] = "motion-", kSolutions[] = "solutions-";
+constexpr char kBlocks[] = "/blocks/", kMotion[] = "motion-", kSolutions[] = "solutions-", kPlayback[] = "playback-";
 
 std::optional<std::int64_t> EnumNumber(std::string_view text) {
   std::int64_t number = 0;
@@ -86,9 +87,10 @@ HttpReply LiveBlocks::Make(const HttpRequest& request) {
   const std::string block = request.path.substr(std::min(sizeof(kBlocks) - 1, request.path.size()));
   try {
     if (block == "page") return MakeFigures(request.experiment);
-    for (const std::string prefix : {kMotion, kSolutions}) {
+    for (const std::string prefix : {kMotion, kSolutions, kPlayback}) {
       if (!block.starts_with(prefix)) continue;
-      if (const auto job = EnumNumber(std::string_view(block).substr(prefix.size()))) return MakeSolution(block, *job);
+      const auto job = EnumNumber(std::string_view(block).substr(prefix.size()));
+      if (job) return prefix == kPlayback ? MakePlayback(block, *job) : MakeSolution(block, *job);
     }
   } catch (const ClientError& error) {
     if (error.code() == ExitCode::kUsage) return TextReply(kNotFound, error.what());
@@ -151,18 +153,42 @@ HttpReply LiveBlocks::MakeSolution(const std::string& block, std::int64_t job) {
     return *known;  // the page requests both blocks of a solution
                     // at once
   const ViewedJob viewed = ReadViewedJob(*source_, job);
+  const auto dataset = DatasetOf(viewed);
+  if (!dataset) return TextReply(kNotFound, "the dataset of job " + std::to_string(job) + " was not found");
   auto& lister = listers_[viewed.dataset_hash];
-  for (const auto& dataset : request_.datasets) {
-    if (!lister && dataset->content_hash() == viewed.dataset_hash)
-      lister = std::make_unique<WaypointInspector>(dataset);
-  }
-  if (!lister) return TextReply(kNotFound, "the dataset of job " + std::to_string(job) + " was not found");
+  if (!lister) lister = std::make_unique<WaypointInspector>(dataset);
   SolutionChunk chunk;
   chunk.Add(viewed.job, ReadPageMotion(*source_, viewed.job), TraceJson(*source_, job), lister.get(),
             FindingDepth::kBetween);
   const HttpReply motion = Keep(kMotion + std::to_string(job), chunk.bytes());
   const HttpReply solutions = Keep(kSolutions + std::to_string(job), Dump(chunk.json()));
   return block.starts_with(kMotion) ? motion : solutions;
+}
+
+std::shared_ptr<const Dataset> LiveBlocks::DatasetOf(const ViewedJob& viewed) const {
+  const auto found = std::ranges::find(request_.datasets, viewed.dataset_hash,
+                                       [](const auto& dataset) { return dataset->content_hash(); });
+  return found == request_.datasets.end() ? nullptr : *found;
+}
+
+HttpReply LiveBlocks::MakePlayback(const std::string& block, std::int64_t job) {
+  // Waiting would take the thread that other requests need.
+  const std::unique_lock computing(playback_mutex_, std::try_to_lock);
+  if (!computing) return TextReply(kBusy, "the server computes another motion; ask again in a second");
+  if (const auto known = TryAnswer({kBlocks + block, ""})) return *known;
+  ViewedJob viewed;
+  PageMotion motion;
+  {
+    const std::lock_guard reading(solutions_mutex_);
+    viewed = ReadViewedJob(*source_, job);
+    motion = ReadPageMotion(*source_, viewed.job);
+  }
+  const auto dataset = DatasetOf(viewed);
+  if (!dataset) return TextReply(kNotFound, "the dataset of job " + std::to_string(job) + " was not found");
+  if (!DescriptionOf(viewed.job.task).windowed) {
+    return TextReply(kNotFound, "job " + std::to_string(job) + " is a posture, which has no duration");
+  }
+  return Keep(block, Dump(PlaybackJson(*dataset, viewed.job, motion)));
 }
 
 HttpReply LiveBlocks::BlockReply(const std::string& bytes) {

@@ -43,6 +43,8 @@ class LiveBlocks {
 
   HttpReply MakeFigures(const std::string& experiments);
   HttpReply MakeSolution(const std::string& block, std::int64_t job);
+  HttpReply MakePlayback(const std::string& block, std::int64_t job);
+  std::shared_ptr<const Dataset> DatasetOf(const ViewedJob& viewed) const;  ///< null if it was not found
   std::vector<PageSource> SourcesOf(const std::string& experiments) const;
   HttpReply Keep(const std::string& name, const std::string& bytes);
   HttpReply BlockReply(const std::string& bytes);
@@ -52,6 +54,8 @@ class LiveBlocks {
 
   std::mutex figures_mutex_;  // held while figures are computed
   std::map<std::string, Figures> figures_;
+
+  std::mutex playback_mutex_;  // held while a time law is computed; locked before solutions_mutex_
 
   std::mutex solutions_mutex_;  // held while a solution is judged
   std::unique_ptr<ResultSource> source_;

@@ -11,8 +11,6 @@
 namespace legopt {
 namespace {
 
-constexpr double kWaypointSlack = 1e-3, kCurveSlack = 2e-3;  // shares of weight, and m
-
 /// Returns whether all points are the same configuration, up to rounding.
 bool IsAtRest(std::span<const Eigen::VectorXd> points) {
   constexpr double kEqual = 1e-12;
@@ -125,6 +123,7 @@ void MotionTimer::Report(const std::vector<double>& grid, const TimeLaw& law, Mo
   timing->optimal = law.optimal;
   timing->parameters = grid;
   timing->times_s.clear();
+  timing->speed_squares = law.x;
   timing->limits = {};
   if (!law.exists) {
     if (law.blocked < 0) return;

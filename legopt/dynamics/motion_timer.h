@@ -33,6 +33,8 @@ struct MotionTiming {
   std::string blocked_by;          ///< its limit in words, e.g. "torque of back_ubx"
   std::vector<double> parameters;  ///< grid, in segments: waypoint w is at w
   std::vector<double> times_s;     ///< time at each point of the grid; empty without a time law
+  /// (ds/dt)^2 at each point of the grid, 1/s^2; linear in s between points. Empty without a time law.
+  std::vector<double> speed_squares;
 
   static constexpr double kReducedShare = 0.8;
 };
@@ -48,6 +50,8 @@ class MotionTimer {
  public:
   static constexpr int kLeastPerPiece = 4, kLeastPerSegment = 32, kMostRefinements = 2;
   static constexpr double kGridAccuracy = 0.02;
+  /// Slack of the balance at waypoints and between them: forces in units of the weight, moments in weight times 1 m.
+  static constexpr double kWaypointSlack = 1e-3, kCurveSlack = 2e-3;
   /// Largest number of points of a grid; throws InputError for motions that need more.
   static constexpr int kMostPoints = 200'000;
 

@@ -4,50 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
-#include <memory>
 
-#include "legopt/dataset/dataset.h"
-#include "legopt/judge/internal/path_examiner.h"
-#include "legopt/judge/solution_file.h"
 #include "legopt/types/input_error.h"
-#include "tests/folders.h"
+#include "tests/dynamics/planted_motions.h"
 
 namespace legopt {
 namespace {
 
-struct Motion {
-  std::vector<const Stance*> stances;  ///< per waypoint
-  TimedPath path;
-};
-
-class MotionTimerTest : public ::testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    const std::string folder = SourceFolder() + "/data/contacts-quadruped";
-    dataset_ = Dataset::Load(folder);
-    file_ = ReadSolutions(folder + "/solutions-motion.json");
-  }
-  static void TearDownTestSuite() { dataset_.reset(); }
-
-  static Motion MotionOf(const SolvedProblem& solved) {
-    Motion motion;
-    const ProblemDefinition& problem = dataset_->problem(Task::kMotion, solved.definition.id);
-    const int count = NumWaypoints(Task::kBalanced, static_cast<int>(problem.stances.size()));
-    for (int w = 0; w < count; ++w) {
-      motion.stances.push_back(&problem.stances[static_cast<size_t>(StanceOfWaypoint(Task::kBalanced, w))]);
-    }
-    EXPECT_FALSE(
-        ParsePath(solved.solutions.front().waypoints, count, dataset_->robot().configuration_size(), &motion.path));
-    return motion;
-  }
-  static MotionTiming Time(const Motion& motion) {
-    return MotionTimer(*dataset_).Compute(motion.stances, motion.path.times, motion.path.points);
-  }
-
-  inline static std::shared_ptr<const Dataset> dataset_;
-  inline static SolutionFile file_;
-};
+using MotionTimerTest = PlantedMotions;
+using Motion = PlantedMotion;
 
 TEST_F(MotionTimerTest, PlantedMotionsHaveTimeLawsInTheRightOrder) {
   int finite = 0;

@@ -79,6 +79,7 @@ export interface Dataset {
   robot: {
     name: string; dofs: string[];
     weight_N?: number; efforts?: (number | null)[];  // per degree of freedom, N m or N; absent in older files
+    velocities?: (number | null)[];  // limits likewise, rad/s or m/s
     links: { name: string; mass_kg: number; com: [number, number, number]; meshes: number[]; convex: number | null }[];
     joints: Joint[]; feet: { link: number; name: string; kind: string; lower: number[]; upper: number[]; outline: number[][] }[];
   };
@@ -118,6 +119,14 @@ export interface Solution {
   times?: number[];  // paths: time of each configuration, in steps from waypoint to waypoint
   x: Float64Array[];
 }
+/** A motion in time, or the reason why it cannot be executed. Lists have one entry per sample. */
+export interface Playback {
+  duration_s: number | null; reason?: string; blocked_at?: number; blocked_by?: string;
+  nearest?: Record<string, number>;  // shares of the duration by the nearest limit
+  times_s: number[]; waypoints: number[]; x: number[][]; velocities: number[][]; torques: number[][];
+  points: { contact: string; at: number[]; normal: number[]; friction: number | null }[];
+  forces: number[][][];  // per force: index of its point, then x, y, z in N
+}
 export interface Page {
   format: number; kind: 'report' | 'view'; title: string; written_utc?: string;
   legopt: { version: string; build_id: string }; rule: string; notes: string[];
@@ -128,10 +137,16 @@ export interface Page {
 /** Whether a server sends the blocks, instead of this file holding them (legopt serve). */
 export const isLive = document.documentElement.dataset.live !== undefined;
 
+class ServerError extends Error {
+  constructor(readonly status: number, text: string) { super(`the server answered ${status}: ${text}`); }
+}
+
+const BUSY = 503, RETRY_MS = 1000;
+
 async function sentBytesOf(name: string): Promise<ArrayBuffer> {
   const answer = await fetch(`blocks/${name}${location.search}`);
   if (answer.status === 404) throw new Error(await answer.text());  // names the missing block and the reason
-  if (!answer.ok || !answer.body) throw new Error(`the server answered ${answer.status}: ${await answer.text()}`);
+  if (!answer.ok || !answer.body) throw new ServerError(answer.status, await answer.text());
   return new Response(answer.body.pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
 }
 
@@ -205,6 +220,28 @@ export async function readSolution(page: Page, experiment: number, job: number):
   const index = page.chunks.findIndex((chunk) => chunk.some(([e, j]) => e === experiment && j === job));
   if (index < 0) return null;
   return (await readChunk(index)).find((s) => s.experiment === experiment && s.job === job) ?? null;
+}
+
+/** Asks until the server, which computes one motion at a time, has computed this one. */
+async function sentPlayback(name: string): Promise<Playback> {
+  for (;;) {
+    try {
+      return await readJson<Playback>(name);
+    } catch (error) {
+      if (!(error instanceof ServerError) || error.status !== BUSY) throw error;
+    }
+    await new Promise((resolve) => { setTimeout(resolve, RETRY_MS); });
+  }
+}
+
+const playbacks = new Map<number, Promise<Playback>>();
+
+/** The motion of a job in time; null if this file does not contain it. Throws, with the reason, if it cannot be loaded. */
+export async function readPlayback(job: number): Promise<Playback | null> {
+  const name = `playback-${job}`;
+  if (!isLive && !document.getElementById(name)) return null;
+  if (!playbacks.has(job)) playbacks.set(job, isLive ? sentPlayback(name) : readJson<Playback>(name));
+  return playbacks.get(job)!.catch((error) => { playbacks.delete(job); throw error; });
 }
 
 export function holdsSolution(page: Page, experiment: number, job: number): boolean {

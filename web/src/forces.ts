@@ -150,16 +150,16 @@ function polygonAt(corners: [number, number][], height: number): Group {
   return made;
 }
 
-/** Everything that the findings say about forces. `floor`: height at which polygons are drawn. */
-export function drawForces(dataset: Dataset, poses: Matrix4[], findings: Findings, floor: number): Group {
-  const made = new Group(), { holding } = findings;
+/** Forces and torques. `findings`: of the posture, for its polygon and its fall; `floor`: height at which polygons are drawn. */
+export function drawForces(dataset: Dataset, poses: Matrix4[], holding: Holding, findings: Findings | null, floor: number): Group {
+  const made = new Group();
   made.name = 'forces';
-  if (!holding) return made;
   const size = sizeOf(dataset), scale = metresPerNewton(dataset), forces = new Group(), cones = new Group();
   forces.name = 'contact forces';
   cones.name = 'friction cones';
   holding.contacts.forEach((contact) => addContact(contact, scale, size, forces, cones));
-  made.add(polygonAt(holding.polygon ?? findings.polygon, floor), cones, forces, torqueBars(dataset, poses, holding, size), collapse(holding, findings.com, size));
+  made.add(cones, forces, torqueBars(dataset, poses, holding, size));
+  if (findings) made.add(polygonAt(holding.polygon ?? findings.polygon, floor), collapse(holding, findings.com, size));
   return made;
 }
 

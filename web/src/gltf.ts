@@ -45,7 +45,7 @@ export async function exportMotion(dataset: Dataset, meshes: Mesh[], x: Float64A
   for (const [w, waypoint] of x.entries()) {
     const poses = tree.update(waypoint), found = findings?.[w];
     if (found?.holding) {
-      const group = drawForces(dataset, poses, found, floorOf(dataset, poses, found));
+      const group = drawForces(dataset, poses, found.holding, found, floorOf(dataset, poses, found));
       if (x.length > 1) group.name = `forces at waypoint ${w}`;
       root.add(group);
       forces.push({ group, waypoint: w });

@@ -34,7 +34,7 @@ function Collapse({ holding, look }: { holding: Holding; look: (p: number[]) => 
   );
 }
 
-function Forces({ holding }: { holding: Holding }) {
+export function ContactForces({ holding }: { holding: Holding }) {
   return (
     <>
       <h3>Contact forces</h3>
@@ -66,7 +66,7 @@ function Torques({ dataset, holding, lookAt }: { dataset: Dataset; holding: Hold
 
 export function HoldingList({ dataset, holding, look, lookAt }: { dataset: Dataset; holding: Holding; look: (p: number[]) => void; lookAt: (link: number) => void }) {
   if (!holding.balanced) return <Collapse holding={holding} look={look} />;
-  return <><Forces holding={holding} /><Torques dataset={dataset} holding={holding} lookAt={lookAt} /></>;
+  return <><ContactForces holding={holding} /><Torques dataset={dataset} holding={holding} lookAt={lookAt} /></>;
 }
 
 /** Scale of the arrows for the present zoom, and colours. `most`: largest length of its arrow, pixels. */

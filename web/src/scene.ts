@@ -4,7 +4,7 @@ import {
   LineLoop, LineSegments, Mesh as Drawn, MeshBasicMaterial, MeshStandardMaterial, PerspectiveCamera, Scene, SphereGeometry, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
-import type { Dataset, Findings, Mesh, Overlap } from './data';
+import type { Dataset, Findings, Holding, Mesh, Overlap } from './data';
 import { POLYGON, drawForces, floorOf, metresPerNewton } from './forces';
 import { LinkTree, poseMatrix } from './motion';
 import { isDark } from './marks';
@@ -296,10 +296,11 @@ export class View {
     }
   }
 
-  /** Draws contact forces, friction cones, torques, and how the robot falls if it is not held. */
-  drawForces(findings: Findings | null): void {
+  /** Draws contact forces, friction cones, torques, and how the robot falls if it is not held. `findings`: of a posture; a motion has none. */
+  drawForces(holding: Holding | undefined, findings: Findings | null): void {
     this.clear(this.forces);
-    if (findings?.holding) this.forces.add(drawForces(this.dataset, this.tree.poses, findings, floorOf(this.dataset, this.tree.poses, findings)));
+    const floor = findings ? floorOf(this.dataset, this.tree.poses, findings) : 0;
+    if (holding) this.forces.add(drawForces(this.dataset, this.tree.poses, holding, findings, floor));
   }
 
   /** Length of the arrow of one newton at the point that the camera turns about, in pixels of the page. */

@@ -1,14 +1,16 @@
 // One solution: the 3D view, and a list of the judge's findings.
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import { dot, line, plot, ruleY } from '@observablehq/plot';
-import { readGeometry, readSolution, reasonOf, type Dataset, type Findings, type Mesh, type Overlap, type Page, type Solution, type Trace } from './data';
+import { readGeometry, readPlayback, readSolution, reasonOf, type Dataset, type Findings, type Mesh, type Overlap, type Page, type Playback, type Solution, type Trace } from './data';
 import { Figure } from './figure';
 import { ForceLegend, HoldingList, failingContact } from './holding';
 import { exportMotion } from './gltf';
 import { DASHES, colour, faint, ink } from './marks';
 import { between } from './motion';
+import { BlockedNote, PlaybackList, ShareCurves, TimeSlider, useFrames } from './playback';
 import { View, type Layers } from './scene';
 import { go, href, type State } from './state';
+import { holdingOf, isExecutable, sampleAt, stateAt } from './timed';
 import { length, number, save, words } from './text';
 
 const SAMPLES = 11;  // ten between two waypoints, like the judge
@@ -158,6 +160,10 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
   const [failure, setFailure] = useState('');         // reason for which the solution could not be loaded
   const [ghostFailure, setGhostFailure] = useState('');
   const [at, setAt] = useState(0);
+  const [playback, setPlayback] = useState<Playback | null | undefined>(undefined);  // undefined: not loaded yet
+  const [playbackFailure, setPlaybackFailure] = useState('');
+  const [inTime, setInTime] = useState(false);        // the slider has seconds, not waypoints
+  const [time, setTime] = useState(0);
   const [playing, setPlaying] = useState(false);
   const [speed, setSpeed] = useState(1);
   const [ready, setReady] = useState(false);
@@ -180,6 +186,22 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
     }).catch((error) => { if (!left) setFailure(reasonOf(error)); });
     return () => { left = true; };
   }, [subject.experiment, subject.job]);
+  useEffect(() => {
+    let left = false;
+    setPlayback(undefined);
+    setPlaybackFailure('');
+    setInTime(false);
+    setTime(0);
+    if (!solution || solution.x.length < 2) return undefined;
+    readPlayback(solution.job).then((found) => {
+      if (left) return;
+      setPlayback(found);
+      if (!isExecutable(found) || state.w !== undefined || solution.failed_waypoint !== undefined) return;
+      setInTime(true);
+      setLayers((chosen) => ({ ...chosen, forces: true }));
+    }).catch((error) => { if (!left) setPlaybackFailure(reasonOf(error)); });
+    return () => { left = true; };
+  }, [solution]);
   useEffect(() => {
     let left = false;
     setGhost(null);
@@ -217,26 +239,29 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
     return () => { gone = true; cleanups.forEach((f) => f()); view.current = null; };
   }, [subject.dataset]);
 
-  const x = solution?.x ?? [], last = solution ? lastOf(solution) : 0, place = Math.min(at, last);
+  const timed = inTime && isExecutable(playback) ? playback : null;
+  const moment = useMemo(() => (timed ? stateAt(timed, time) : null), [timed, time]);
+  const holding = useMemo(() => (timed ? holdingOf(subject.dataset, timed, sampleAt(timed, time)) : null), [timed, time]);
+  const x = solution?.x ?? [], last = solution ? lastOf(solution) : 0, place = moment?.waypoint ?? Math.min(at, last);
   const stances = subject.dataset.problems[subject.task]?.[String(subject.problem)] ?? [];
   const unsolved = solution?.unsolved, attempt = unsolved !== undefined && Math.floor(place + 1e-9) >= unsolved.from;
   const perStance = unsolved?.waypoints_per_stance ?? (last + 1) / Math.max(1, stances.length);
   const present = x.length > 0 ? Math.min(stances.length - 1, Math.floor(Math.floor(place + 1e-9) / perStance)) : 0;
   const fraction = place - Math.floor(place + 1e-9) > 1e-6;
-  const findings = !fraction ? solution?.findings?.[Math.floor(place + 1e-9)] ?? null : null;
-  const overlaps = useMemo(() => (solution ? overlapsAt(solution, place) : []), [solution, place]);
+  const findings = !fraction && !timed ? solution?.findings?.[Math.floor(place + 1e-9)] ?? null : null;
+  const overlaps = useMemo(() => (solution && !timed ? overlapsAt(solution, place) : []), [solution, place, timed]);
 
   useEffect(() => {
     const shown = view.current;
     if (!shown || !ready || solution === undefined) return;
     Object.assign(shown.layers, layers);
-    const now = solution && x.length > 0 ? configuration(solution, place) : null;
+    const now = moment?.x ?? (solution && x.length > 0 ? configuration(solution, place) : null);
     shown.show(now, ghost && ghost.x.length > 0 ? configuration(ghost, Math.min(place, lastOf(ghost))) : null);
     shown.drawTargets(stances, present);
     shown.drawFindings(findings, overlaps, failsBy(rule), now, attempt);
-    shown.drawForces(findings);
+    shown.drawForces(holding ?? findings?.holding, findings);
     shown.apply();
-  }, [ready, solution, ghost, place, layers, rule]);
+  }, [ready, solution, ghost, place, layers, rule, timed]);
   useEffect(() => {
     if (!ready || solution === undefined || !view.current) return;
     if (x.length === 0) view.current.lookAtFeet(stances.flatMap((stance) => stance.feet));
@@ -246,18 +271,12 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
     else if (decisive?.link !== undefined) view.current.lookAtLink(decisive.link);
     (window as unknown as { legopt: Record<string, unknown> }).legopt.looksAt = subject.job;
   }, [ready, solution]);
-  useEffect(() => {
-    if (!playing) return;
-    let frame = 0, before = performance.now();  // the time of a frame may be earlier
-    const step = (now: number) => {
-      setAt((a) => { const next = a + Math.max(0, now - before) / 1000 * RATE * speed; before = now; if (next >= last) { setPlaying(false); return last; } return next; });
-      frame = requestAnimationFrame(step);
-    };
-    frame = requestAnimationFrame(step);
-    return () => cancelAnimationFrame(frame);
-  }, [playing, speed, last]);
+  useFrames(playing, (elapsed_s) => {
+    const [set, rate, end] = timed ? [setTime, speed, timed.duration_s] as const : [setAt, RATE * speed, last] as const;
+    set((before) => { const next = before + elapsed_s * rate; if (next >= end) { setPlaying(false); return end; } return next; });
+  }, [speed, last, timed]);
 
-  const moveTo = (value: number) => { setPlaying(false); setAt(value); go({ w: value === 0 ? undefined : Math.round(value * SAMPLES) / SAMPLES }, true); };
+  const moveTo = (value: number) => { setPlaying(false); setInTime(false); setAt(value); go({ w: value === 0 ? undefined : Math.round(value * SAMPLES) / SAMPLES }, true); };
   const collidingAt = useMemo(() => {
     const places: number[] = [];
     solution?.findings?.forEach((f, w) => { if (f.com_violated || f.feet.some((foot) => foot.violated) || f.limits.some((l) => l.violated) || f.overlaps.some(failsBy(rule)) || (rule === 'physical' && holdingFails(f))) places.push(w); });
@@ -285,13 +304,19 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
           <div class="canvas-box">
             {failure && <p class="note" role="alert">The solution of job {subject.job} cannot be loaded: {failure}</p>}
             <canvas ref={canvas} tabIndex={0} aria-label={CONTROLS} title={CONTROLS} onKeyDown={(e) => { if (view.current?.press(e)) e.preventDefault(); }} style={problem || failure ? { display: 'none' } : {}} />
-            {layers.forces && findings?.holding && !problem && !failure && pixelsPerNewton > 0 && <ForceLegend pixelsPerNewton={pixelsPerNewton} most={LEGEND_PIXELS} />}</div>
+            {layers.forces && (holding ?? findings?.holding) && !problem && !failure && pixelsPerNewton > 0 && <ForceLegend pixelsPerNewton={pixelsPerNewton} most={LEGEND_PIXELS} />}</div>
           {x.length > 1 && <div class="bar player">
-            <button onClick={() => { if (place >= last) setAt(0); setPlaying(!playing); }} aria-label={playing ? 'pause' : 'play'}>{playing ? '\u275a\u275a' : '\u25b6'}</button>
-            <input type="range" aria-label="waypoint" min={0} max={last} step={solution?.between || solution?.times ? 1 / SAMPLES : 1} value={place} onInput={(e) => moveTo(Number(e.currentTarget.value))} />
-            <output>waypoint {String(Math.round(place * 100) / 100)} of {last}{attempt && ', not solved'}</output>
+            <button onClick={() => { if (timed && time >= timed.duration_s) setTime(0); if (!timed && place >= last) setAt(0); setPlaying(!playing); }} aria-label={playing ? 'pause' : 'play'}>{playing ? '\u275a\u275a' : '\u25b6'}</button>
+            {timed ? <TimeSlider playback={timed} time={time} moveTo={(time_s) => { setPlaying(false); setTime(time_s); }} /> : <>
+              <input type="range" aria-label="waypoint" min={0} max={last} step={solution?.between || solution?.times ? 1 / SAMPLES : 1} value={place} onInput={(e) => moveTo(Number(e.currentTarget.value))} />
+              <output>waypoint {String(Math.round(place * 100) / 100)} of {last}{attempt && ', not solved'}</output></>}
             <label>speed <select value={speed} onChange={(e) => setSpeed(Number(e.currentTarget.value))}>{[0.25, 0.5, 1, 2, 5].map((s) => <option key={s} value={s}>{s}</option>)}</select></label>
+            {isExecutable(playback) && <label><input type="checkbox" checked={inTime} onChange={() => { setPlaying(false); setInTime(!inTime); }} /> in time</label>}
           </div>}
+          {timed && <ShareCurves dataset={subject.dataset} playback={timed} time={time} />}
+          {playback && !isExecutable(playback) && <BlockedNote playback={playback} go={moveTo} />}
+          {playbackFailure && <p class="note" role="alert">The shortest time of the motion cannot be loaded: {playbackFailure}</p>}
+          {x.length > 1 && playback === undefined && !playbackFailure && <p class="none">The shortest time of the motion is being computed.</p>}
           <div class="bar">
             {solution?.failed_waypoint !== undefined && x.length > 1 && <button onClick={() => moveTo(solution.failed_waypoint!)}>failed waypoint {solution.failed_waypoint}</button>}
             {x.length > 1 && collidingAt.length > 0 && <button onClick={() => moveTo(collidingAt.find((p) => p > place + 1e-3) ?? collidingAt[0])}>next of {collidingAt.length} violations</button>}
@@ -306,7 +331,8 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
             {ghostJob !== null && <a href={href({ job: ghostJob, ghost: subject.job ?? undefined, w: undefined })}>swap</a>}</div>}
           <p class="caption">The drawing shows the exact meshes that the judge uses. Orange and yellow: a colliding pair with its witness points; green: footholds and centre of mass, blue: support polygon; light blue balls: joints at limits. Forces: arrows and friction cones at contacts (pink: at the limit of friction), torques along the joints' axes, purple: equilibrium polygon. {words(subject.dataset.name)}, metres.</p>
         </div>
-        {solution && (solution.findings || solution.between
+        {timed && holding ? <PlaybackList dataset={subject.dataset} playback={timed} time={time} holding={holding} lookAt={(link) => view.current?.lookAtLink(link)} />
+          : solution && (solution.findings || solution.between
           ? <FindingList dataset={subject.dataset} findings={findings} overlaps={overlaps} fraction={fraction} rule={rule} look={(p) => view.current?.look(p)} lookAt={(link) => view.current?.lookAtLink(link)} />
           : solution.times ? <p class="none">A path of {x.length} points{solution.failed_waypoint === undefined ? '.' : '; what the judge found is said above.'}</p>
           : <p class="none">Solved: no violation by the rule. <code>legopt view {subject.job}</code> lists each waypoint.</p>)}
