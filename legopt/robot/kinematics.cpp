@@ -264,7 +264,9 @@ void Kinematics::GravityTorques(double g, Eigen::Ref<Eigen::VectorXd> tau) const
   }
 }
 
-void Kinematics::GravityTorqueJacobian(double g, Eigen::Ref<Eigen::MatrixXd> jacobian) const {
+/// `lift`: component of axis x lever against the weight.
+template <class Lift>
+void Kinematics::LeverJacobian(double g, const Lift& lift, Eigen::Ref<Eigen::MatrixXd> jacobian) const {
   jacobian.setZero();
   const int turn = model_->base_rotation_index();
   for (int body = 1; body < model_->num_bodies(); ++body) {
@@ -275,13 +277,26 @@ void Kinematics::GravityTorqueJacobian(double g, Eigen::Ref<Eigen::MatrixXd> jac
       const auto d = static_cast<size_t>(above) - 1;
       const BodyJoint& other = body_joints_[d];
       if (other.kind == AxisKind::kPrismatic) continue;  // translation: does not rotate the lever
-      const double entry = joint.multiplier * other.multiplier * (axis_W_[d].x() * v.y() - axis_W_[d].y() * v.x());
+      const double entry = joint.multiplier * other.multiplier * lift(axis_W_[d], v);
       jacobian(joint.dof, other.dof) += entry;
       if (above != body) jacobian(other.dof, joint.dof) += entry;
     }
-    jacobian(joint.dof, turn) += joint.multiplier * v.y();
-    jacobian(joint.dof, turn + 1) -= joint.multiplier * v.x();
+    for (int axis = 0; axis < 3; ++axis) {
+      jacobian(joint.dof, turn + axis) += joint.multiplier * lift(Eigen::Vector3d::Unit(axis), v);
+    }
   }
+}
+
+void Kinematics::GravityTorqueJacobian(double g, Eigen::Ref<Eigen::MatrixXd> jacobian) const {
+  const auto lift = [](const Eigen::Vector3d& axis, const Eigen::Vector3d& v) {
+    return axis.x() * v.y() - axis.y() * v.x();
+  };
+  LeverJacobian(g, lift, jacobian);
+}
+
+void Kinematics::GravityTorqueJacobian(const Eigen::Vector3d& g_W, Eigen::Ref<Eigen::MatrixXd> jacobian) const {
+  const auto lift = [&g_W](const Eigen::Vector3d& axis, const Eigen::Vector3d& v) { return g_W.dot(axis.cross(v)); };
+  LeverJacobian(1.0, lift, jacobian);
 }
 
 }  // namespace legopt

@@ -63,7 +63,14 @@ class Kinematics {
   /// Computes d tau / dx (n x n+6). Its joint block is the Hessian of the potential energy, hence symmetric.
   void GravityTorqueJacobian(double g, Eigen::Ref<Eigen::MatrixXd> jacobian) const;
 
+  /// The same for a weight that does not pull straight down: `g_W` points against it, m/s^2. A horizontal push of the
+  /// centre of mass, for example, tilts it.
+  void GravityTorqueJacobian(const Eigen::Vector3d& g_W, Eigen::Ref<Eigen::MatrixXd> jacobian) const;
+
  private:
+  template <class Lift>
+  void LeverJacobian(double g, const Lift& lift, Eigen::Ref<Eigen::MatrixXd> jacobian) const;
+
   enum class AxisKind { kX, kY, kZ, kGeneral, kPrismatic };
 
   /// Joint that moves body k = index + 1, in the frame of the parent body.

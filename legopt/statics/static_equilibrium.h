@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -44,6 +45,21 @@ struct TorqueRatio {
 /// Number of horizontal directions of pushes: 0, 45, .. 315 degrees from the x axis.
 inline constexpr int kPushDirections = 8;
 
+/// What limits the forces that resist a push.
+enum class PushLimits {
+  kContacts,           ///< friction and the bounds of contact forces
+  kContactsAndEfforts  ///< also the effort limits of the joints
+};
+
+/// Largest push in each direction (PushDirection), N, >= 0; minus infinity where the posture cannot be held as it is.
+using DirectedPushes = std::array<double, kPushDirections>;
+
+/// The push that a posture resists least.
+struct WeakestPush {
+  double push_N = 0.0;       ///< largest resisted push in the weakest direction; infinite: enough in all directions
+  Eigen::VectorXd gradient;  ///< n + 6: its derivative, N, with contact points fixed in the world; if requested
+};
+
 /// Returns direction k of them, unit.
 Eigen::Vector3d PushDirection(int k);
 
@@ -86,8 +102,19 @@ class StaticEquilibrium {
                           bool with_gradient, LoadedRatio* result);
 
   /// Returns the largest force, N, that may push the centre of mass in each of kPushDirections while contacts
-  /// and effort limits still balance it; negative if the posture cannot be held as it is.
+  /// and effort limits still balance it; negative if the posture cannot be held as it is. The push of the judge: the
+  /// least of ResistedPushes_N within contacts and efforts.
   double ResistedPush_N(const StanceForces& forces, const Kinematics& kinematics);
+
+  /// Returns the largest resisted push in each direction, at most ten weights.
+  DirectedPushes ResistedPushes_N(const StanceForces& forces, const Kinematics& kinematics, PushLimits limits);
+
+  /// Computes the weakest push within contacts and efforts, for optimisation. If `enough_N` is resisted in all
+  /// directions, it is infinite, which takes a small part of the time if little has changed since the last call. The
+  /// gradient follows from the multipliers of the linear program; where its optimal basis or the weakest direction
+  /// changes, it is one of several. Minus infinity if no push at all is resisted.
+  void ComputeWeakestPush(const StanceForces& forces, const Kinematics& kinematics, double enough_N, bool with_gradient,
+                          WeakestPush* result);
 
  private:
   /// Minimises the ratio of loaded joints over the forces; returns false without equilibrium. `resume`: begins at the
@@ -100,9 +127,28 @@ class StaticEquilibrium {
   /// no contact loads.
   void SetForces(const StanceForces& forces, const Eigen::VectorXd& lambda, TorqueRatio* result) const;
   bool IsLoaded(int dof) const;
+  /// Returns the largest push along a direction in units of the weight, `push_torques` per unit, that joints without
+  /// contact forces resist; minus infinity if gravity alone exceeds a limit of theirs.
+  double UnloadedPush(const Eigen::VectorXd& push_torques) const;
+  /// Returns true if a push along a direction, in units of the weight, is resisted; `push_torques` per unit.
+  bool Resists(int direction, double push, const StanceForces& forces, const Kinematics& kinematics,
+               const Eigen::VectorXd& push_torques);
+  /// Maximises the push along a direction, in units of the weight, and keeps the program in solver_; minus infinity if
+  /// none is resisted.
+  double LargestPush(int direction, const StanceForces& forces, const Kinematics& kinematics,
+                     const Eigen::VectorXd& push_torques);
+  /// Sets the gradient of the last LargestPush, which was `push`.
+  void SetPushGradient(int direction, double push, const StanceForces& forces, const Kinematics& kinematics,
+                       const Eigen::VectorXd& push_torques, Eigen::VectorXd* gradient);
+  /// Adds the rates of a program's optimum with multipliers `y` by the forces' torques, weighted by -weights_, and by
+  /// their moments about the centre of mass.
+  void AddForceRates(const StanceForces& forces, const Kinematics& kinematics, const Eigen::VectorXd& lambda,
+                     const Eigen::VectorXd& y, Eigen::VectorXd* gradient);
+  /// Sets the torque rows of a push: joints that contacts load, with the push in the column behind the generators.
+  void SetPushRows(const Eigen::VectorXd& push_torques);
   /// Torques of loaded joints as linear functions of the generators, in shares of their limits.
   void SetTorqueRows(const StanceForces& forces, const Kinematics& kinematics);
-  /// Sets the rows of balance and bounds; `columns` follow the generators. Returns the first column of the slacks.
+  /// Sets the program of forces (SetForceProgram); `columns` follow the generators, `torque_rows` the other rows.
   void SetBalanceRows(const StanceForces& forces, const Eigen::Vector3d& com_W, double tolerance,
                       Eigen::Index torque_rows, Eigen::Index columns);
 
@@ -118,6 +164,7 @@ class StaticEquilibrium {
   Eigen::VectorXd weights_;
   LinearProgramSolver solver_;
   LinearProgramSolver loaded_solver_, bounded_solver_;  ///< used by ComputeLoadedRatio and IsLoadedRatioBelow
+  std::array<LinearProgramSolver, kPushDirections> push_solvers_;  ///< used by Resists
 };
 
 }  // namespace legopt

@@ -60,6 +60,9 @@ void WaypointProgram::AddConstraints(const Dataset& dataset, const WaypointConst
     terms_.push_back(std::make_unique<PushTerm>(waypoint, state, PushHalfSpaces(dataset, stance)));
   }
   if (proximity.physics == Physics::kEffort) AddTorqueLimits(dataset, stance, waypoint);
+  if (proximity.physics == Physics::kEffort && stance.push_N) {
+    terms_.push_back(std::make_unique<LoadedPushTerm>(waypoint, state, dataset, stance));
+  }
   terms_.push_back(std::make_unique<CollisionTerm>(waypoint, state, margin_m, proximity.relaxed_margin_m));
 }
 

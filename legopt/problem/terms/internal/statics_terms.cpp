@@ -129,6 +129,35 @@ void LoadedTorqueTerm::ComputeModel(LinearModel& model) {
   Eigen::Map<Eigen::VectorXd>(model.row(0, 0), size) = result_.gradient;
 }
 
+LoadedPushTerm::LoadedPushTerm(int waypoint, WaypointState& state, const Dataset& dataset, const Stance& stance)
+    : Term({"push within effort limits", TermKind::kInequality, waypoint, 1}),
+      state_(&state),
+      forces_(SurfacesOf(dataset, stance)),
+      equilibrium_(dataset.robot(), dataset.gravity_m_s2()),
+      required_N_(stance.push_N.value_or(0.0) + 0.5 * kPushTolerance_N),
+      weight_N_(dataset.robot().total_mass() * dataset.gravity_m_s2()) {}
+
+void LoadedPushTerm::Compute(bool with_gradient) {
+  if (revision_ == state_->revision() && (has_gradient_ || !with_gradient)) return;
+  equilibrium_.ComputeWeakestPush(forces_, state_->kinematics(), kNearPushShare * required_N_, with_gradient, &result_);
+  revision_ = state_->revision();
+  has_gradient_ = with_gradient;
+}
+
+void LoadedPushTerm::ComputeResiduals(std::vector<double>& residuals) {
+  Compute(false);
+  if (std::isfinite(result_.push_N)) residuals.push_back((required_N_ - result_.push_N) / weight_N_);
+}
+
+void LoadedPushTerm::ComputeModel(LinearModel& model) {
+  Compute(true);
+  const int size = static_cast<int>(state_->kinematics().model().tangent_size());
+  if (!std::isfinite(result_.push_N)) return model.Reset(0, size, 1);
+  model.Reset(1, size, 1);
+  model.value(0) = (required_N_ - result_.push_N) / weight_N_;
+  Eigen::Map<Eigen::VectorXd>(model.row(0, 0), size) = -result_.gradient / weight_N_;
+}
+
 std::vector<HalfSpace> PushHalfSpaces(const Dataset& dataset, const Stance& stance) {
   const StanceForces forces(SurfacesOf(dataset, stance));
   const double weight_N = dataset.robot().total_mass() * dataset.gravity_m_s2();

@@ -71,6 +71,32 @@ class LoadedTorqueTerm : public Term {
   bool has_gradient_ = false;
 };
 
+/// Inequality: the stance's push is resisted within contacts and efforts in all directions, (required - resisted) /
+/// weight <= 0, 1. One row, for the weakest direction (StaticEquilibrium::ComputeWeakestPush), unless all directions
+/// resist kNearPushShare of it. Without equilibrium there is no row, as for LoadedTorqueTerm.
+class LoadedPushTerm : public Term {
+ public:
+  /// `stance` has a push.
+  LoadedPushTerm(int waypoint, WaypointState& state, const Dataset& dataset, const Stance& stance);
+  void ComputeResiduals(std::vector<double>& residuals) override;
+  void ComputeModel(LinearModel& model) override;
+  double AbsentRow() const override { return (1.0 - kNearPushShare) * required_N_ / weight_N_; }
+
+ private:
+  static constexpr double kNearPushShare = 1.1;
+
+  /// Sets result_; the push is infinite if there is no row.
+  void Compute(bool with_gradient);
+
+  WaypointState* state_;
+  StanceForces forces_;
+  StaticEquilibrium equilibrium_;
+  double required_N_, weight_N_;
+  WeakestPush result_;
+  std::uint64_t revision_ = 0;  ///< of the state at the last computation
+  bool has_gradient_ = false;
+};
+
 /// A set of places of the centre of mass c for which a push is balanced: normal . c + offset <= 0.
 struct HalfSpace {
   Eigen::Vector3d normal_W;  ///< outward; its horizontal part is unit
