@@ -5,50 +5,11 @@
 #include <map>
 #include <memory>
 
-#include "legopt/judge/internal/path_examiner.h"
+#include "client/report/solution_items.h"
 #include "legopt/math/parallel.h"
 #include "legopt/types/input_error.h"
 
 namespace legopt::client {
-namespace {
-
-nlohmann::json Finite(double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); }
-
-double Median(std::vector<double> values) {
-  std::ranges::sort(values);
-  const size_t half = values.size() / 2;
-  return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
-}
-
-/// Returns the path of a solution, or the reason why it is none.
-std::string ReadPath(Task task, const Solution& solution, int num_waypoints, int size, TimedPath* path) {
-  if (solution.unreadable) return solution.unreadable->Describe();
-  if (IsTimed(task)) {
-    const std::optional<PathDiagnostic> fault = ParsePath(solution.waypoints, num_waypoints, size, path);
-    return fault ? fault->detail : "";
-  }
-  if (std::ssize(solution.waypoints) != num_waypoints) {
-    return std::to_string(solution.waypoints.size()) + " of " + std::to_string(num_waypoints) + " waypoints";
-  }
-  path->points = solution.waypoints;
-  for (int w = 0; w < num_waypoints; ++w) path->times.push_back(w);
-  return "";
-}
-
-const ProblemDefinition& DefinitionOf(const SolutionFile& file, const SolvedProblem& problem, const Dataset& dataset) {
-  if (!problem.definition.stances.empty()) return problem.definition;
-  for (const ProblemDefinition& posed : dataset.problems(file.task)) {
-    if (posed.id == problem.definition.id) return posed;
-  }
-  throw InputError({.file = file.path,
-                    .field = "problem " + std::to_string(problem.definition.id),
-                    .value = "",
-                    .message = "has no definition, neither here nor in the dataset '" + dataset.name() + "'",
-                    .fix = "name the dataset that poses it with --dataset"});
-}
-
-}  // namespace
-
 std::vector<TimedSolution> TimeSolutions(const SolutionFile& file, const Dataset& dataset, int threads) {
   if (!DescriptionOf(file.task).windowed) {
     throw InputError({.file = file.path,
@@ -57,15 +18,7 @@ std::vector<TimedSolution> TimeSolutions(const SolutionFile& file, const Dataset
                       .message = "is a task of postures, which have no duration",
                       .fix = "give a file of motions"});
   }
-  struct Item {
-    const ProblemDefinition* problem;
-    const Solution* solution;
-  };
-  std::vector<Item> items;
-  for (const SolvedProblem& problem : file.problems) {
-    const ProblemDefinition& definition = DefinitionOf(file, problem, dataset);
-    for (const Solution& solution : problem.solutions) items.push_back({&definition, &solution});
-  }
+  const std::vector<SolutionItem> items = SolutionItems(file, dataset);
   std::vector<std::unique_ptr<MotionTimer>> timers;
   for (int k = 0; k < threads; ++k) timers.push_back(std::make_unique<MotionTimer>(dataset));
   std::vector<TimedSolution> timed(items.size());
@@ -76,7 +29,7 @@ std::vector<TimedSolution> TimeSolutions(const SolutionFile& file, const Dataset
     timed[i] = {
         .method = solution->method, .problem_id = problem->id, .num_stances = stances, .fault = "", .timing = {}};
     TimedPath path;
-    timed[i].fault = ReadPath(file.task, *solution, count, dataset.robot().configuration_size(), &path);
+    timed[i].fault = ReadSolutionPath(file.task, *solution, count, dataset.robot().configuration_size(), &path);
     if (!timed[i].fault.empty()) return;
     std::vector<const Stance*> of_waypoints;
     for (int w = 0; w < count; ++w) {
@@ -105,12 +58,12 @@ Listing ListingOf(const std::vector<TimedSolution>& solutions) {
       continue;
     }
     const MotionTiming& timing = solution.timing;
-    std::vector<nlohmann::json> values = {Finite(timing.shortest_s),
-                                          Finite(timing.shortest_s / solution.num_stances),
+    std::vector<nlohmann::json> values = {FiniteOrNull(timing.shortest_s),
+                                          FiniteOrNull(timing.shortest_s / solution.num_stances),
                                           timing.optimal,
-                                          Finite(timing.greedy_s),
-                                          Finite(timing.uniform_s),
-                                          Finite(timing.reduced_s)};
+                                          FiniteOrNull(timing.greedy_s),
+                                          FiniteOrNull(timing.uniform_s),
+                                          FiniteOrNull(timing.reduced_s)};
     if (std::isfinite(timing.shortest_s)) {
       values.insert(values.end(),
                     {timing.limits.velocity, timing.limits.torque, timing.limits.contact, nullptr, nullptr});
@@ -150,11 +103,8 @@ Listing SummaryOf(const std::vector<TimedSolution>& solutions) {
                      "executable_reduced",
                      "median_reduced_ratio"};
   for (const auto& [method, sum] : sums) {
-    const auto median = [](const std::vector<double>& values) {
-      return values.empty() ? nlohmann::json() : Finite(Median(values));
-    };
-    listing.rows.push_back({method, sum.motions, sum.per_stance_s.size(), median(sum.per_stance_s), median(sum.greedy),
-                            sum.reduced.size(), median(sum.reduced)});
+    listing.rows.push_back({method, sum.motions, sum.per_stance_s.size(), MedianOrNull(sum.per_stance_s),
+                            MedianOrNull(sum.greedy), sum.reduced.size(), MedianOrNull(sum.reduced)});
   }
   return listing;
 }

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <optional>
 
+#include "legopt/statics/internal/force_program.h"
 #include "legopt/statics/internal/support_search.h"
 
 namespace legopt {
 namespace {
 
-constexpr Eigen::Index kBalanceRows = 6;
 constexpr Eigen::Index kPhaseColumns = 3;  // u > 0, u < 0, x, in units of the largest x
 constexpr double kReach = 1e3;             // largest |u| in units of the largest x
 constexpr double kStandardGravity_m_s2 = 9.81;
@@ -122,38 +122,20 @@ void PhaseSetBuilder::SetTorqueRows(const StanceForces& forces) {
 
 void PhaseSetBuilder::SetForces(const StanceForces& forces, double slack) {
   const Eigen::Index L = forces.num_generators();
-  const auto num_bounds = static_cast<Eigen::Index>(forces.bounds().size());
-  const Eigen::Index rows = kBalanceRows + num_bounds + std::ssize(loaded_);
-  const Eigen::Index first_slack = L + kPhaseColumns;
-  A_.setZero(rows, first_slack + rows);
-  b_.setZero(rows);
-  upper_.setConstant(A_.cols(), LinearProgramSolver::kInfinity);
-  upper_.head(L) = forces.upper();
+  const ForceProgram program{.com_W = kinematics_.com(),
+                             .lift = robot_.total_mass() * gravity_m_s2_ / unit_N_,
+                             .tolerance = slack,
+                             .more_rows = std::ssize(loaded_),
+                             .more_columns = kPhaseColumns};
+  SetForceProgram(forces, program, &A_, &b_, &upper_);
   upper_[L] = upper_[L + 1] = kReach;
   upper_[L + 2] = 1.0;
-  const Eigen::Vector3d com = kinematics_.com() - forces.origin_W();
-  for (Eigen::Index l = 0; l < L; ++l) {
-    A_.block<3, 1>(0, l) = forces.directions().col(l);
-    A_.block<3, 1>(3, l) = forces.moments().col(l) - com.cross(forces.directions().col(l));
-  }
   const double unit = largest_x_ / unit_N_;
   A_.block<3, 1>(0, L) = -unit * start_.force_N;
   A_.block<3, 1>(3, L) = -unit * start_.moment_Nm;
   A_.block<kBalanceRows, 1>(0, L + 1) = -A_.block<kBalanceRows, 1>(0, L);
   A_.block<3, 1>(0, L + 2) = -unit * steady_.force_N;
   A_.block<3, 1>(3, L + 2) = -unit * steady_.moment_Nm;
-  b_[2] = robot_.total_mass() * gravity_m_s2_ / unit_N_;
-  // value + slack variable = right side + slack, with the variable in [0, 2 slack]
-  b_.head<kBalanceRows>().array() += slack;
-  upper_.segment(first_slack, kBalanceRows).setConstant(2.0 * slack);
-  for (Eigen::Index i = 0; i < num_bounds; ++i) {
-    const StanceForces::NormalBound& bound = forces.bounds()[static_cast<size_t>(i)];
-    for (int l = 0; l < forces.num_generators(); ++l) {
-      if (forces.surface_of(l) == bound.surface) A_(kBalanceRows + i, l) = 1.0;
-    }
-    b_[kBalanceRows + i] = bound.maximum;
-  }
-  for (Eigen::Index i = 0; i < rows; ++i) A_(i, first_slack + i) = 1.0;
 }
 
 LimitOwner PhaseSetBuilder::OwnerOf(const StanceForces& forces, const Eigen::VectorXd& multipliers) const {

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "legopt/statics/internal/force_program.h"
+
 namespace legopt {
 namespace {
-
-constexpr Eigen::Index kBalanceRows = 6;
 
 constexpr double kLargestPush = 10.0;  // weights
 
@@ -32,31 +32,9 @@ StaticEquilibrium::StaticEquilibrium(const RobotModel& robot, double gravity_m_s
 
 void StaticEquilibrium::SetBalanceRows(const StanceForces& forces, const Eigen::Vector3d& com_W, double tolerance,
                                        Eigen::Index torque_rows, Eigen::Index columns) {
-  const Eigen::Index L = forces.num_generators();
-  const auto num_bounds = static_cast<Eigen::Index>(forces.bounds().size());
-  const Eigen::Index rows = kBalanceRows + num_bounds + torque_rows;
-  const Eigen::Index first_slack = L + columns;
-  A_.setZero(rows, first_slack + rows);
-  b_.setZero(rows);
-  upper_.setConstant(A_.cols(), LinearProgramSolver::kInfinity);
-  upper_.head(L) = forces.upper();
-  const Eigen::Vector3d com = com_W - forces.origin_W();
-  for (Eigen::Index l = 0; l < L; ++l) {
-    A_.block<3, 1>(0, l) = forces.directions().col(l);
-    A_.block<3, 1>(3, l) = forces.moments().col(l) - com.cross(forces.directions().col(l));
-  }
-  b_[2] = 1.0;
-  // value + slack = right side + tolerance, with slack in [0, 2 tolerance]
-  b_.head<kBalanceRows>().array() += tolerance;
-  upper_.segment(first_slack, kBalanceRows).setConstant(2.0 * tolerance);
-  for (Eigen::Index i = 0; i < num_bounds; ++i) {
-    const StanceForces::NormalBound& bound = forces.bounds()[static_cast<size_t>(i)];
-    for (int l = 0; l < forces.num_generators(); ++l) {
-      if (forces.surface_of(l) == bound.surface) A_(kBalanceRows + i, l) = 1.0;
-    }
-    b_[kBalanceRows + i] = bound.maximum;
-  }
-  for (Eigen::Index i = 0; i < rows; ++i) A_(i, first_slack + i) = 1.0;
+  const ForceProgram program{
+      .com_W = com_W, .lift = 1.0, .tolerance = tolerance, .more_rows = torque_rows, .more_columns = columns};
+  SetForceProgram(forces, program, &A_, &b_, &upper_);
 }
 
 double StaticEquilibrium::Imbalance(const StanceForces& forces, const Eigen::Vector3d& com_W) {
@@ -296,49 +274,72 @@ std::optional<CollapseMotion> StaticEquilibrium::FindCollapse(const StanceForces
   return motion;
 }
 
-double StaticEquilibrium::ResistedPush_N(const StanceForces& forces, const Kinematics& kinematics) {
-  SetTorqueRows(forces, kinematics);
-  kinematics.ComJacobian(com_jacobian_);
-  const auto m = static_cast<Eigen::Index>(loaded_.size());
-  const Eigen::Index L = forces.num_generators();
+double StaticEquilibrium::UnloadedPush(const Eigen::VectorXd& push_torques) const {
   const Eigen::VectorXd& limits = robot_.effort_limits();
-  double least = LinearProgramSolver::kInfinity;
+  double bound = kLargestPush;
+  for (int dof = 0; dof < robot_.num_dofs(); ++dof) {
+    if (!IsLimited(limits[dof]) || IsLoaded(dof)) continue;
+    const double gravity = gravity_torques_[dof], rate = -push_torques[dof];
+    if (std::abs(gravity) > limits[dof]) return -LinearProgramSolver::kInfinity;
+    if (rate > 0.0) bound = std::min(bound, (limits[dof] - gravity) / rate);
+    if (rate < 0.0) bound = std::min(bound, (limits[dof] + gravity) / -rate);
+  }
+  return bound;
+}
+
+void StaticEquilibrium::SetPushRows(const Eigen::VectorXd& push_torques) {
+  const auto m = static_cast<Eigen::Index>(loaded_.size());
+  const Eigen::Index first = b_.size() - 2 * m, L = shares_.cols();
+  const Eigen::VectorXd& limits = robot_.effort_limits();
+  for (Eigen::Index i = 0; i < m; ++i) {
+    const int dof = loaded_[static_cast<size_t>(i)];
+    const double gravity = gravity_torques_[dof] / limits[dof], rate = -push_torques[dof] / limits[dof];
+    A_.row(first + 2 * i).head(L) = -shares_.row(i);
+    A_.row(first + 2 * i + 1).head(L) = shares_.row(i);
+    A_(first + 2 * i, L) = rate;
+    A_(first + 2 * i + 1, L) = -rate;
+    b_[first + 2 * i] = 1.0 - gravity;
+    b_[first + 2 * i + 1] = 1.0 + gravity;
+  }
+}
+
+DirectedPushes StaticEquilibrium::ResistedPushes_N(const StanceForces& forces, const Kinematics& kinematics,
+                                                   PushLimits limits) {
+  const bool efforts = limits == PushLimits::kContactsAndEfforts;
+  if (efforts) {
+    SetTorqueRows(forces, kinematics);
+    kinematics.ComJacobian(com_jacobian_);
+  }
+  const Eigen::Index L = forces.num_generators();
+  const Eigen::Index torque_rows = efforts ? 2 * static_cast<Eigen::Index>(loaded_.size()) : 0;
+  DirectedPushes pushes_N;
+  pushes_N.fill(-LinearProgramSolver::kInfinity);
   for (int k = 0; k < kPushDirections; ++k) {
     const Eigen::Vector3d push = PushDirection(k);
-    // Joints that no contact loads carry the push and gravity alone.
-    const Eigen::VectorXd push_torques =
-        weight_N_ * (com_jacobian_.leftCols(robot_.num_dofs()).transpose() * push);  // per weight of push
-    double bound = kLargestPush;
-    for (int dof = 0; dof < robot_.num_dofs(); ++dof) {
-      if (!IsLimited(limits[dof]) || std::find(loaded_.begin(), loaded_.end(), dof) != loaded_.end()) continue;
-      const double gravity = gravity_torques_[dof], rate = -push_torques[dof];
-      if (std::abs(gravity) > limits[dof]) return -LinearProgramSolver::kInfinity;
-      if (rate > 0.0) bound = std::min(bound, (limits[dof] - gravity) / rate);
-      if (rate < 0.0) bound = std::min(bound, (limits[dof] + gravity) / -rate);
-    }
-    SetBalanceRows(forces, kinematics.com(), kBalanceTolerance, 2 * m, 1);
-    const Eigen::Index first = b_.size() - 2 * m;
+    SetBalanceRows(forces, kinematics.com(), kBalanceTolerance, torque_rows, 1);
     A_.block<3, 1>(0, L) = push;
-    for (Eigen::Index i = 0; i < m; ++i) {
-      const int dof = loaded_[static_cast<size_t>(i)];
-      const double gravity = gravity_torques_[dof] / limits[dof], rate = -push_torques[dof] / limits[dof];
-      A_.row(first + 2 * i).head(L) = -shares_.row(i);
-      A_.row(first + 2 * i + 1).head(L) = shares_.row(i);
-      A_(first + 2 * i, L) = rate;
-      A_(first + 2 * i + 1, L) = -rate;
-      b_[first + 2 * i] = 1.0 - gravity;
-      b_[first + 2 * i + 1] = 1.0 + gravity;
+    double bound = kLargestPush;
+    if (efforts) {
+      const Eigen::VectorXd push_torques =
+          weight_N_ * (com_jacobian_.leftCols(robot_.num_dofs()).transpose() * push);  // per weight of push
+      SetPushRows(push_torques);
+      bound = UnloadedPush(push_torques);
+      if (!std::isfinite(bound)) continue;
     }
     upper_[L] = std::max(bound, 1e-12);
     cost_.setZero(A_.cols());
     cost_[L] = -1.0;
     if (solver_.Constrain(A_, b_, upper_) != LinearProgramStatus::kOptimal ||
         solver_.Minimize(cost_) != LinearProgramStatus::kOptimal) {
-      return -LinearProgramSolver::kInfinity;
+      continue;
     }
-    least = std::min(least, solver_.x()[L]);
+    pushes_N[static_cast<size_t>(k)] = solver_.x()[L] * weight_N_;
   }
-  return least * weight_N_;
+  return pushes_N;
+}
+
+double StaticEquilibrium::ResistedPush_N(const StanceForces& forces, const Kinematics& kinematics) {
+  return std::ranges::min(ResistedPushes_N(forces, kinematics, PushLimits::kContactsAndEfforts));
 }
 
 }  // namespace legopt

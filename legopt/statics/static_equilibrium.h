@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -44,6 +45,15 @@ struct TorqueRatio {
 /// Number of horizontal directions of pushes: 0, 45, .. 315 degrees from the x axis.
 inline constexpr int kPushDirections = 8;
 
+/// What limits the forces that resist a push.
+enum class PushLimits {
+  kContacts,           ///< friction and the bounds of contact forces
+  kContactsAndEfforts  ///< also the effort limits of the joints
+};
+
+/// Largest push in each direction (PushDirection), N, >= 0; minus infinity where the posture cannot be held as it is.
+using DirectedPushes = std::array<double, kPushDirections>;
+
 /// Returns direction k of them, unit.
 Eigen::Vector3d PushDirection(int k);
 
@@ -86,8 +96,12 @@ class StaticEquilibrium {
                           bool with_gradient, LoadedRatio* result);
 
   /// Returns the largest force, N, that may push the centre of mass in each of kPushDirections while contacts
-  /// and effort limits still balance it; negative if the posture cannot be held as it is.
+  /// and effort limits still balance it; negative if the posture cannot be held as it is. The push of the judge: the
+  /// least of ResistedPushes_N within contacts and efforts.
   double ResistedPush_N(const StanceForces& forces, const Kinematics& kinematics);
+
+  /// Returns the largest resisted push in each direction, at most ten weights.
+  DirectedPushes ResistedPushes_N(const StanceForces& forces, const Kinematics& kinematics, PushLimits limits);
 
  private:
   /// Minimises the ratio of loaded joints over the forces; returns false without equilibrium. `resume`: begins at the
@@ -100,9 +114,14 @@ class StaticEquilibrium {
   /// no contact loads.
   void SetForces(const StanceForces& forces, const Eigen::VectorXd& lambda, TorqueRatio* result) const;
   bool IsLoaded(int dof) const;
+  /// Returns the largest push along a direction in units of the weight, `push_torques` per unit, that joints without
+  /// contact forces resist; minus infinity if gravity alone exceeds a limit of theirs.
+  double UnloadedPush(const Eigen::VectorXd& push_torques) const;
+  /// Sets the torque rows of a push: joints that contacts load, with the push in the column behind the generators.
+  void SetPushRows(const Eigen::VectorXd& push_torques);
   /// Torques of loaded joints as linear functions of the generators, in shares of their limits.
   void SetTorqueRows(const StanceForces& forces, const Kinematics& kinematics);
-  /// Sets the rows of balance and bounds; `columns` follow the generators. Returns the first column of the slacks.
+  /// Sets the program of forces (SetForceProgram); `columns` follow the generators, `torque_rows` the other rows.
   void SetBalanceRows(const StanceForces& forces, const Eigen::Vector3d& com_W, double tolerance,
                       Eigen::Index torque_rows, Eigen::Index columns);
 

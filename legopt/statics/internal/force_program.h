@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "legopt/statics/stance_forces.h"
+
+namespace legopt {
+
+/// Rows of the balance of forces (3) and moments (3).
+inline constexpr Eigen::Index kBalanceRows = 6;
+
+/// Size and right side of a program of forces.
+struct ForceProgram {
+  Eigen::Vector3d com_W = Eigen::Vector3d::Zero();  ///< point about which moments balance, m
+  double lift = 1.0;                                ///< sum of the vertical forces, in units of the weight
+  double tolerance = 0.0;                           ///< slack of each row of the balance, >= 0
+  Eigen::Index more_rows = 0;                       ///< rows that the caller adds at the end
+  Eigen::Index more_columns = 0;                    ///< columns that the caller adds behind the generators
+};
+
+/// Sets the linear program A x = b, 0 <= x <= upper (LinearProgramSolver) of the forces of a stance:
+///
+///     rows:     balance of forces and moments about com_W within +-tolerance; one for each bound of a normal force;
+///               more_rows, which have slacks only
+///     columns:  generators, more_columns (zero, without a bound), one slack for each row
+///
+/// Returns the first of the caller's rows.
+Eigen::Index SetForceProgram(const StanceForces& forces, const ForceProgram& program, Eigen::MatrixXd* A,
+                             Eigen::VectorXd* b, Eigen::VectorXd* upper);
+
+}  // namespace legopt
