@@ -13,6 +13,7 @@
 #include "app/printable.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
+#include "client/commands/contact_sequences.h"
 #include "client/commands/options.h"
 #include "client/commands/robot_picture.h"
 #include "client/commands/scene_options.h"
@@ -200,7 +201,7 @@ ExitCode Check(const CheckOptions& options) {
 }  // namespace
 
 void AddDatasetCommand(const app::Command& program, Invocation* invocation) {
-  const auto dataset = program.AddCommand("dataset", "Check, hash, describe and pack datasets");
+  const auto dataset = program.AddCommand("dataset", "Check, hash, describe and pack datasets; exchange contact sequences");
   dataset.RequireCommand();
   dataset.LetOptionsFollowCommands();
 
@@ -237,6 +238,8 @@ void AddDatasetCommand(const app::Command& program, Invocation* invocation) {
   info.AddOption("DIR", info_options->folder, "Dataset folder (default: the embedded garage-easier)");
   AddFormatOption(info, &info_options->format);
   info.WhenChosen([=] { invocation->body = [info_options] { return Info(*info_options); }; });
+
+  AddSequenceCommands(dataset, invocation);
 }
 
 namespace {

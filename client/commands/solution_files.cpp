@@ -14,6 +14,7 @@
 #include "client/commands/options.h"
 #include "client/report/evaluation_report.h"
 #include "client/report/exported_solutions.h"
+#include "client/report/push_report.h"
 #include "client/report/result_dataset.h"
 #include "client/report/result_filter.h"
 #include "client/report/timing_report.h"
@@ -184,6 +185,7 @@ struct EvaluateOptions {
   std::optional<Rule> rule;
   Definitions definitions = Definitions::kFile;
   std::optional<DurationRows> durations;
+  std::optional<PushRows> pushes;
   bool exhaustive = false;
   ResultFilter filter;
   std::vector<std::string> rows, columns;
@@ -192,14 +194,28 @@ struct EvaluateOptions {
   OutputOptions output;
 };
 
-ExitCode PrintDurations(const EvaluateOptions& options, const SolutionFile& file, const Dataset& dataset) {
-  const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  const std::vector<TimedSolution> timed = TimeSolutions(file, dataset, threads);
-  if (timed.empty()) {
-    throw ClientError(ExitCode::kUsage, options.file + ": no problem has a 'solution'; is it a problem file?");
-  }
-  PrintListing(*options.durations == DurationRows::kMotions ? ListingOf(timed) : SummaryOf(timed),
+int NumThreads() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
+
+[[noreturn]] void RefuseProblemFile(const std::string& file) {
+  throw ClientError(ExitCode::kUsage, file + ": no problem has a 'solution'; is it a problem file?");
+}
+
+void PrintFigures(const EvaluateOptions& options, const Listing& listing) {
+  PrintListing(listing,
                {.format = options.format, .rows = options.rows, .columns = options.columns, .output = options.output});
+}
+
+ExitCode PrintDurations(const EvaluateOptions& options, const SolutionFile& file, const Dataset& dataset) {
+  const std::vector<TimedSolution> timed = TimeSolutions(file, dataset, NumThreads());
+  if (timed.empty()) RefuseProblemFile(options.file);
+  PrintFigures(options, *options.durations == DurationRows::kMotions ? ListingOf(timed) : SummaryOf(timed));
+  return ExitCode::kOk;
+}
+
+ExitCode PrintPushes(const EvaluateOptions& options, const SolutionFile& file, const Dataset& dataset) {
+  const std::vector<PushedSolution> pushed = PushSolutions(file, dataset, NumThreads());
+  if (pushed.empty()) RefuseProblemFile(options.file);
+  PrintFigures(options, *options.pushes == PushRows::kProblems ? ListingOf(pushed) : SummaryOf(pushed));
   return ExitCode::kOk;
 }
 
@@ -208,11 +224,10 @@ ExitCode Evaluate(const EvaluateOptions& options) {
   KeepSolutions(options.filter, options.file, &file);
   const auto dataset = Dataset::Load(ChooseDatasetFolder(options.dataset, nullptr), GuardedReader());
   if (options.durations) return PrintDurations(options, file, *dataset);
+  if (options.pushes) return PrintPushes(options, file, *dataset);
   Judge judge(dataset, options.exhaustive ? Culling::kOff : Culling::kOn);
   const auto report = EvaluateSolutions(file, judge, options.rule.value_or(Rule::kLiteral), options.definitions);
-  if (report.rows.empty()) {
-    throw ClientError(ExitCode::kUsage, options.file + ": no problem has a 'solution'; is it a problem file?");
-  }
+  if (report.rows.empty()) RefuseProblemFile(options.file);
   const std::string text = RenderEvaluation(
       report, options.format, {options.time_unit, LayoutOf(options.output), options.columns}, options.rows);
   Print(options.format == TableFormat::kCsv ? CsvFor(StandardOutput(), text) : text, options.output);
@@ -237,10 +252,15 @@ void AddEvaluateCommand(const app::Command& program, Invocation* invocation) {
       "--definitions", options->definitions,
       "Source of the problem definitions: file (default), as in the original evaluator, or dataset");
   AddRuleOption(command, &options->rule, "literal");
-  command.AddEnum<DurationRows>(
+  const auto durations = command.AddEnum<DurationRows>(
       "--durations", options->durations,
       "Print the shortest durations of motions within joint limits and friction, per method or "
       "motion, instead of verdicts");
+  command
+      .AddEnum<PushRows>("--pushes", options->pushes,
+                         "Print the largest pushes that postures resist within friction and effort limits, and by "
+                         "contact forces alone, per method or problem, instead of verdicts")
+      .Excludes(durations);
   command.AddFlag("--exhaustive", options->exhaustive,
                   "Compare all meshes exactly, without culling: slow, same results");
   AddNameFilterOptions(command, &options->filter);

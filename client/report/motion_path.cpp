@@ -23,7 +23,10 @@ MotionPath ReadMotionPath(Task task, const ProblemDefinition& problem, std::span
     return motion;
   }
   motion.path.points.assign(waypoints.begin(), waypoints.end());
-  for (int w = 0; w < count; ++w) motion.path.times.push_back(w);
+  for (int w = 0; w < count; ++w) {
+    motion.path.times.push_back(w);
+    motion.path.waypoints.push_back(static_cast<size_t>(w));
+  }
   return motion;
 }
 

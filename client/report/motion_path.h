@@ -13,15 +13,15 @@
 
 namespace legopt::client {
 
-/// A solution of a motion as a path: the arguments of MotionTimer::Compute.
+/// A solution as a path; of a motion, the arguments of MotionTimer::Compute.
 struct MotionPath {
   std::vector<const Stance*> stances;  ///< per waypoint; of the problem, which must outlive this object
   TimedPath path;
   std::string fault;  ///< reason why the solution is no path, and `path` undefined; else empty
 };
 
-/// Reads the path of a solution. Waypoints of a task without time stamps are one segment apart. `task` must be a task
-/// of motions. `size`: numbers of a configuration.
+/// Reads the path of a solution. Waypoints of a task without time stamps are one segment apart. `size`: numbers of a
+/// configuration.
 MotionPath ReadMotionPath(Task task, const ProblemDefinition& problem, std::span<const Eigen::VectorXd> waypoints,
                           int size);
 

@@ -6,22 +6,11 @@
 #include <memory>
 
 #include "client/report/motion_path.h"
+#include "client/report/solution_items.h"
 #include "legopt/math/parallel.h"
 #include "legopt/types/input_error.h"
 
 namespace legopt::client {
-namespace {
-
-nlohmann::json Finite(double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); }
-
-double Median(std::vector<double> values) {
-  std::ranges::sort(values);
-  const size_t half = values.size() / 2;
-  return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
-}
-
-}  // namespace
-
 std::vector<TimedSolution> TimeSolutions(const SolutionFile& file, const Dataset& dataset, int threads) {
   if (!DescriptionOf(file.task).windowed) {
     throw InputError({.file = file.path,
@@ -30,15 +19,7 @@ std::vector<TimedSolution> TimeSolutions(const SolutionFile& file, const Dataset
                       .message = "is a task of postures, which have no duration",
                       .fix = "give a file of motions"});
   }
-  struct Item {
-    const ProblemDefinition* problem;
-    const Solution* solution;
-  };
-  std::vector<Item> items;
-  for (const SolvedProblem& problem : file.problems) {
-    const ProblemDefinition& definition = DefinitionOf(file, problem, dataset);
-    for (const Solution& solution : problem.solutions) items.push_back({&definition, &solution});
-  }
+  const std::vector<SolutionItem> items = SolutionItems(file, dataset);
   std::vector<std::unique_ptr<MotionTimer>> timers;
   for (int k = 0; k < threads; ++k) timers.push_back(std::make_unique<MotionTimer>(dataset));
   std::vector<TimedSolution> timed(items.size());
@@ -75,12 +56,12 @@ Listing ListingOf(const std::vector<TimedSolution>& solutions) {
       continue;
     }
     const MotionTiming& timing = solution.timing;
-    std::vector<nlohmann::json> values = {Finite(timing.shortest_s),
-                                          Finite(timing.shortest_s / solution.num_stances),
+    std::vector<nlohmann::json> values = {FiniteOrNull(timing.shortest_s),
+                                          FiniteOrNull(timing.shortest_s / solution.num_stances),
                                           timing.optimal,
-                                          Finite(timing.greedy_s),
-                                          Finite(timing.uniform_s),
-                                          Finite(timing.reduced_s)};
+                                          FiniteOrNull(timing.greedy_s),
+                                          FiniteOrNull(timing.uniform_s),
+                                          FiniteOrNull(timing.reduced_s)};
     if (std::isfinite(timing.shortest_s)) {
       values.insert(values.end(),
                     {timing.limits.velocity, timing.limits.torque, timing.limits.contact, nullptr, nullptr});
@@ -120,11 +101,8 @@ Listing SummaryOf(const std::vector<TimedSolution>& solutions) {
                      "executable_reduced",
                      "median_reduced_ratio"};
   for (const auto& [method, sum] : sums) {
-    const auto median = [](const std::vector<double>& values) {
-      return values.empty() ? nlohmann::json() : Finite(Median(values));
-    };
-    listing.rows.push_back({method, sum.motions, sum.per_stance_s.size(), median(sum.per_stance_s), median(sum.greedy),
-                            sum.reduced.size(), median(sum.reduced)});
+    listing.rows.push_back({method, sum.motions, sum.per_stance_s.size(), MedianOrNull(sum.per_stance_s),
+                            MedianOrNull(sum.greedy), sum.reduced.size(), MedianOrNull(sum.reduced)});
   }
   return listing;
 }

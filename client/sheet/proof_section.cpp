@@ -6,6 +6,7 @@
 
 #include "app/folder_cache.h"
 #include "client/report/escaped_text.h"
+#include "client/report/push_report.h"
 #include "client/sheet/feature_file.h"
 #include "client/sheet/sheet_text.h"
 #include "legopt/dataset/internal/dataset_file.h"
@@ -64,9 +65,27 @@ std::string CertificateText(const Dataset& dataset) {
          StanceCounts(certificate);
 }
 
+/// Pushes that planted postures resist.
+std::string PushText(const Dataset& dataset, const SolutionFile& file) {
+  const Listing pushes = SummaryOf(PushSolutions(file, dataset, 1));
+  SheetTable table{pushes.columns, {}};
+  for (const std::vector<nlohmann::json>& cells : pushes.rows) {
+    std::vector<std::string>& row = table.rows.emplace_back();
+    for (const nlohmann::json& cell : cells) {
+      row.push_back(cell.is_number() ? SheetNumber(cell.get<double>())
+                    : cell.is_null() ? "-"
+                                     : cell.get<std::string>());
+    }
+  }
+  if (table.rows.empty()) return {};
+  return "Pushes that planted postures resist within friction and effort limits, N and in weights of the robot, and by "
+         "contact forces alone, N; `legopt evaluate FILE --dataset DATASET --pushes problems` prints each:\n\n" +
+         FormatSheetTable(table);
+}
+
 /// Planted solutions, which `legopt evaluate` judges.
 std::string PlantedText(const Dataset& dataset) {
-  std::string text;
+  std::string text, pushes;
   for (const TaskDescription& task : ProblemTasks()) {
     const std::string name = "solutions-" + std::string(ToString(task.task)) + ".json";
     const fs::path path = dataset.folder() / name;
@@ -76,9 +95,11 @@ std::string PlantedText(const Dataset& dataset) {
         std::ranges::count_if(file.problems, [](const SolvedProblem& problem) { return !problem.solutions.empty(); });
     text += "* `" + name + "`: solutions of " + std::to_string(solved) + " problems, judged as task `" +
             std::string(ToString(file.task)) + "`\n";
+    if (!DescriptionOf(file.task).windowed) pushes += PushText(dataset, file);
   }
-  return text.empty() ? ""
-                      : "Planted solutions; `legopt evaluate FILE --dataset DATASET` judges them:\n\n" + text + "\n";
+  return text.empty()
+             ? ""
+             : "Planted solutions; `legopt evaluate FILE --dataset DATASET` judges them:\n\n" + text + "\n" + pushes;
 }
 
 std::string FeetAloneText(const Dataset& dataset) {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -227,6 +228,54 @@ TEST(LoadedRatio, GradientIsTheRateOfTheOptimum) {
   EXPECT_GT(smooth, compared * 8 / 10);
 }
 
+TEST(WeakestPush, IsThatOfTheJudgeAndItsGradientTheRateOfTheOptimum) {
+  const RobotModel robot = TwoLegs();
+  Kinematics kinematics(robot);
+  StaticEquilibrium equilibrium(robot, kGravity);
+  std::mt19937_64 random(7);
+  std::optional<StanceForces> forces;
+  constexpr double kMore = 1e4;  // more than any posture resists
+  const auto push_at = [&](const Eigen::VectorXd& x, WeakestPush* result, bool with_gradient) {
+    kinematics.Update(x);
+    equilibrium.ComputeWeakestPush(*forces, kinematics, kMore, with_gradient, result);
+    return result->push_N;
+  };
+  int compared = 0, smooth = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    const Eigen::VectorXd x = RandomPosture(robot, random);
+    kinematics.Update(x);
+    forces.emplace(Soles(robot, kinematics, 0.6));
+    const double judged_N = equilibrium.ResistedPush_N(*forces, kinematics);
+    WeakestPush result, moved;
+    const double push_N = push_at(x, &result, true);
+    if (!std::isfinite(push_N)) {
+      EXPECT_LT(judged_N, 0.0);
+      continue;
+    }
+    EXPECT_NEAR(push_N, judged_N, 1e-6 * judged_N + 1e-9);
+    equilibrium.ComputeWeakestPush(*forces, kinematics, 0.99 * push_N, false, &moved);
+    EXPECT_TRUE(push_N < 1e-3 || moved.push_N > kMore) << trial;  // enough
+    for (int j = 0; j < robot.tangent_size(); ++j) {
+      constexpr double kStep = 1e-6;
+      Eigen::VectorXd dx = Eigen::VectorXd::Zero(robot.tangent_size()), next(x.size());
+      dx[j] = kStep;
+      Retract(x, dx, next);
+      const double above = push_at(next, &moved, false);
+      Retract(x, -dx, next);
+      const double below = push_at(next, &moved, false);
+      if (!std::isfinite(above) || !std::isfinite(below)) continue;
+      ++compared;
+      const double forwards = (above - push_N) / kStep, backwards = (push_N - below) / kStep;
+      if (std::abs(forwards - backwards) > 0.1) continue;  // the optimal basis or the direction changes here
+      ++smooth;
+      EXPECT_NEAR(result.gradient[j], (above - below) / (2.0 * kStep), 0.02 * std::max(1.0, std::abs(forwards)))
+          << trial << " " << j;
+    }
+  }
+  EXPECT_GT(compared, 300);
+  EXPECT_GT(smooth, compared * 8 / 10);
+}
+
 TEST(ResistedPush, OfALevelStanceIsItsLeverOverItsHeight) {
   const RobotModel robot = TwoLegs();
   Kinematics kinematics(robot);
@@ -253,6 +302,92 @@ TEST(ResistedPush, IsNegativeIfThePostureCannotBeHeld) {
   }
   StaticEquilibrium equilibrium(robot, kGravity);
   EXPECT_LT(equilibrium.ResistedPush_N(StanceForces(soles), kinematics), 0.0);
+}
+
+/// The push along a direction as the largest s, with Jacobians by differences: variables lambda, s. Without efforts
+/// only the balance remains.
+test::ReferenceProgram PushProgram(const RobotModel& robot, const StanceForces& forces, const Eigen::VectorXd& x,
+                                   const Eigen::Vector3d& direction, PushLimits limits) {
+  test::ReferenceProgram program = TorqueProgram(robot, forces, x);
+  const int L = forces.num_generators(), n = robot.num_dofs();
+  const double weight_N = robot.total_mass() * kGravity;
+  program.A.col(L).setZero();
+  program.A.col(L).head<3>() = direction;
+  Kinematics before(robot), after(robot);
+  constexpr double kStep = 1e-6;
+  for (int j = 0; j < n; ++j) {
+    Eigen::VectorXd low = x, high = x;
+    low[j] -= kStep;
+    high[j] += kStep;
+    before.Update(low);
+    after.Update(high);
+    const double share =
+        weight_N * direction.dot(after.com() - before.com()) / (2.0 * kStep) / robot.effort_limits()[j];
+    program.A(6 + 2 * j, L) = -share;  // torque share <= 1
+    program.A(6 + 2 * j + 1, L) = share;
+    program.upper.segment<2>(6 + 2 * j).array() += 1.0;
+  }
+  if (limits == PushLimits::kContacts) {
+    program.A.conservativeResize(6, Eigen::NoChange);
+    program.lower.conservativeResize(6);
+    program.upper.conservativeResize(6);
+  }
+  program.columns_upper[L] = 10.0;
+  program.c[L] = -1.0;
+  return program;
+}
+
+class ResistedPushes : public testing::TestWithParam<PushLimits> {};
+INSTANTIATE_TEST_SUITE_P(Limits, ResistedPushes,
+                         testing::Values(PushLimits::kContacts, PushLimits::kContactsAndEfforts),
+                         [](const auto& limits) {
+                           return limits.param == PushLimits::kContacts ? "Contacts" : "Efforts";
+                         });
+
+TEST_P(ResistedPushes, AgreeWithGlpkInAllDirections) {
+  const RobotModel robot = TwoLegs();
+  Kinematics kinematics(robot);
+  StaticEquilibrium equilibrium(robot, kGravity);
+  const double weight_N = robot.total_mass() * kGravity;
+  std::mt19937_64 random(7);
+  int held = 0, refused = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    const Eigen::VectorXd x = RandomPosture(robot, random);
+    kinematics.Update(x);
+    const StanceForces forces(Soles(robot, kinematics, 0.6));
+    const DirectedPushes pushes_N = equilibrium.ResistedPushes_N(forces, kinematics, GetParam());
+    for (int k = 0; k < kPushDirections; ++k) {
+      const double push_N = pushes_N[static_cast<size_t>(k)];
+      const std::optional<double> least =
+          test::MinimumByGlpk(PushProgram(robot, forces, x, PushDirection(k), GetParam()));
+      ASSERT_EQ(std::isfinite(push_N), least.has_value()) << trial << " " << k;
+      ++(least ? held : refused);
+      if (!least) continue;
+      EXPECT_NEAR(push_N, -*least * weight_N, 1e-4) << trial << " " << k;
+    }
+  }
+  EXPECT_GT(held, 300);
+  EXPECT_GT(refused, 300);
+}
+
+TEST(ResistedPush, EffortLimitsOnlyReduceIt) {
+  const RobotModel robot = TwoLegs();
+  Kinematics kinematics(robot);
+  StaticEquilibrium equilibrium(robot, kGravity);
+  std::mt19937_64 random(8);
+  int reduced = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    kinematics.Update(RandomPosture(robot, random));
+    const StanceForces forces(Soles(robot, kinematics, 0.6));
+    const DirectedPushes all_N = equilibrium.ResistedPushes_N(forces, kinematics, PushLimits::kContactsAndEfforts);
+    const DirectedPushes contacts_N = equilibrium.ResistedPushes_N(forces, kinematics, PushLimits::kContacts);
+    for (size_t k = 0; k < all_N.size(); ++k) {
+      EXPECT_LE(all_N[k], contacts_N[k] + 1e-9);
+      reduced += std::isfinite(all_N[k]) && all_N[k] < contacts_N[k] - 1.0 ? 1 : 0;
+    }
+    EXPECT_EQ(equilibrium.ResistedPush_N(forces, kinematics), std::ranges::min(all_N));
+  }
+  EXPECT_GT(reduced, 50);
 }
 
 TEST(EffortLimits, AreReadFromTheFile) {
