@@ -57,7 +57,8 @@ TEST_F(SequenceCommands, ExportsTheConfigurationsOfASolution) {
   const ProgramResult exported = Export(0, "motion", {"--solutions", dataset_ + "/solutions-motion.json"});
   ASSERT_EQ(exported.exit_code, 0) << exported.err;
   EXPECT_THAT(test::ReadText(File("sequence.xml")), testing::Not(HasSubstr("<rows>0</rows>")));
-  ExpectError(Export(0, "motion", {"--solutions", dataset_ + "/solutions-posture.json"}), 2, "waypoints of ");
+  ExpectError(Export(0, "motion", {"--solutions", dataset_ + "/solutions-posture.json"}), 2,
+              "the solutions are postures");
   ExpectError(Export(0, "motion", {"--solutions", dataset_ + "/solutions-motion.json", "--method", "none"}), 2,
               "has no solution of this method");
   ExpectError(Export(999, "motion"), 2, "no problem with this id");
