@@ -13,6 +13,7 @@
 #include "app/printable.h"
 #include "client/client_error.h"
 #include "client/commands/options.h"
+#include "client/report/solution_items.h"
 #include "client/suite/input_files.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/internal/dataset_writer.h"
@@ -123,6 +124,12 @@ const Solution& SolutionOf(const SolvedProblem& problem, const SequenceExport& o
 std::vector<Eigen::VectorXd> WaypointsOf(const Dataset& dataset, const std::vector<Stance>& stances,
                                          const SequenceExport& options) {
   const SolutionFile file = ReadSolutions(InputFile(*options.solutions));
+  if (DescriptionOf(file.task).problems != DescriptionOf(options.task).problems) {
+    throw ClientError(ExitCode::kUsage,
+                      *options.solutions + ": the solutions are " + std::string(DescriptionOf(file.task).plural) +
+                          ", but the problem is one of " + std::string(DescriptionOf(options.task).plural) +
+                          "; choose another file, or --task");
+  }
   const auto problem =
       std::ranges::find(file.problems, options.problem, [](const SolvedProblem& of) { return of.definition.id; });
   if (problem == file.problems.end()) {
@@ -130,18 +137,19 @@ std::vector<Eigen::VectorXd> WaypointsOf(const Dataset& dataset, const std::vect
                       *options.solutions + ": there is no problem " + std::to_string(options.problem));
   }
   const Solution& solution = SolutionOf(*problem, options);
-  const std::size_t expected =
-      stances.size() * static_cast<std::size_t>(DescriptionOf(options.task).waypoints_per_stance);
-  const bool fits = std::ranges::all_of(solution.waypoints, [&](const Eigen::VectorXd& x) {
-    return x.size() == dataset.robot().configuration_size() && x.allFinite();
-  });
-  if (solution.waypoints.size() != expected || !fits) {
-    throw ClientError(ExitCode::kUsage, *options.solutions + ": problem " + std::to_string(options.problem) + ", '" +
-                                            solution.method + "': must have " + std::to_string(expected) +
-                                            " waypoints of " + std::to_string(dataset.robot().configuration_size()) +
-                                            " finite numbers; 'legopt evaluate' prints what is wrong");
+  const int count = NumWaypoints(file.task, static_cast<int>(stances.size()));
+  const int size = dataset.robot().configuration_size();
+  TimedPath path;
+  std::string fault = ReadSolutionPath(file.task, solution, count, size, &path);
+  std::vector<Eigen::VectorXd> waypoints;
+  for (const std::size_t point : path.waypoints) {
+    waypoints.push_back(path.points[point]);
+    const bool fits = waypoints.back().size() == size && waypoints.back().allFinite();
+    if (!fits && fault.empty()) fault = "a waypoint is not " + std::to_string(size) + " finite numbers";
   }
-  return solution.waypoints;
+  if (fault.empty()) return waypoints;
+  throw ClientError(ExitCode::kUsage, *options.solutions + ": problem " + std::to_string(options.problem) + ", '" +
+                                          solution.method + "': " + fault);
 }
 
 ExitCode ExportSequence(const SequenceExport& options) {

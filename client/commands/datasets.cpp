@@ -201,7 +201,8 @@ ExitCode Check(const CheckOptions& options) {
 }  // namespace
 
 void AddDatasetCommand(const app::Command& program, Invocation* invocation) {
-  const auto dataset = program.AddCommand("dataset", "Check, hash, describe and pack datasets; exchange contact sequences");
+  const auto dataset =
+      program.AddCommand("dataset", "Check, hash, describe and pack datasets; exchange contact sequences");
   dataset.RequireCommand();
   dataset.LetOptionsFollowCommands();
 

@@ -57,7 +57,8 @@ TEST_F(SequenceCommands, ExportsTheConfigurationsOfASolution) {
   const ProgramResult exported = Export(0, "motion", {"--solutions", dataset_ + "/solutions-motion.json"});
   ASSERT_EQ(exported.exit_code, 0) << exported.err;
   EXPECT_THAT(test::ReadText(File("sequence.xml")), testing::Not(HasSubstr("<rows>0</rows>")));
-  ExpectError(Export(0, "motion", {"--solutions", dataset_ + "/solutions-posture.json"}), 2, "waypoints of ");
+  ExpectError(Export(0, "motion", {"--solutions", dataset_ + "/solutions-posture.json"}), 2,
+              "the solutions are postures");
   ExpectError(Export(0, "motion", {"--solutions", dataset_ + "/solutions-motion.json", "--method", "none"}), 2,
               "has no solution of this method");
   ExpectError(Export(999, "motion"), 2, "no problem with this id");
@@ -80,9 +81,9 @@ TEST_F(SequenceCommands, SeveralFilesAreSeveralProblemsOfOneTask) {
 
 TEST_F(SequenceCommands, BadInputIsOneErrorAndMakesNoFile) {
   ASSERT_EQ(Export(0, "motion").exit_code, 0);
-  ExpectRefused("[^]*", "22 serialization::archive 18 0 2", "is a text archive");
-  ExpectRefused("[^]*<item>", "<boost_serialization><item>", "not well-formed");
-  ExpectRefused(">l_palm<", ">left_hand<", "did you mean");
+  ExpectError(Import({Write("walk.txt", "22 serialization::archive 18 0 2")}), 2, "is a text archive");
+  ExpectRefused("</boost_serialization>", "", "not well-formed");
+  ExpectRefused(">l_palm<", ">left_hand<", "name the contact with --effectors left_hand=CONTACT; valid: l_foot");
   ExpectRefused("<placement[^]*?</placement>", "", "<placement> is missing");
   ExpectRefused("<mu>5[^<]*", "<mu>-0.3", "friction is negative (got '-0.3')");
   ExpectRefused("<size>[0-9]*", "<size>0", "no phases");
