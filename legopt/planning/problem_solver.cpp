@@ -101,6 +101,10 @@ class ProblemSolver::Run {
     proximity.continuous = method_.continuous_collision;
     proximity.continuous_weight = method_.continuous_weight;
     proximity.physics = method_.physics;
+    if (HasTimeLaw(task_.task)) {  // demands equilibrium everywhere, whatever the method asks for
+      if (method_.physics == Physics::kNone) proximity.physics = Physics::kBalance;
+      proximity.segment_physics = proximity.physics;
+    }
     return proximity;
   }
   /// Returns the number of term evaluations so far.

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 BASE_NAMES = ["base_x_m", "base_y_m", "base_z_m", "base_qw", "base_qx", "base_qy", "base_qz"]
 
 #: Tasks whose solutions are paths: a time stamp follows each configuration.
-TIMED_TASKS = ("continuous", "balanced")
+TIMED_TASKS = ("continuous", "balanced", "timed")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Waypoints:
     job_id: int
     x: list[list[float]]
     joint_names: list[str] | None  #: None: not stored in the database
-    #: times of rows of a path, the solution of a continuous or balanced motion, in steps from waypoint to waypoint:
+    #: times of rows of a path, the solution of a continuous, balanced or timed motion, in steps from waypoint to waypoint:
     #: waypoint w is the row at time w; None: every row is a waypoint
     times: list[float] | None = None
     first_waypoint: int = 0  #: number of the first row in its motion

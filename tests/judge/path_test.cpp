@@ -226,7 +226,7 @@ TEST_F(PathTest, TimedMotionsAreJudgedOnTheCurve) {
     x[kRightShoulder] = angle;
     return x;
   };
-  const Points path = {{0, at(0.0)},    {0.25, at(1.99)}, {0.5, at(1.99)}, {0.75, at(1.0)},
+  const Points path = {{0, at(0.0)}, {0.25, at(1.99)}, {0.5, at(1.99)}, {0.75, at(1.0)},
                        {1, at(0.0)}, {2, at(0.0)},     {3, at(0.0)}};
   EXPECT_EQ(Judged(standing_twice_, path, Task::kBalanced).literal, Verdict::kSuccess);
   const Evaluation evaluation = Judged(standing_twice_, path, Task::kTimed);

@@ -120,6 +120,19 @@ TEST_F(EmbeddedPaths, AreSolvedAndJudged) {
   }
 }
 
+// Whether a motion can be executed is not part of the solver's own rules yet, but the curve must keep all others.
+TEST_F(EmbeddedPaths, CurvesOfTimedMotionsKeepTheRules) {
+  for (const Initialization start : {Initialization::kGood, Initialization::kInCollision}) {
+    const auto [outcome, evaluation] = Solve(Task::kTimed, start);
+    EXPECT_EQ(outcome.status, SolveStatus::kConvergedFeasible) << outcome.message;
+    EXPECT_TRUE(evaluation.timing) << evaluation.detail;  // computed only after all other rules
+    EXPECT_TRUE(evaluation.literal == Verdict::kSuccess || evaluation.literal == Verdict::kTiming);
+    TimedPath path;
+    ASSERT_FALSE(ParsePath(outcome.waypoints, evaluation.num_waypoints, dataset_->robot().configuration_size(), &path));
+    EXPECT_GE(path.points.size(), 4 * (path.waypoints.size() - 1) + 1);
+  }
+}
+
 // The end points are fixed: continuity only adds points between the waypoints.
 TEST_F(EmbeddedPaths, KeepTheWaypointsOfTheMotion) {
   const SolveOutcome motion = Solve(Task::kMotion, Initialization::kGood).outcome;

@@ -191,15 +191,14 @@ void AddTransitions(const TermInputs& of, WaypointProgram& program) {
 /// Adds balance over the planted feet to a waypoint, if they are fewer than its own: they carry the robot on the
 /// adjacent segment.
 void AddBalanceOnSegment(const Dataset& dataset, WaypointProgram& program, int waypoint, const Stance& own,
-                         const Stance& planted) {
+                         const Stance& planted, Physics physics) {
   if (planted.contacts.empty()) return;
   const auto is_own = [&](const ContactTarget& target) {
     return std::ranges::find(own.contacts, target) != own.contacts.end();
   };
   const bool same_size = planted.contacts.size() == own.contacts.size();
   if (same_size && std::ranges::all_of(planted.contacts, is_own)) return;  // same as the waypoint's own constraint
-  program.Append(
-      std::make_unique<ComTerm>(waypoint, program.state(waypoint), BalanceEdges(dataset, planted, Physics::kNone)));
+  program.Append(std::make_unique<ComTerm>(waypoint, program.state(waypoint), BalanceEdges(dataset, planted, physics)));
 }
 
 void AddBalancedTransitions(const TermInputs& of, WaypointProgram& program) {
@@ -208,8 +207,8 @@ void AddBalancedTransitions(const TermInputs& of, WaypointProgram& program) {
     const Stance& from = *of.demands[static_cast<std::size_t>(t)].stance;
     const Stance& to = *of.demands[static_cast<std::size_t>(t) + 1].stance;
     const Stance planted = PlantedContacts(of.dataset, from, to);
-    AddBalanceOnSegment(of.dataset, program, t, from, planted);
-    AddBalanceOnSegment(of.dataset, program, t + 1, to, planted);
+    AddBalanceOnSegment(of.dataset, program, t, from, planted, of.proximity.segment_physics);
+    AddBalanceOnSegment(of.dataset, program, t + 1, to, planted, of.proximity.segment_physics);
   }
 }
 
@@ -306,7 +305,9 @@ std::unique_ptr<WaypointProgram> MakePathProgram(const Dataset& dataset, Collisi
   const auto moves = [&](std::size_t w) { return w == 0 ? ends.first_moves : w < ways || ends.last_moves; };
   for (std::size_t w = 0; balanced && w < ways; ++w) {
     for (const std::size_t end : {w, w + 1}) {
-      if (moves(end)) AddBalanceOnSegment(dataset, *program, static_cast<int>(end) * pieces, *stances[end], planted[w]);
+      if (!moves(end)) continue;
+      AddBalanceOnSegment(dataset, *program, static_cast<int>(end) * pieces, *stances[end], planted[w],
+                          proximity.segment_physics);
     }
   }
   for (int t = 0; t + 1 < program->num_waypoints(); ++t) {
