@@ -57,10 +57,10 @@ struct Evaluation {
   /// within tolerance, too. A check that was never made has none (no waypoint had the right size, or phase A failed).
   std::vector<Violation> violations;
 
-  InterpolationScore interpolation;  ///< set by tasks scored between waypoints; independent of the verdict
-  HoldingScore holding;              ///< of the waypoints; empty if one failed in phase A
+  InterpolationScore interpolation;    ///< set by tasks scored between waypoints; independent of the verdict
+  HoldingScore holding;                ///< of the waypoints; empty if one failed in phase A
   std::optional<MotionTiming> timing;  ///< of timed motions that keep all other rules
-  HoldingScore holding_halfway;      ///< half way between waypoints, with the contacts of both; not part of a verdict
+  HoldingScore holding_halfway;        ///< half way between waypoints, with the contacts of both; not part of a verdict
 
   /// For a motion with an unsolved window: the failure of that window's best point by the most lenient failing rule, or
   /// success if none fails. Empty if no window is unsolved, or the window was not started.

@@ -107,7 +107,8 @@ struct PathExamination {
 /// points included. Checks planted feet (PlantedContacts) against their targets, contact depths with exact meshes and,
 /// for balanced tasks, the centre of mass over the planted feet, or in the equilibrium polygon if hands carry. Joints
 /// are clamped to their limits first, as at waypoints. For tasks with a time law, the points are joined by a spline
-/// (legopt/dynamics/path_spline.h), which must also keep the joint limits. Uses the judge's workspaces: not thread-safe.
+/// (legopt/dynamics/path_spline.h), which must also keep the joint limits. Uses the judge's workspaces: not
+/// thread-safe.
 class PathExaminer {
  public:
   /// The arguments must outlive this object.

@@ -109,13 +109,13 @@ class PathSolver {
   /// All arguments must outlive this object. `proximity` is the same as in the motion's own programs.
   PathSolver(const Dataset& dataset, CollisionQuery& query, Solver& solver, Task task, const ProgramOptions& proximity);
 
-  /// Solves for the path from the points of `start`, with at least `least_pieces` pieces per segment. `attempts` returns
-  /// the settings used for windows, with generator and perturb for this program's points.
+  /// Solves for the path from the points of `start`, with at least `least_pieces` pieces per segment. `attempts`
+  /// returns the settings used for windows, with generator and perturb for this program's points.
   PathSolution Solve(const WaypointPath& start, const std::function<MultiStartSettings()>& attempts,
                      int least_pieces = 1);
 
-  /// Returns what the samples of a curve from one waypoint to the next violate; empty if they are acceptable. `stances`:
-  /// of both waypoints; `samples`: configurations so dense that they may be joined by straight pieces.
+  /// Returns what the samples of a curve from one waypoint to the next violate; empty if they are acceptable.
+  /// `stances`: of both waypoints; `samples`: configurations so dense that they may be joined by straight pieces.
   std::string FaultOf(std::span<const Stance* const> stances, std::span<const Eigen::VectorXd> samples);
 
   /// Returns the number of term evaluations so far, including those of a running solve.
