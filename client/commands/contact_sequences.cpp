@@ -13,7 +13,7 @@
 #include "app/printable.h"
 #include "client/client_error.h"
 #include "client/commands/options.h"
-#include "client/report/solution_items.h"
+#include "client/report/motion_path.h"
 #include "client/suite/input_files.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/internal/dataset_writer.h"
@@ -137,13 +137,13 @@ std::vector<Eigen::VectorXd> WaypointsOf(const Dataset& dataset, const std::vect
                       *options.solutions + ": there is no problem " + std::to_string(options.problem));
   }
   const Solution& solution = SolutionOf(*problem, options);
-  const int count = NumWaypoints(file.task, static_cast<int>(stances.size()));
   const int size = dataset.robot().configuration_size();
-  TimedPath path;
-  std::string fault = ReadSolutionPath(file.task, solution, count, size, &path);
+  const ProblemDefinition definition{.id = options.problem, .stances = stances};
+  const MotionPath solved = ReadMotionPath(file.task, definition, solution, size);
+  std::string fault = solved.fault;
   std::vector<Eigen::VectorXd> waypoints;
-  for (const std::size_t point : path.waypoints) {
-    waypoints.push_back(path.points[point]);
+  for (const std::size_t point : solved.path.waypoints) {
+    waypoints.push_back(solved.path.points[point]);
     const bool fits = waypoints.back().size() == size && waypoints.back().allFinite();
     if (!fits && fault.empty()) fault = "a waypoint is not " + std::to_string(size) + " finite numbers";
   }
