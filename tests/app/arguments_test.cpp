@@ -145,10 +145,10 @@ TEST_F(Arguments, WordsBecomeValues) {
   EXPECT_EQ(task_, Task::kMotion);
   EXPECT_EQ(unit_, 60);
   Expect({"run", "quick", "--task", "moton"},
-         "--task: 'moton' is not known; did you mean 'motion'? valid: posture, motion, continuous, balanced",
+         "--task: 'moton' is not known; did you mean 'motion'? valid: posture, motion, continuous, balanced, timed",
          "prog run");
   Expect({"run", "quick", "--unit", "mn"}, "--unit: 'mn' is not known; did you mean 'min'? valid: s, min", "prog run");
-  EXPECT_THAT(Parse({"run", "--help"}).out, HasSubstr("{posture, motion, continuous, balanced}"));
+  EXPECT_THAT(Parse({"run", "--help"}).out, HasSubstr("{posture, motion, continuous, balanced, timed}"));
 }
 
 TEST_F(Arguments, HelpOfEverythingAndOfOneCommand) {
@@ -314,7 +314,7 @@ TEST(Checks, TakeTheirRangeOnly) {
 }
 
 TEST(Checks, WordsInSentences) {
-  EXPECT_EQ(EnumNamesOf<Task>(), (std::vector<std::string>{"posture", "motion", "continuous", "balanced"}));
+  EXPECT_EQ(EnumNamesOf<Task>(), (std::vector<std::string>{"posture", "motion", "continuous", "balanced", "timed"}));
   EXPECT_EQ(Alternatives({"a", "b", "c"}), "a, b or c");
   EXPECT_EQ(Alternatives({"a"}), "a");
   EXPECT_EQ(Joined({"a", "b", "c"}), "a, b, c");

@@ -236,7 +236,7 @@ TEST(Ranges, ControlRequestsHoldWhatTheirActionNeeds) {
 TEST(Ranges, FaultsNameFieldValueAndWhatIsAllowed) {
   auto lease = Sample<legopt_msg::lease>();
   lease.task = "dance";
-  EXPECT_EQ(Validate(lease), "task: dance: must be posture, motion, continuous or balanced");
+  EXPECT_EQ(Validate(lease), "task: dance: must be posture, motion, continuous, balanced or timed");
   lease = Sample<legopt_msg::lease>();
   lease.wall_limit_us = 0;
   EXPECT_EQ(Validate(lease), "wall_limit_us: 0: must be in 1 .. 31536000000000");

@@ -109,17 +109,18 @@ TEST(Suite, WrongWordsForRuleAndPairsAreNamed) {
   EXPECT_THAT(FaultOf(std::string(kSmall) + "pairs: some\n"), HasSubstr("reference"));
 }
 
-// Suites of the paper's experiments count by the original evaluator's rule, hands by the physical rule, and all others
-// by the solid rule.
+// Suites of the paper's experiments count by the original evaluator's rule, those on contacts with forces by the
+// physical rule, and all others by the solid rule.
 TEST(Suite, EmbeddedSuitesOfThePaperHaveTheOriginalEvaluatorsRule) {
   const std::set<std::string> paper = {"table1", "table1-short", "paper", "fidelity"};
+  const std::set<std::string> forces = {"contacts", "contacts-motions", "timed"};
   const auto folder = std::filesystem::path(SourceFolder()) / "data" / "suites";
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (entry.path().extension() != ".yaml") continue;
     const Suite suite = ReadSuite(entry.path());
     const bool original = paper.contains(entry.path().stem().string());
-    const bool hands = entry.path().stem().string().starts_with("contacts");
-    EXPECT_EQ(suite.rule, original ? Rule::kLiteral : hands ? Rule::kPhysical : Rule::kSolid) << entry.path();
+    const bool physical = forces.contains(entry.path().stem().string());
+    EXPECT_EQ(suite.rule, original ? Rule::kLiteral : physical ? Rule::kPhysical : Rule::kSolid) << entry.path();
     for (const Method& method : suite.methods) {
       const bool reference = original || method.name.ends_with("original pairs");
       EXPECT_EQ(method.pairs, reference ? PairSelection::kReference : PairSelection::kAll) << entry.path();

@@ -133,7 +133,7 @@ TEST(Words, TasksAndInitialisations) {
   EXPECT_EQ(ReadInitialization(ToString(Initialization::kInCollision), "f"), Initialization::kInCollision);
   EXPECT_EQ(ReadInitialization("in-collision", "f"), Initialization::kInCollision);
   EXPECT_EQ(MessageOf([] { ReadTask("walk", "f.yaml"); }),
-            "f.yaml: task: unknown task (got 'walk'); use 'posture', 'motion', 'continuous' or 'balanced'");
+            "f.yaml: task: unknown task (got 'walk'); use 'posture', 'motion', 'continuous', 'balanced' or 'timed'");
   EXPECT_EQ(MessageOf([] { ReadInitialization("bad", "f.yaml"); }),
             "f.yaml: initialization: unknown initialisation (got 'bad'); use 'good' or 'in_collision'");
 }
