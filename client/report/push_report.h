@@ -41,7 +41,7 @@ struct PushedSolution {
   /// Least push over the waypoints that forces within friction and torques within effort limits resist, N: the figure
   /// of the check `push`. kNotHeld if a waypoint cannot be held as it is.
   double push_N = kNotHeld;
-  double contacts_N = kNotHeld;   ///< the same by contact forces alone, without effort limits
+  double contacts_N = kNotHeld;   ///< least push by contact forces alone, N
   double weight_N = 0.0;          ///< weight of the robot
   int waypoint = -1;              ///< waypoint with the least push_N
   int direction_deg = 0;          ///< its direction, from the world's x axis; where contacts and efforts resist least

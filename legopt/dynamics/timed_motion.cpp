@@ -116,7 +116,7 @@ std::vector<MotionPhase> TimedMotion::Phases() const {
 }
 
 std::vector<double> SampleTimes(double duration_s, double rate_hz, int most) {
-  constexpr double kRounding = 1e-9;  // of an interval
+  constexpr double kRounding = 1e-9;  // share of an interval
   double step_s = 1.0 / rate_hz;
   if (duration_s / step_s > most - 1) step_s = duration_s / (most - 1);
   std::vector<double> times = {0.0};

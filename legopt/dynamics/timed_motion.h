@@ -19,7 +19,7 @@ struct ContactForce {
   std::string contact;
   int link = 0;                    ///< index into RobotModel::links()
   Eigen::Vector3d position_W;      ///< m
-  Eigen::Vector3d force_N;         ///< in the world
+  Eigen::Vector3d force_N;         ///< force on the robot, in world axes
   Eigen::Vector3d normal_W;        ///< unit normal of the surface
   std::optional<double> friction;  ///< Coulomb coefficient; nullopt: a bar, whose forces have bounds
 };

@@ -18,7 +18,7 @@ namespace legopt {
 /// @file
 /// Contact sequences of multicontact-api (https://github.com/loco-3d/multicontact-api), in the XML archives that its
 /// `saveAsXML` writes and `loadFromXML` reads. A phase is a stance: the contacts that carry, with their placements.
-/// docs/how-to/exchange-contact-sequences.md describes what is exchanged.
+/// docs/how-to/exchange-contact-sequences.md lists the exchanged data.
 
 /// Type of a contact in multicontact-api.
 enum class SequenceContactType : std::uint8_t { kUndefined, kPlanar, kPoint };

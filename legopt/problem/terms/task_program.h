@@ -27,7 +27,7 @@ struct ProgramOptions {
   ContinuousCollision continuous = ContinuousCollision::kPreferred;  ///< used by programs with transitions
   double continuous_weight = 1e2;                                    ///< weight of the preference, per metre, > 0
   Physics physics = Physics::kNone;                                  ///< at waypoints, beyond the task's balance
-  Physics segment_physics = Physics::kNone;  ///< likewise, at waypoints with the contacts of the segment beside
+  Physics segment_physics = Physics::kNone;  ///< balance of waypoints on the contacts of their segments
 };
 
 /// Constraints of one waypoint of a chain besides its joint limits.
