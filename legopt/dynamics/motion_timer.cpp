@@ -83,32 +83,34 @@ std::vector<double> MotionTimer::Grid(std::span<const double> times, int refinem
   return grid;
 }
 
-const MotionTimer::Part& MotionTimer::PartAt(double s) const {
-  const double whole = std::floor(s);
-  const auto index = static_cast<size_t>(whole);
-  return s == whole ? waypoints_[index] : segments_[index];
-}
-
-std::vector<PhaseSet> MotionTimer::Sets(const PathSpline& spline, const std::vector<double>& grid, bool reduced) {
+PathLimits MotionTimer::Limits(const PathSpline& spline, const std::vector<double>& grid, bool reduced) {
   PhaseSetBuilder& builder = reduced ? reduced_builder_ : builder_;
   builder.Restart();
-  std::vector<PhaseSet> sets;
-  sets.reserve(grid.size());
-  for (const double s : grid) {
+  const auto set_at = [&](double s, const Part& part, double slack) {
     spline.Evaluate(s, &point_);
-    const Part& part = PartAt(s);
-    const double slack = s == std::floor(s) ? kWaypointSlack : kCurveSlack;
-    sets.push_back(builder.Compute(reduced ? part.reduced : part.forces, point_, slack));
+    return builder.Compute(reduced ? part.reduced : part.forces, point_, slack);
+  };
+  std::vector<PhaseSet> begins, ends;
+  PhaseSet start = set_at(grid.front(), ends_.front(), kRestSlack);
+  for (size_t k = 0; k + 1 < grid.size(); ++k) {
+    const Part& segment = segments_[static_cast<size_t>(grid[k])];
+    const bool at_waypoint = grid[k] == std::floor(grid[k]);
+    begins.push_back(at_waypoint ? set_at(grid[k], segment, kCurveSlack) : ends.back());
+    ends.push_back(set_at(grid[k + 1], segment, kCurveSlack));
   }
-  return sets;
+  PhaseSet end = set_at(grid.back(), ends_.back(), kRestSlack);
+  return JoinSets(grid, begins, ends, std::move(start), std::move(end));
 }
 
-std::string MotionTimer::Name(const LimitOwner& owner, double s) const {
+std::string MotionTimer::Name(const TimeBlock& block, const std::vector<double>& grid) const {
+  const LimitOwner& owner = block.owner;
   if (owner.kind == TimeLimit::kNumerical) return "numerical failure";
   if (owner.kind == TimeLimit::kContact) {
-    const Stance& stance = PartAt(s).contacts;
+    const bool rests = block.interval < 0;
+    const Part& part = rests ? (block.point == 0 ? ends_.front() : ends_.back())
+                             : segments_[static_cast<size_t>(grid[static_cast<size_t>(block.interval)])];
     int surface = 0;  // only contacts that carry have surfaces
-    for (const ContactTarget& target : stance.contacts) {
+    for (const ContactTarget& target : part.contacts.contacts) {
       if (target.carries && surface++ == owner.index) return "friction of " + target.contact;
     }
     return surface == 0 ? "no contact" : "contacts";
@@ -126,9 +128,9 @@ void MotionTimer::Report(const std::vector<double>& grid, const TimeLaw& law, Mo
   timing->speed_squares = law.x;
   timing->limits = {};
   if (!law.exists) {
-    if (law.blocked < 0) return;
-    timing->blocked_at = grid[static_cast<size_t>(law.blocked)];
-    timing->blocked_by = Name(law.blocked_by, timing->blocked_at);
+    if (law.blocked.point < 0) return;
+    timing->blocked_at = grid[static_cast<size_t>(law.blocked.point)];
+    timing->blocked_by = Name(law.blocked, grid);
     return;
   }
   timing->times_s.assign(1, 0.0);
@@ -149,11 +151,11 @@ MotionTiming MotionTimer::Compute(std::span<const Stance* const> stances, std::s
   CheckPoints(times, points, dataset_.robot().configuration_size());
   MotionTiming timing;
   if (IsAtRest(points)) return timing;
+  ends_.clear();
+  for (const Stance* stance : {stances.front(), stances.back()}) ends_.push_back(MakePart(*stance));
   segments_.clear();
-  waypoints_.clear();
-  for (size_t w = 0; w < stances.size(); ++w) {
-    waypoints_.push_back(MakePart(*stances[w]));
-    if (w > 0) segments_.push_back(MakePart(PlantedContacts(dataset_, *stances[w - 1], *stances[w])));
+  for (size_t w = 1; w < stances.size(); ++w) {
+    segments_.push_back(MakePart(PlantedContacts(dataset_, *stances[w - 1], *stances[w])));
   }
   const PathSpline spline({times.begin(), times.end()}, points);
   double before_s = 0.0;
@@ -163,10 +165,10 @@ MotionTiming MotionTimer::Compute(std::span<const Stance* const> stances, std::s
       if (refinement > 0) break;
       Fail("points", std::to_string(points.size()), "give the path fewer points; the grid may have 200,000");
     }
-    const std::vector<PhaseSet> sets = Sets(spline, grid, false);
-    const TimeLaw law = ComputeTimeLaw(grid, sets);
-    timing.greedy_s = ComputeGreedyTimeLaw(grid, sets).duration_s;
-    timing.uniform_s = UniformDuration_s(grid, sets);
+    const PathLimits limits = Limits(spline, grid, false);
+    const TimeLaw law = ComputeTimeLaw(limits);
+    timing.greedy_s = ComputeGreedyTimeLaw(limits).duration_s;
+    timing.uniform_s = UniformDuration_s(limits);
     Report(grid, law, &timing);
     if (!law.exists) break;
     timing.grid_change = refinement == 0 ? 1.0 : std::abs(law.duration_s - before_s) / law.duration_s;
@@ -175,8 +177,7 @@ MotionTiming MotionTimer::Compute(std::span<const Stance* const> stances, std::s
   }
   timing.reduced_s = std::numeric_limits<double>::infinity();
   if (std::isfinite(timing.shortest_s)) {
-    const std::vector<PhaseSet> sets = Sets(spline, timing.parameters, true);
-    timing.reduced_s = ComputeTimeLaw(timing.parameters, sets).duration_s;
+    timing.reduced_s = ComputeTimeLaw(Limits(spline, timing.parameters, true)).duration_s;
   }
   return timing;
 }

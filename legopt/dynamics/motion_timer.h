@@ -50,8 +50,8 @@ class MotionTimer {
  public:
   static constexpr int kLeastPerPiece = 4, kLeastPerSegment = 32, kMostRefinements = 2;
   static constexpr double kGridAccuracy = 0.02;
-  /// Slack of the balance at waypoints and between them: forces in units of the weight, moments in weight times 1 m.
-  static constexpr double kWaypointSlack = 1e-3, kCurveSlack = 2e-3;
+  /// Slack of the balance at rest and in motion: forces in units of the weight, moments in weight times 1 m.
+  static constexpr double kRestSlack = 1e-3, kCurveSlack = 2e-3;
   /// Largest number of points of a grid; throws InputError for motions that need more.
   static constexpr int kMostPoints = 200'000;
 
@@ -72,16 +72,15 @@ class MotionTimer {
 
   Part MakePart(const Stance& contacts) const;
   std::vector<double> Grid(std::span<const double> times, int refinement) const;
-  std::vector<PhaseSet> Sets(const PathSpline& spline, const std::vector<double>& grid, bool reduced);
-  const Part& PartAt(double s) const;
-  std::string Name(const LimitOwner& owner, double s) const;
+  PathLimits Limits(const PathSpline& spline, const std::vector<double>& grid, bool reduced);
+  std::string Name(const TimeBlock& block, const std::vector<double>& grid) const;
   void Report(const std::vector<double>& grid, const TimeLaw& law, MotionTiming* timing) const;
 
   const Dataset& dataset_;
   PhaseSetBuilder builder_, reduced_builder_;
   CurvePoint point_;
-  std::vector<Part> segments_;   ///< contacts that stay in place on each segment
-  std::vector<Part> waypoints_;  ///< contacts of each waypoint
+  std::vector<Part> segments_;  ///< contacts that stay in place on each segment
+  std::vector<Part> ends_;      ///< contacts of the first and the last waypoint
 };
 
 }  // namespace legopt

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "legopt/dynamics/internal/phase_polygon.h"
 #include "legopt/statics/internal/force_program.h"
 #include "legopt/statics/internal/support_search.h"
 
@@ -15,59 +16,6 @@ constexpr double kReach = 1e3;             // largest |u| in units of the larges
 constexpr double kStandardGravity_m_s2 = 9.81;
 constexpr double kAccuracy = 1e-6;    // largest distance of the inner approximation from the set, in the same units
 constexpr double kSameCorner = 1e-9;  // corners that are nearer count as one
-
-/// Corner of a polygon, with the owner of the edge that begins there.
-struct PhaseCorner {
-  Eigen::Vector2d at;
-  LimitOwner owner;
-};
-
-/// Removes corners that coincide with the one before.
-void Merge(std::vector<PhaseCorner>* corners) {
-  std::vector<PhaseCorner> kept;
-  for (const PhaseCorner& corner : *corners) {
-    if (!kept.empty() && (corner.at - kept.back().at).norm() <= kSameCorner) {
-      kept.back().owner = corner.owner;  // the edge that begins here
-    } else {
-      kept.push_back(corner);
-    }
-  }
-  while (kept.size() > 1 && (kept.front().at - kept.back().at).norm() <= kSameCorner) kept.pop_back();
-  *corners = std::move(kept);
-}
-
-/// Returns the half-planes whose intersection has these corners, also for a single point or a segment.
-std::vector<PhaseEdge> EdgesOf(const std::vector<PhaseCorner>& corners) {
-  std::vector<PhaseEdge> edges;
-  const auto add = [&](const Eigen::Vector2d& normal, const PhaseCorner& corner) {
-    edges.push_back({normal.x(), normal.y(), normal.dot(corner.at), corner.owner});
-  };
-  if (corners.size() == 1) {
-    for (const Eigen::Vector2d& axis : AxisDirections()) add(axis, corners.front());
-    return edges;
-  }
-  for (size_t i = 0; i < corners.size(); ++i) {
-    const Eigen::Vector2d along = (corners[(i + 1) % corners.size()].at - corners[i].at).normalized();
-    add({along.y(), -along.x()}, corners[i]);
-    if (corners.size() == 2) add(-along, corners[i]);
-  }
-  return edges;
-}
-
-/// Keeps the part of a polygon with normal . at <= offset; the new edge has the given owner.
-void Clip(const Eigen::Vector2d& normal, double offset, const LimitOwner& owner, std::vector<PhaseCorner>* corners) {
-  std::vector<PhaseCorner> kept;
-  for (size_t i = 0; i < corners->size(); ++i) {
-    const PhaseCorner& from = (*corners)[i];
-    const PhaseCorner& to = (*corners)[(i + 1) % corners->size()];
-    const double before = normal.dot(from.at) - offset, after = normal.dot(to.at) - offset;
-    if (before <= 0.0) kept.push_back({from.at, before == 0.0 && after > 0.0 ? owner : from.owner});
-    if (before * after >= 0.0) continue;
-    kept.push_back({from.at + before / (before - after) * (to.at - from.at), after > 0.0 ? owner : from.owner});
-  }
-  *corners = std::move(kept);
-  Merge(corners);
-}
 
 }  // namespace
 
@@ -241,7 +189,7 @@ PhaseSet PhaseSetBuilder::Compute(const StanceForces& forces, const CurvePoint& 
   }
   std::vector<PhaseCorner> corners;
   for (const Extreme& extreme : extremes) corners.push_back({extreme.position, {}});
-  Merge(&corners);
+  MergeCorners(kSameCorner, &corners);
   for (size_t i = 0; i < corners.size(); ++i) {
     constexpr double kLevel = 1e-9;
     const Eigen::Vector2d along = corners[(i + 1) % corners.size()].at - corners[i].at;
@@ -255,16 +203,15 @@ PhaseSet PhaseSetBuilder::Compute(const StanceForces& forces, const CurvePoint& 
     const Eigen::Vector2d rates = largest_x_ * Eigen::Vector2d(start_.torques[dof], steady_.torques[dof]);
     const double limit = effort_share_ * robot_.effort_limits()[dof];
     const LimitOwner owner{TimeLimit::kTorque, dof};
-    for (const double sign : {1.0, -1.0}) Clip(sign * rates, limit - sign * gravity_torques_[dof], owner, &corners);
+    for (const double sign : {1.0, -1.0}) {
+      ClipPolygon(sign * rates, limit - sign * gravity_torques_[dof], owner, kSameCorner, &corners);
+    }
     if (corners.empty()) {
       set.blocked_by = owner;
       return set;
     }
   }
-  set.edges = EdgesOf(corners);
-  for (PhaseEdge& edge : set.edges) edge.c *= largest_x_;
-  for (const PhaseCorner& corner : corners) set.corners.emplace_back(largest_x_ * corner.at);
-  return set;
+  return SetOf(corners, largest_x_);
 }
 
 }  // namespace legopt

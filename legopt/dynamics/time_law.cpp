@@ -98,22 +98,27 @@ LimitOwner LimitAt(const PhaseSet& set) {
   return owner;
 }
 
-TimeLaw Blocked(std::span<const PhaseSet> sets, size_t point) {
+TimeLaw Blocked(const TimeBlock& block) {
   TimeLaw law;
   law.duration_s = kInfinity;
-  law.blocked = static_cast<int>(point);
-  law.blocked_by = LimitAt(sets[point]);
+  law.blocked = block;
   return law;
 }
 
-/// Sets the limit of each point: the edge with the least slack.
-void SetLimits(std::span<const double> grid, std::span<const PhaseSet> sets, TimeLaw* law) {
+/// Block at a point that can be passed by itself, but not from rest to rest.
+TimeLaw BlockedAt(const PathLimits& path, size_t point) {
+  const size_t k = std::min(point, path.intervals.size() - 1);
+  return Blocked({static_cast<int>(point), static_cast<int>(k), LimitAt(path.intervals[k])});
+}
+
+/// Sets the limit of each interval: the edge with the least slack.
+void SetLimits(const PathLimits& path, TimeLaw* law) {
   constexpr double kLevel = 1.0 - 1e-9;
-  for (size_t k = 0; k + 1 < grid.size(); ++k) {
-    const double x = law->x[k], u = (law->x[k + 1] - x) / (2.0 * WidthOf(grid, k));
+  for (size_t k = 0; k < path.intervals.size(); ++k) {
+    const double x = law->x[k], u = (law->x[k + 1] - x) / (2.0 * WidthOf(path.grid, k));
     double least = kInfinity;
     LimitOwner owner;
-    for (const PhaseEdge& edge : sets[k].edges) {
+    for (const PhaseEdge& edge : path.intervals[k].edges) {
       if (edge.b < -kLevel) continue;  // x >= 0
       const double slack = edge.c - edge.a * u - edge.b * x;
       if (!(slack < least)) continue;
@@ -126,19 +131,18 @@ void SetLimits(std::span<const double> grid, std::span<const PhaseSet> sets, Tim
 
 }  // namespace
 
-ControllableSets ComputeControllableSets(std::span<const double> grid, std::span<const PhaseSet> sets) {
-  CheckInvariant(grid.size() >= 2 && sets.size() == grid.size(), "a time law has a set for each point of its grid");
+ControllableSets ComputeControllableSets(const PathLimits& path) {
+  const size_t count = path.grid.size();
+  CheckInvariant(count >= 2 && path.intervals.size() + 1 == count,
+                 "a time law has a set for each interval of its grid");
   ControllableSets controllable;
-  controllable.lowest.assign(grid.size(), kInfinity);
-  controllable.highest.assign(grid.size(), -kInfinity);
-  if (!CanRest(sets.back())) {
-    controllable.blocked = static_cast<int>(grid.size()) - 1;
-    return controllable;
-  }
+  controllable.lowest.assign(count, kInfinity);
+  controllable.highest.assign(count, -kInfinity);
   controllable.lowest.back() = controllable.highest.back() = 0.0;
-  for (size_t k = grid.size() - 1; k-- > 0;) {
+  for (size_t k = count - 1; k-- > 0;) {
     const Interval next{controllable.lowest[k + 1], controllable.highest[k + 1]};
-    const Interval here = sets[k].empty() ? Interval() : Predecessors(sets[k], WidthOf(grid, k), next);
+    const PhaseSet& set = path.intervals[k];
+    const Interval here = set.empty() ? Interval() : Predecessors(set, WidthOf(path.grid, k), next);
     controllable.lowest[k] = here.lowest;
     controllable.highest[k] = here.highest;
     if (!here.empty()) continue;
@@ -157,64 +161,66 @@ double Duration_s(std::span<const double> grid, std::span<const double> x) {
   return duration_s;
 }
 
-TimeLaw ComputeGreedyTimeLaw(std::span<const double> grid, std::span<const PhaseSet> sets) {
-  const auto empty = std::ranges::find_if(sets, &PhaseSet::empty);
-  if (empty != sets.end()) return Blocked(sets, static_cast<size_t>(empty - sets.begin()));
-  const ControllableSets controllable = ComputeControllableSets(grid, sets);
-  if (controllable.blocked >= 0) return Blocked(sets, static_cast<size_t>(controllable.blocked));
+TimeLaw ComputeGreedyTimeLaw(const PathLimits& path) {
+  if (path.empty.point >= 0) return Blocked(path.empty);
+  const int last = static_cast<int>(path.grid.size()) - 1;
+  if (!CanRest(path.start)) return Blocked({0, -1, LimitAt(path.start)});
+  if (!CanRest(path.end)) return Blocked({last, -1, LimitAt(path.end)});
+  const ControllableSets controllable = ComputeControllableSets(path);
+  if (controllable.blocked >= 0) return BlockedAt(path, static_cast<size_t>(controllable.blocked));
   constexpr double kRest = 1e-9;
-  if (controllable.lowest.front() > kRest || !CanRest(sets.front())) return Blocked(sets, 0);
+  if (controllable.lowest.front() > kRest) return BlockedAt(path, 0);
   constexpr double kInside = 1.0 - 1e-4;  // rounding could leave no successor at the upper bound
   TimeLaw law;
-  law.x.assign(grid.size(), 0.0);
-  for (size_t k = 0; k + 1 < grid.size(); ++k) {
-    const Interval reached = Successors(sets[k], WidthOf(grid, k), law.x[k]);
+  law.x.assign(path.grid.size(), 0.0);
+  for (size_t k = 0; k < path.intervals.size(); ++k) {
+    const Interval reached = Successors(path.intervals[k], WidthOf(path.grid, k), law.x[k]);
     const double lowest = controllable.lowest[k + 1], highest = controllable.highest[k + 1];
     const double next = std::max(reached.lowest, std::min(reached.highest, lowest + kInside * (highest - lowest)));
     const double rounding = kRest * (1.0 + highest);
-    if (reached.empty() || next < lowest - rounding || next > highest + rounding) return Blocked(sets, k);
+    if (reached.empty() || next < lowest - rounding || next > highest + rounding) return BlockedAt(path, k);
     law.x[k + 1] = std::max({next, lowest, 0.0});
   }
-  law.duration_s = Duration_s(grid, law.x);
+  law.duration_s = Duration_s(path.grid, law.x);
   if (!std::isfinite(law.duration_s)) {  // rest is the only admissible state of two neighbours
     const auto still = std::ranges::adjacent_find(law.x, [](double a, double b) { return a + b <= 0.0; });
-    return Blocked(sets, static_cast<size_t>(still - law.x.begin()));
+    return BlockedAt(path, static_cast<size_t>(still - law.x.begin()));
   }
   law.exists = true;
-  SetLimits(grid, sets, &law);
+  SetLimits(path, &law);
   return law;
 }
 
-TimeLaw ComputeTimeLaw(std::span<const double> grid, std::span<const PhaseSet> sets) {
-  TimeLaw law = ComputeGreedyTimeLaw(grid, sets);
+TimeLaw ComputeTimeLaw(const PathLimits& path) {
+  TimeLaw law = ComputeGreedyTimeLaw(path);
   if (!law.exists) return law;
   std::vector<double> x = law.x;
-  if (!MinimizeDuration(grid, sets, &x)) return law;
-  const double duration_s = Duration_s(grid, x);
+  if (!MinimizeDuration(path, &x)) return law;
+  const double duration_s = Duration_s(path.grid, x);
   law.optimal = duration_s >= law.duration_s;
   if (!(duration_s < law.duration_s)) return law;
   law.x = std::move(x);
   law.optimal = true;
   law.duration_s = duration_s;
   law.limits.clear();
-  SetLimits(grid, sets, &law);
+  SetLimits(path, &law);
   return law;
 }
 
-double UniformDuration_s(std::span<const double> grid, std::span<const PhaseSet> sets) {
+double UniformDuration_s(const PathLimits& path) {
   double largest = kInfinity;
-  for (size_t k = 0; k < grid.size(); ++k) {
+  for (const PhaseSet& set : path.intervals) {
     Interval x;
-    for (size_t i = 0; i < sets[k].corners.size(); ++i) {
-      const Eigen::Vector2d& from = sets[k].corners[i];
-      const Eigen::Vector2d& to = sets[k].corners[(i + 1) % sets[k].corners.size()];
+    for (size_t i = 0; i < set.corners.size(); ++i) {
+      const Eigen::Vector2d& from = set.corners[i];
+      const Eigen::Vector2d& to = set.corners[(i + 1) % set.corners.size()];
       if (from.x() == 0.0) x.Add(from.y());
       if ((from.x() < 0.0) == (to.x() < 0.0)) continue;
       x.Add(from.y() + from.x() / (from.x() - to.x()) * (to.y() - from.y()));
     }
     largest = std::min(largest, x.highest);
   }
-  return largest > 0.0 ? (grid.back() - grid.front()) / std::sqrt(largest) : kInfinity;
+  return largest > 0.0 ? (path.grid.back() - path.grid.front()) / std::sqrt(largest) : kInfinity;
 }
 
 }  // namespace legopt

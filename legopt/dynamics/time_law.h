@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "legopt/dynamics/phase_set.h"
+#include "legopt/dynamics/path_limits.h"
 
 namespace legopt {
 
@@ -11,12 +11,10 @@ namespace legopt {
 struct TimeLaw {
   bool exists = false;
   bool optimal = false;  ///< the duration is the least one; else an upper bound
-  /// Without a time law: the first point with an empty set, or else one that cannot be passed; -1: none.
-  int blocked = -1;
-  LimitOwner blocked_by;           ///< its limit
+  TimeBlock blocked;     ///< without a time law: the first point with an empty set, or else one that cannot be passed
   double duration_s = 0.0;         ///< infinite if there is none
   std::vector<double> x;           ///< (ds/dt)^2 at each point; empty if there is none
-  std::vector<LimitOwner> limits;  ///< per point but the last: the limit with the least slack
+  std::vector<LimitOwner> limits;  ///< per interval: the limit with the least slack
 };
 
 /// Intervals [lowest, highest] of x at each point from which the rest of the path can be traversed and ends at rest.
@@ -25,12 +23,11 @@ struct ControllableSets {
   int blocked = -1;                     ///< last point with an empty interval when counting from the end; -1: none
 };
 
-/// Computes them from the last point backwards: K_N = {0}, K_k = {x : (u, x) in C_k, x + 2 D_k u in K_k+1}, with D_k =
-/// s_k+1 - s_k. `grid`: increasing; `sets`: one per point. At the last point the robot must be able to rest: (0, 0) in
-/// C_N.
+/// Computes them from the last point backwards: K_N = {0}, K_k = {x : (u, x) in C_k, x + 2 D_k u in K_k+1}, with the
+/// sets C_k of the intervals. At the last point the robot must be able to rest.
 ///
 /// Source: Pham, Pham, A New Approach to Time-Optimal Path Parameterization Based on Reachability Analysis, T-RO 2018.
-ControllableSets ComputeControllableSets(std::span<const double> grid, std::span<const PhaseSet> sets);
+ControllableSets ComputeControllableSets(const PathLimits& path);
 
 /// Returns the duration of a time law with (ds/dt)^2 piecewise linear in s: sum 2 D_k / (sqrt x_k + sqrt x_k+1), s.
 double Duration_s(std::span<const double> grid, std::span<const double> x);
@@ -38,7 +35,7 @@ double Duration_s(std::span<const double> grid, std::span<const double> x);
 /// Computes the greedy time law of TOPP-RA: from the first point on, the largest admissible acceleration that stays in
 /// the controllable sets. An upper bound of the shortest duration; greedy choices are not optimal where contacts limit
 /// the speed at isolated points.
-TimeLaw ComputeGreedyTimeLaw(std::span<const double> grid, std::span<const PhaseSet> sets);
+TimeLaw ComputeGreedyTimeLaw(const PathLimits& path);
 
 /// Computes the shortest time law, from rest to rest; the robot must be able to stand still at both ends:
 ///
@@ -48,9 +45,9 @@ TimeLaw ComputeGreedyTimeLaw(std::span<const double> grid, std::span<const Phase
 /// Newton systems. The greedy law decides whether there is one, and is returned if the search does not improve on it.
 ///
 /// Source: Verscheure et al., Time-Optimal Path Tracking for Robots: A Convex Optimization Approach, IEEE TAC 2009.
-TimeLaw ComputeTimeLaw(std::span<const double> grid, std::span<const PhaseSet> sets);
+TimeLaw ComputeTimeLaw(const PathLimits& path);
 
 /// Returns the duration with constant ds/dt, without start and stop; infinite if there is none.
-double UniformDuration_s(std::span<const double> grid, std::span<const PhaseSet> sets);
+double UniformDuration_s(const PathLimits& path);
 
 }  // namespace legopt

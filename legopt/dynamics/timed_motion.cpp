@@ -89,7 +89,7 @@ MotionSample TimedMotion::At(double time_s) {
   const bool at_waypoint = progress.s == whole;
   const Part& part = (at_waypoint ? waypoints_ : segments_)[static_cast<size_t>(whole)];
   RealizedForces realized = forces_.Compute(part.forces, kinematics_, inertial_,
-                                            at_waypoint ? MotionTimer::kWaypointSlack : MotionTimer::kCurveSlack);
+                                            at_waypoint ? MotionTimer::kRestSlack : MotionTimer::kCurveSlack);
   sample.forces = PointsOf(part);
   for (size_t k = 0; k < sample.forces.size(); ++k) sample.forces[k].force_N = realized.forces_N[k];
   sample.torques = std::move(realized.torques);

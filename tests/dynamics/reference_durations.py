@@ -245,21 +245,16 @@ def shortest(robot, dataset, stances, times, points, wanted, guess_s):
         high.append(upper)
         row += 1
 
-    for k in range(N - 1):
-        s = grid[k]
-        at_waypoint = s == np.floor(s)
-        here, following = stances[int(s)], stances[min(int(s) + 1, len(stances) - 1)]
-        stance = here if at_waypoint else {c: t for c, t in here.items() if c in following and np.array_equal(t[0], following[c][0])}
+    def add_forces(s, stance, slack, motion):
+        """Balance and torques with contact forces of their own; `motion(a, b)`: entries of a u + b x."""
+        nonlocal count
         com, ((Fa, Na), (Fb, Nb)), torque, poses = coefficients(robot, curve, s, gravity, grid[-1])
         edges = generators(stance, contacts, robot, poses)
-        slack = 1e-3 if at_waypoint else 2e-3
-        # u = (x_k+1 - x_k) / 2 D
-        ux = lambda a, b: [(k, b - a / (2 * D[k])), (k + 1, a / (2 * D[k]))]
         for i in range(3):
-            add([(count + l, e[2][i]) for l, e in enumerate(edges)] + ux(-Fa[i] / weight, -Fb[i] / weight),
+            add([(count + l, e[2][i]) for l, e in enumerate(edges)] + motion(-Fa[i] / weight, -Fb[i] / weight),
                 (i == 2) - slack, (i == 2) + slack)
             add([(count + l, np.cross(e[1] - com, e[2])[i]) for l, e in enumerate(edges)]
-                + ux(-Na[i] / weight, -Nb[i] / weight), -slack, slack)
+                + motion(-Na[i] / weight, -Nb[i] / weight), -slack, slack)
         for j in range(1, len(robot.names)):
             dof = robot.dof_of[j]
             if dof < 0:
@@ -269,10 +264,21 @@ def shortest(robot, dataset, stances, times, points, wanted, guess_s):
                        for l, e in enumerate(edges) if e[0] in below]
             g, a, b = torque[dof]
             scale = 1 / robot.effort[dof]
-            add([(c, scale * v) for c, v in entries + ux(a, b)], -1 - scale * g, 1 - scale * g)
+            add([(c, scale * v) for c, v in entries + motion(a, b)], -1 - scale * g, 1 - scale * g)
+        count += len(edges)
+
+    for s, stance in ((grid[0], stances[0]), (grid[-1], stances[-1])):
+        add_forces(s, stance, 1e-3, lambda a, b: [])
+    for k in range(N - 1):
+        here, following = stances[int(grid[k])], stances[int(grid[k]) + 1]
+        planted = {c: t for c, t in here.items() if c in following and np.array_equal(t[0], following[c][0])}
+        for end in (k, k + 1):
+            # u = (x_k+1 - x_k) / 2 D, with x at this end
+            add_forces(grid[end], planted, 2e-3,
+                       lambda a, b: [(k, -a / (2 * D[k])), (k + 1, a / (2 * D[k])), (end, b)])
+    for s in grid[:-1]:
         rate = np.abs(curve.spline(s, 1)[:robot.n])
         top.append(min(1e6, np.min((np.array(robot.velocity) / np.maximum(rate, 1e-12)) ** 2)))
-        count += len(edges)
     A = scipy.sparse.csr_matrix((values, (rows, cols)), shape=(row, count))
     constraints = scipy.optimize.LinearConstraint(A, np.array(low), np.array(high))
     A_ub = scipy.sparse.vstack([A, -A])

@@ -39,30 +39,26 @@ StanceForces Ground(double friction, double half_m) {
   return StanceForces({surface});
 }
 
-struct Path {
-  std::vector<double> grid;
-  std::vector<PhaseSet> sets;
-};
-
 /// The joint moves from one value to another.
-Path Move(const RobotModel& robot, const StanceForces& forces, double from, double to, double gravity = kGravity,
-          int intervals = 400) {
+PathLimits Move(const RobotModel& robot, const StanceForces& forces, double from, double to, double gravity = kGravity,
+                int intervals = 400) {
   std::vector<Eigen::VectorXd> points(2, robot.NeutralConfiguration());
   points[0][0] = from;
   points[1][0] = to;
   const PathSpline spline({0.0, 1.0}, points);
   PhaseSetBuilder builder(robot, gravity);
-  Path path;
+  std::vector<double> grid;
+  std::vector<PhaseSet> sets;
   CurvePoint point;
   for (int k = 0; k <= intervals; ++k) {
-    path.grid.push_back(static_cast<double>(k) / intervals);
-    spline.Evaluate(path.grid.back(), &point);
-    path.sets.push_back(builder.Compute(forces, point, 0.0));
+    grid.push_back(static_cast<double>(k) / intervals);
+    spline.Evaluate(grid.back(), &point);
+    sets.push_back(builder.Compute(forces, point, 0.0));
   }
-  return path;
+  return JoinSets(grid, sets);
 }
 
-double ShortestDuration_s(const Path& path) { return ComputeTimeLaw(path.grid, path.sets).duration_s; }
+double ShortestDuration_s(const PathLimits& path) { return ComputeTimeLaw(path).duration_s; }
 
 constexpr double kAccuracy = 1e-3;  // share
 
@@ -78,12 +74,12 @@ TEST(TimeLaw, VelocityLimitAddsACruise) {
   const RobotModel robot = Carrier("prismatic", "1 0 0", kForce_N, kSpeed);
   const double acceleration = kForce_N / kMass;
   const double expected_s = kDistance_m / kSpeed + kSpeed / acceleration;
-  const Path path = Move(robot, Ground(5, 5), -0.5, 0.5);
-  const TimeLaw law = ComputeTimeLaw(path.grid, path.sets);
+  const PathLimits path = Move(robot, Ground(5, 5), -0.5, 0.5);
+  const TimeLaw law = ComputeTimeLaw(path);
   EXPECT_NEAR(law.duration_s, expected_s, kAccuracy * expected_s);
   EXPECT_EQ(law.limits[200].kind, TimeLimit::kVelocity);
   EXPECT_EQ(law.limits[2].kind, TimeLimit::kTorque);
-  EXPECT_NEAR(UniformDuration_s(path.grid, path.sets), kDistance_m / kSpeed, 1e-6);
+  EXPECT_NEAR(UniformDuration_s(path), kDistance_m / kSpeed, 1e-6);
 }
 
 TEST(TimeLaw, StrongJointReachesItsVelocityLimitSoon) {
@@ -110,10 +106,10 @@ TEST(TimeLaw, GridOfTwoIntervalsHasOneFreePoint) {
 
 TEST(TimeLaw, GridOfOneIntervalIsBlocked) {
   const RobotModel robot = Carrier("prismatic", "1 0 0", 6.0, 100);
-  const Path path = Move(robot, Ground(5, 3), -0.1, 0.3, kGravity, 1);
-  const TimeLaw law = ComputeTimeLaw(path.grid, path.sets);
+  const PathLimits path = Move(robot, Ground(5, 3), -0.1, 0.3, kGravity, 1);
+  const TimeLaw law = ComputeTimeLaw(path);
   EXPECT_FALSE(law.exists) << "rest at both points";
-  EXPECT_EQ(law.blocked, 0);
+  EXPECT_EQ(law.blocked.point, 0);
 }
 
 TEST(TimeLaw, ReversedPathTakesAsLong) {
@@ -127,8 +123,8 @@ TEST(TimeLaw, FrictionBoundsTheForceOfTheFoot) {
   const RobotModel robot = Carrier("prismatic", "1 0 0", 1e3, 100);
   const double acceleration = kFriction * kGravity * (kMass + kFootMass) / kMass;
   const double expected_s = 2.0 * std::sqrt(kDistance_m / acceleration);
-  const Path path = Move(robot, Ground(kFriction, 3), -0.2, 0.2);
-  const TimeLaw law = ComputeTimeLaw(path.grid, path.sets);
+  const PathLimits path = Move(robot, Ground(kFriction, 3), -0.2, 0.2);
+  const TimeLaw law = ComputeTimeLaw(path);
   EXPECT_NEAR(law.duration_s, expected_s, kAccuracy * expected_s);
   EXPECT_EQ(law.limits[100].kind, TimeLimit::kContact);
 }
@@ -165,12 +161,12 @@ TEST(TimeLaw, NoneIfTheTorqueCannotHoldThePendulum) {
   const RobotModel robot = Carrier("revolute", "0 1 0", 5.0, 100);
   const double largest = std::asin(5.0 / (kMass * kGravity * kHeight_m));
   EXPECT_TRUE(std::isfinite(ShortestDuration_s(Move(robot, Ground(5, 5), 0.0, 0.99 * largest))));
-  const Path path = Move(robot, Ground(5, 5), 0.0, 1.01 * largest);
-  const TimeLaw law = ComputeTimeLaw(path.grid, path.sets);
+  const PathLimits path = Move(robot, Ground(5, 5), 0.0, 1.01 * largest);
+  const TimeLaw law = ComputeTimeLaw(path);
   EXPECT_FALSE(law.exists);
   EXPECT_TRUE(std::isinf(law.duration_s));
-  EXPECT_EQ(law.blocked_by.kind, TimeLimit::kTorque);
-  EXPECT_EQ(law.blocked_by.index, 0);
+  EXPECT_EQ(law.blocked.owner.kind, TimeLimit::kTorque);
+  EXPECT_EQ(law.blocked.owner.index, 0);
 }
 
 TEST(TimeLaw, NoneIfThePendulumCannotRestAtTheStart) {
@@ -185,10 +181,10 @@ TEST(TimeLaw, NoneOnAnIcySlope) {
   surface.friction = 0.3;
   surface.axes_W = Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitY()).toRotationMatrix();
   surface.points_W = {{1, 1, 0}, {-1, 1, 0}, {-1, -1, 0}, {1, -1, 0}};
-  const Path path = Move(robot, StanceForces({surface}), -0.1, 0.1);
-  const TimeLaw law = ComputeTimeLaw(path.grid, path.sets);
+  const PathLimits path = Move(robot, StanceForces({surface}), -0.1, 0.1);
+  const TimeLaw law = ComputeTimeLaw(path);
   EXPECT_FALSE(law.exists);
-  EXPECT_EQ(law.blocked_by.kind, TimeLimit::kContact);
+  EXPECT_EQ(law.blocked.owner.kind, TimeLimit::kContact);
 }
 
 TEST(TimeLaw, HalvingTheGridChangesLittle) {
@@ -200,7 +196,7 @@ TEST(TimeLaw, HalvingTheGridChangesLittle) {
 
 TEST(TimeLaw, WithoutGravityAFootCannotPull) {
   const RobotModel robot = Carrier("prismatic", "1 0 0", 1e3, 100);
-  const Path path = Move(robot, Ground(5, 3), -0.1, 0.1, 0.0);
+  const PathLimits path = Move(robot, Ground(5, 3), -0.1, 0.1, 0.0);
   EXPECT_TRUE(std::isinf(ShortestDuration_s(path))) << "friction needs a normal force, which nothing presses";
 }
 
@@ -208,10 +204,10 @@ TEST(TimeLaw, NeverLongerWithTwiceTheLimitsNorThanGreedy) {
   double before_s = 1e9;
   for (double factor = 1.0; factor < 20.0; factor *= 2.0) {
     const RobotModel robot = Carrier("prismatic", "1 0 0", 2.0 * factor, 0.2 * factor);
-    const Path path = Move(robot, Ground(0.1 * factor, 0.05 * factor), -0.04, 0.04);
+    const PathLimits path = Move(robot, Ground(0.1 * factor, 0.05 * factor), -0.04, 0.04);
     const double duration_s = ShortestDuration_s(path);
     EXPECT_LE(duration_s, before_s * (1 + 1e-9)) << factor;
-    EXPECT_LE(duration_s, ComputeGreedyTimeLaw(path.grid, path.sets).duration_s) << factor;
+    EXPECT_LE(duration_s, ComputeGreedyTimeLaw(path).duration_s) << factor;
     before_s = duration_s;
   }
 }

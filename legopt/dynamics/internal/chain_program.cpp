@@ -18,10 +18,10 @@ struct Row {
 /// min f(x) s.t. rows, over the inner points of a chain; a workspace of one solve. All numbers are in units of `scale`.
 class ChainProgram {
  public:
-  ChainProgram(std::span<const double> grid, std::span<const PhaseSet> sets, const std::vector<double>& start)
-      : grid_(grid), x_(start), scale_(*std::max_element(start.begin(), start.end())) {
+  ChainProgram(const PathLimits& path, const std::vector<double>& start)
+      : grid_(path.grid), x_(start), scale_(*std::max_element(start.begin(), start.end())) {
     for (double& x : x_) x /= scale_;
-    for (size_t k = 0; k + 1 < grid.size(); ++k) AddRows(k, sets[k]);
+    for (size_t k = 0; k < path.intervals.size(); ++k) AddRows(k, path.intervals[k]);
     Start();
   }
 
@@ -186,10 +186,10 @@ class ChainProgram {
 
 }  // namespace
 
-bool MinimizeDuration(std::span<const double> grid, std::span<const PhaseSet> sets, std::vector<double>* x) {
+bool MinimizeDuration(const PathLimits& path, std::vector<double>* x) {
   const bool moves = *std::max_element(x->begin(), x->end()) > 0.0;
-  if (grid.size() < 3 || !moves) return false;  // nothing to choose
-  ChainProgram program(grid, sets, *x);
+  if (path.grid.size() < 3 || !moves) return false;  // nothing to choose
+  ChainProgram program(path, *x);
   if (!program.Solve()) return false;
   program.Store(x);
   return true;
