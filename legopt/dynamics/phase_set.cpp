@@ -2,11 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "legopt/dynamics/internal/phase_polygon.h"
 #include "legopt/statics/internal/force_program.h"
-#include "legopt/statics/internal/support_search.h"
 
 namespace legopt {
 namespace {
@@ -14,7 +12,6 @@ namespace {
 constexpr Eigen::Index kPhaseColumns = 3;  // u > 0, u < 0, x, in units of the largest x
 constexpr double kReach = 1e3;             // largest |u| in units of the largest x
 constexpr double kStandardGravity_m_s2 = 9.81;
-constexpr double kAccuracy = 1e-6;    // largest distance of the inner approximation from the set, in the same units
 constexpr double kSameCorner = 1e-9;  // corners that are nearer count as one
 
 }  // namespace
@@ -141,9 +138,10 @@ LinearProgramStatus PhaseSetBuilder::Scale(const StanceForces& forces, double sl
     status = Constrain(forces, slack);
     const bool whole = largest_x_ == velocity_x_;
     if (status == LinearProgramStatus::kOptimal) {
-      const std::optional<Extreme> fastest = Furthest(forces, Eigen::Vector2d::UnitY());
-      if (!fastest) return LinearProgramStatus::kStalled;
-      const double share = fastest->position.y();
+      if (solver_.Minimize(CostOf(Eigen::Vector2d::UnitY())) != LinearProgramStatus::kOptimal) {
+        return LinearProgramStatus::kStalled;
+      }
+      const double share = solver_.x()[forces.num_generators() + 2];
       last_x_ = std::max(share, kSmallest) * largest_x_;
       const bool fits = (whole || share < kAtBound) && (share > kSmall || largest_x_ <= kSmallest * velocity_x_);
       if (fits) return status;
@@ -156,14 +154,41 @@ LinearProgramStatus PhaseSetBuilder::Scale(const StanceForces& forces, double sl
   return status;
 }
 
-std::optional<Extreme> PhaseSetBuilder::Furthest(const StanceForces& forces, const Eigen::Vector2d& direction) {
-  const Eigen::Index u = forces.num_generators();
-  cost_.setZero(A_.cols());
-  cost_[u] = -direction.x();
-  cost_[u + 1] = direction.x();
-  cost_[u + 2] = -direction.y();
-  if (solver_.Minimize(cost_) != LinearProgramStatus::kOptimal) return std::nullopt;
-  return Extreme{direction, {solver_.x()[u] - solver_.x()[u + 1], solver_.x()[u + 2]}};
+Eigen::VectorXd PhaseSetBuilder::CostOf(const Eigen::Vector2d& direction) const {
+  const Eigen::Index u = A_.cols() - A_.rows() - kPhaseColumns;
+  Eigen::VectorXd cost = Eigen::VectorXd::Zero(A_.cols());
+  cost.segment<kPhaseColumns>(u) << -direction.x(), direction.x(), -direction.y();
+  return cost;
+}
+
+bool PhaseSetBuilder::FindCorners(const StanceForces& forces, std::vector<PhaseCorner>* corners) {
+  const Eigen::Index u = forces.num_generators(), rows = A_.rows();
+  const auto visit = [&](const TurnedOptimum& optimum) {
+    const Eigen::Vector2d at(optimum.x[u] - optimum.x[u + 1], optimum.x[u + 2]);
+    // The edge from the corner before to this one; each row's slack is a column of the unit matrix.
+    if (!corners->empty()) corners->back().owner = OwnerOf(forces, -optimum.reduced_costs.tail(rows));
+    corners->push_back({at, {}});
+  };
+  // The last objective of Scale: towards +x.
+  const LinearProgramStatus status =
+      solver_.Turn(CostOf(Eigen::Vector2d::UnitY()), CostOf(-Eigen::Vector2d::UnitX()), visit);
+  constexpr double kClosed = 1e-6;
+  // The first corner again, or another one with the same x, if the upper end of the set is an edge.
+  if (status != LinearProgramStatus::kOptimal) return false;
+  if (std::abs(corners->back().at.y() - corners->front().at.y()) > kClosed) return false;
+  corners->back().owner = OwnerOf(forces, solver_.multipliers());
+  MergeCorners(kSameCorner, corners);
+  MarkVelocityEdge(corners);
+  return true;
+}
+
+void PhaseSetBuilder::MarkVelocityEdge(std::vector<PhaseCorner>* corners) const {
+  constexpr double kLevel = 1e-9;
+  if (largest_x_ != velocity_x_) return;
+  for (size_t i = 0; i < corners->size(); ++i) {
+    const double here = (*corners)[i].at.y(), next = (*corners)[(i + 1) % corners->size()].at.y();
+    if (here > 1.0 - kLevel && next > 1.0 - kLevel) (*corners)[i].owner = {TimeLimit::kVelocity, velocity_dof_};
+  }
 }
 
 PhaseSet PhaseSetBuilder::Compute(const StanceForces& forces, const CurvePoint& point, double slack) {
@@ -176,27 +201,10 @@ PhaseSet PhaseSetBuilder::Compute(const StanceForces& forces, const CurvePoint& 
                                                                 : LimitOwner{TimeLimit::kNumerical, -1};
     return set;
   }
-  std::vector<std::pair<Eigen::Vector2d, LimitOwner>> owners;  // normal and owner of each edge
-  const auto furthest = [&](const Eigen::Vector2d& direction) {
-    std::optional<Extreme> extreme = Furthest(forces, direction);
-    if (extreme) owners.emplace_back(direction, OwnerOf(forces, solver_.multipliers()));
-    return extreme;
-  };
-  const std::vector<Extreme> extremes = SearchExtremes(furthest, kAccuracy);
-  if (extremes.size() < AxisDirections().size()) {
+  std::vector<PhaseCorner> corners;
+  if (!FindCorners(forces, &corners)) {
     set.blocked_by = {TimeLimit::kNumerical, -1};
     return set;
-  }
-  std::vector<PhaseCorner> corners;
-  for (const Extreme& extreme : extremes) corners.push_back({extreme.position, {}});
-  MergeCorners(kSameCorner, &corners);
-  for (size_t i = 0; i < corners.size(); ++i) {
-    constexpr double kLevel = 1e-9;
-    const Eigen::Vector2d along = corners[(i + 1) % corners.size()].at - corners[i].at;
-    const Eigen::Vector2d normal(along.y(), -along.x());
-    const auto nearest = std::ranges::max_element(owners, {}, [&](const auto& of) { return normal.dot(of.first); });
-    const bool at_top = largest_x_ == velocity_x_ && corners[i].at.y() > 1.0 - kLevel && std::abs(along.y()) < kLevel;
-    corners[i].owner = at_top ? LimitOwner{TimeLimit::kVelocity, velocity_dof_} : nearest->second;
   }
   // Joints that no contact loads need no forces.
   for (const int dof : free_) {

@@ -2,14 +2,12 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "legopt/dynamics/inverse_dynamics.h"
 #include "legopt/dynamics/path_spline.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/statics/internal/linear_program.h"
-#include "legopt/statics/internal/support_search.h"
 #include "legopt/statics/stance_forces.h"
 
 namespace legopt {
@@ -45,6 +43,8 @@ struct PhaseSet {
   bool empty() const { return corners.empty(); }
 };
 
+struct PhaseCorner;
+
 /// Computes phase sets. With contact forces f_k = M g sum_e lambda_ke v_ke (StanceForces), (u, x) is admissible if
 /// lambda >= 0 exists with
 ///
@@ -54,7 +54,7 @@ struct PhaseSet {
 ///     x <= (velocity limit of joint j / |dq_j/ds|)^2
 ///
 /// (Fa, Na, ta): InverseDynamics of acceleration dx/ds at rest; (Fb, Nb, tb): of velocity dx/ds and acceleration
-/// d^2x/ds^2. The projection of these (lambda, u, x) to the phase plane is found by one linear program per corner.
+/// d^2x/ds^2. A linear program whose objective turns finds the corners of their projection to the phase plane.
 ///
 /// A workspace: not thread-safe. Sources: Bobrow, Dubowsky, Gibson, IJRR 4(3), 1985; Caron, Pham, Nakamura, ICRA 2015;
 /// Bretl, Lall, IEEE T-RO 24(4), 2008.
@@ -81,7 +81,11 @@ class PhaseSetBuilder {
   LinearProgramStatus Constrain(const StanceForces& forces, double slack);
   /// Chooses largest_x_ such that the largest admissible x is of its order, and finds a feasible point.
   LinearProgramStatus Scale(const StanceForces& forces, double slack);
-  std::optional<Extreme> Furthest(const StanceForces& forces, const Eigen::Vector2d& direction);
+  /// Costs whose optimum is furthest in a direction of the phase plane.
+  Eigen::VectorXd CostOf(const Eigen::Vector2d& direction) const;
+  /// After Scale: the corners of the set, in units of largest_x_. Returns false if the search failed.
+  bool FindCorners(const StanceForces& forces, std::vector<PhaseCorner>* corners);
+  void MarkVelocityEdge(std::vector<PhaseCorner>* corners) const;
   void SetForces(const StanceForces& forces, double slack);
   void SetTorqueRows(const StanceForces& forces);
   LimitOwner OwnerOf(const StanceForces& forces, const Eigen::VectorXd& multipliers) const;
@@ -97,7 +101,7 @@ class PhaseSetBuilder {
   InertialForces start_, steady_;  ///< rates per u and per x
   Eigen::VectorXd gravity_torques_, at_rest_;
   Eigen::MatrixXd jacobian_, shares_, A_;
-  Eigen::VectorXd b_, upper_, cost_;
+  Eigen::VectorXd b_, upper_;
   double velocity_x_ = 0.0;  ///< largest x within velocity limits, at most kLargestSpeedSquare
   double largest_x_ = 0.0;   ///< unit of u and x in the programs, at most velocity_x_
   double last_x_ = 0.0;      ///< largest admissible x of the last point; 0: none

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "legopt/types/invariant.h"
 
@@ -13,6 +14,7 @@ constexpr double kPivotTolerance = 1e-9;    // entries of the tableau below this
 constexpr double kStepTolerance = 1e-12;    // violation of a bound that is accepted for a larger pivot
 constexpr int kPivotsWithoutProgress = 60;  // after which Bland's rule ends a cycle
 constexpr int kMaxPivots = 5'000;
+constexpr double kFullTurn = 2.0 * std::numbers::pi - 1e-9;  // rounding must not begin a second turn
 
 }  // namespace
 
@@ -75,6 +77,60 @@ LinearProgramStatus LinearProgramSolver::Minimize(const Eigen::VectorXd& c) {
   return status;
 }
 
+LinearProgramStatus LinearProgramSolver::Turn(const Eigen::VectorXd& c, const Eigen::VectorXd& d,
+                                              const std::function<void(const TurnedOptimum&)>& visit) {
+  ComputeReducedCosts(c, 0.0, &reduced_);
+  ComputeReducedCosts(d, 0.0, &turned_reduced_);
+  StoreBasicSolution(&turned_x_);
+  double angle = 0.0;
+  const auto tell = [&] { visit({angle, turned_x_, reduced_}); };
+  tell();
+  for (pivots_ = 0; pivots_ < kMaxPivots; ++pivots_) {
+    Eigen::Index column = -1;
+    angle += TurnToNextColumn(&column);
+    if (angle >= kFullTurn) break;
+    if (column < 0) continue;
+    const double direction = at_upper_[static_cast<size_t>(column)] != 0 ? -1.0 : 1.0;
+    const Step step = LargestStep(column, direction);
+    if (!std::isfinite(step.length)) break;
+    Move(column, direction, step);
+    if (!(step.length > kStepTolerance)) continue;
+    StoreBasicSolution(&turned_x_);
+    tell();
+  }
+  turned_reduced_.resize(0);
+  return angle >= kFullTurn ? LinearProgramStatus::kOptimal : LinearProgramStatus::kStalled;
+}
+
+double LinearProgramSolver::TurnToNextColumn(Eigen::Index* column) {
+  *column = -1;
+  double sine = 1.0, cosine = 0.0;  // of the turn: a quarter
+  for (Eigen::Index j = 0; j < columns(); ++j) {
+    if (in_basis_[static_cast<size_t>(j)] != 0) continue;
+    const double sign = at_upper_[static_cast<size_t>(j)] != 0 ? -1.0 : 1.0;
+    const double here = std::max(0.0, sign * reduced_[j]), rate = sign * turned_reduced_[j];
+    // here cos + rate sin becomes negative after tan = here / -rate
+    if (!(rate < -kCostTolerance) || !(here * cosine < -rate * sine)) continue;
+    *column = j;
+    const double norm = std::hypot(here, rate);
+    sine = here / norm;
+    cosine = -rate / norm;
+  }
+  pivot_row_ = cosine * reduced_ + sine * turned_reduced_;
+  turned_reduced_ = cosine * turned_reduced_ - sine * reduced_;
+  reduced_.swap(pivot_row_);
+  return std::atan2(sine, cosine);
+}
+
+void LinearProgramSolver::StoreBasicSolution(Eigen::VectorXd* x) const {
+  x->resize(columns());
+  for (Eigen::Index j = 0; j < columns(); ++j) (*x)[j] = at_upper_[static_cast<size_t>(j)] != 0 ? upper_[j] : 0.0;
+  for (Eigen::Index i = 0; i < rows(); ++i) {
+    const int basic = basis_[static_cast<size_t>(i)];
+    if (basic < columns()) (*x)[basic] = std::clamp(values_[i], 0.0, upper_[basic]);
+  }
+}
+
 /// A column that has its only entry in a row becomes basic there if its value is within its bounds; all other rows get
 /// artificial variables.
 void LinearProgramSolver::SetInitialBasis() {
@@ -112,12 +168,13 @@ void LinearProgramSolver::SetInitialBasis() {
   }
 }
 
-void LinearProgramSolver::ComputeReducedCosts(const Eigen::VectorXd& cost, double artificial_cost) {
-  reduced_ = cost;
+void LinearProgramSolver::ComputeReducedCosts(const Eigen::VectorXd& cost, double artificial_cost,
+                                              Eigen::VectorXd* reduced) const {
+  *reduced = cost;
   for (Eigen::Index i = 0; i < rows(); ++i) {
     const int basic = basis_[static_cast<size_t>(i)];
     const double basic_cost = basic < columns() ? cost[basic] : artificial_cost;
-    if (basic_cost != 0.0) reduced_ -= basic_cost * tableau_.row(i).transpose();
+    if (basic_cost != 0.0) *reduced -= basic_cost * tableau_.row(i).transpose();
   }
 }
 
@@ -173,6 +230,9 @@ void LinearProgramSolver::Pivot(Eigen::Index column, int row) {
   tableau_.noalias() -= factors_of_rows_ * pivot_row_.transpose();
   const double factor = reduced_[column];
   reduced_ -= factor * pivot_row_;
+  if (turned_reduced_.size() == 0) return;
+  const double turned_factor = turned_reduced_[column];
+  turned_reduced_ -= turned_factor * pivot_row_;
 }
 
 void LinearProgramSolver::Move(Eigen::Index column, double direction, const Step& step) {
@@ -196,7 +256,7 @@ void LinearProgramSolver::Move(Eigen::Index column, double direction, const Step
 }
 
 LinearProgramStatus LinearProgramSolver::Iterate(const Eigen::VectorXd& cost, double artificial_cost) {
-  ComputeReducedCosts(cost, artificial_cost);
+  ComputeReducedCosts(cost, artificial_cost, &reduced_);
   int without_progress = 0;
   while (pivots_ < kMaxPivots) {
     const Eigen::Index column = EnteringColumn(without_progress > kPivotsWithoutProgress);

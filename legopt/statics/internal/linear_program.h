@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <vector>
 
@@ -13,6 +14,14 @@ enum class LinearProgramStatus : std::uint8_t {
   kInfeasible,  ///< no x satisfies the constraints, and y proves it
   kUnbounded,   ///< the objective has no lower bound
   kStalled      ///< too many pivots, which no program of a stance needs
+};
+
+/// Optimum of an objective that turns (LinearProgramSolver::Turn). Valid during the call.
+struct TurnedOptimum {
+  double angle = 0.0;
+  const Eigen::VectorXd& x;  ///< n; carries the rounding of the pivots
+  /// n: of the objective; that of a column without cost with a single entry, 1, is minus the multiplier of its row.
+  const Eigen::VectorXd& reduced_costs;
 };
 
 /// Returns a lower bound of min c . x over the x >= 0 with A x = b, from any multipliers y, without a solver: the
@@ -54,6 +63,15 @@ class LinearProgramSolver {
   /// Minimises c . x from the present basis. Only after Constrain returned kOptimal or Resume true. `c`: n.
   LinearProgramStatus Minimize(const Eigen::VectorXd& c);
 
+  /// Follows the optimum of cos(a) c + sin(a) d while the angle a increases from 0 to 2 pi: the corners of the feasible
+  /// set's projection to the plane (-c . x, -d . x), counter-clockwise. Calls `visit` at the first optimum, and then
+  /// after each step to another one, with the objective for which both are optimal. Only after Minimize(c) returned
+  /// kOptimal. Returns kOptimal or kStalled; x() and multipliers() remain those of Minimize.
+  ///
+  /// Source: parametric simplex method (Chvatal, as above, chapter 10).
+  LinearProgramStatus Turn(const Eigen::VectorXd& c, const Eigen::VectorXd& d,
+                           const std::function<void(const TurnedOptimum&)>& visit);
+
   const Eigen::VectorXd& x() const { return x_; }            ///< n
   const Eigen::VectorXd& multipliers() const { return y_; }  ///< m: rate of the optimum per unit of b
   double objective() const { return objective_; }            ///< c . x
@@ -73,8 +91,11 @@ class LinearProgramSolver {
   /// Sets basis_matrix_ and its factors, and right_side_: b less the columns at their upper bounds.
   void FactorBasis();
   LinearProgramStatus Iterate(const Eigen::VectorXd& cost, double artificial_cost);
-  void ComputeReducedCosts(const Eigen::VectorXd& cost, double artificial_cost);
+  void ComputeReducedCosts(const Eigen::VectorXd& cost, double artificial_cost, Eigen::VectorXd* reduced) const;
   Eigen::Index EnteringColumn(bool first_index) const;
+  /// Turns reduced_ and turned_reduced_ until a column may enter, at most by a quarter; returns the angle.
+  double TurnToNextColumn(Eigen::Index* column);
+  void StoreBasicSolution(Eigen::VectorXd* x) const;
   Step LargestStep(Eigen::Index column, double direction) const;
   void Move(Eigen::Index column, double direction, const Step& step);
   void Pivot(Eigen::Index column, int row);
@@ -85,8 +106,10 @@ class LinearProgramSolver {
   Eigen::VectorXd b_, upper_;
   Eigen::MatrixXd tableau_;  ///< inverse of the basis times A; only if has_tableau_
   bool has_tableau_ = false;
-  Eigen::VectorXd values_;         ///< of the basic variables
-  Eigen::VectorXd reduced_;        ///< reduced costs
+  Eigen::VectorXd values_;          ///< of the basic variables
+  Eigen::VectorXd reduced_;         ///< reduced costs
+  Eigen::VectorXd turned_reduced_;  ///< in Turn: derivative of reduced_ by the angle; else empty
+  Eigen::VectorXd turned_x_;
   Eigen::VectorXd sign_;           ///< of each row's artificial variable
   std::vector<int> basis_;         ///< per row: a column, or columns() + row of an artificial variable
   std::vector<char> in_basis_;     ///< per column
