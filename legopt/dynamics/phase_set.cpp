@@ -163,8 +163,16 @@ Eigen::VectorXd PhaseSetBuilder::CostOf(const Eigen::Vector2d& direction) const 
 
 bool PhaseSetBuilder::FindCorners(const StanceForces& forces, std::vector<PhaseCorner>* corners) {
   const Eigen::Index u = forces.num_generators(), rows = A_.rows();
+  double last_angle = 0.0;
   const auto visit = [&](const TurnedOptimum& optimum) {
+    constexpr double kSameEdge = 1e-10;
     const Eigen::Vector2d at(optimum.x[u] - optimum.x[u + 1], optimum.x[u + 2]);
+    const bool same_edge = corners->size() > 1 && optimum.angle - last_angle <= kSameEdge;
+    last_angle = optimum.angle;
+    if (same_edge) {
+      corners->back().at = at;
+      return;
+    }
     // The edge from the corner before to this one; each row's slack is a column of the unit matrix.
     if (!corners->empty()) corners->back().owner = OwnerOf(forces, -optimum.reduced_costs.tail(rows));
     corners->push_back({at, {}});

@@ -1,5 +1,6 @@
 #include "legopt/dynamics/internal/phase_polygon.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "legopt/statics/internal/support_search.h"
@@ -42,6 +43,8 @@ void MergeCorners(double rounding, std::vector<PhaseCorner>* corners) {
 
 void ClipPolygon(const Eigen::Vector2d& normal, double offset, const LimitOwner& owner, double rounding,
                  std::vector<PhaseCorner>* corners) {
+  const auto is_inside = [&](const PhaseCorner& corner) { return normal.dot(corner.at) <= offset; };
+  if (std::ranges::all_of(*corners, is_inside)) return;
   std::vector<PhaseCorner> kept;
   for (size_t i = 0; i < corners->size(); ++i) {
     const PhaseCorner& from = (*corners)[i];
