@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "legopt/dynamics/internal/phase_polygon.h"
 #include "legopt/statics/internal/force_program.h"
@@ -171,11 +172,13 @@ bool PhaseSetBuilder::FindCorners(const StanceForces& forces, std::vector<PhaseC
     last_angle = optimum.angle;
     if (same_edge) {
       corners->back().at = at;
-      return;
+    } else {
+      // The edge from the corner before to this one; each row's slack is a column of the unit matrix.
+      if (!corners->empty()) corners->back().owner = OwnerOf(forces, -optimum.reduced_costs.tail(rows));
+      corners->push_back({at, {}});
     }
-    // The edge from the corner before to this one; each row's slack is a column of the unit matrix.
-    if (!corners->empty()) corners->back().owner = OwnerOf(forces, -optimum.reduced_costs.tail(rows));
-    corners->push_back({at, {}});
+    // Having passed the lower end, the search is complete at the height where it began.
+    return optimum.angle <= std::numbers::pi || at.y() < corners->front().at.y() - kSameCorner;
   };
   // The last objective of Scale: towards +x.
   const LinearProgramStatus status =

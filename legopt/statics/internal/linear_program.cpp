@@ -14,7 +14,7 @@ constexpr double kPivotTolerance = 1e-9;    // entries of the tableau below this
 constexpr double kStepTolerance = 1e-12;    // violation of a bound that is accepted for a larger pivot
 constexpr int kPivotsWithoutProgress = 60;  // after which Bland's rule ends a cycle
 constexpr int kMaxPivots = 5'000;
-constexpr double kFullTurn = 2.0 * std::numbers::pi - 1e-9;  // rounding must not begin a second turn
+constexpr double kFullTurn = 2.0 * std::numbers::pi;
 
 }  // namespace
 
@@ -78,28 +78,28 @@ LinearProgramStatus LinearProgramSolver::Minimize(const Eigen::VectorXd& c) {
 }
 
 LinearProgramStatus LinearProgramSolver::Turn(const Eigen::VectorXd& c, const Eigen::VectorXd& d,
-                                              const std::function<void(const TurnedOptimum&)>& visit) {
+                                              const std::function<bool(const TurnedOptimum&)>& visit) {
   ComputeReducedCosts(c, 0.0, &reduced_);
   ComputeReducedCosts(d, 0.0, &turned_reduced_);
-  StoreBasicSolution(&turned_x_);
   double angle = 0.0;
-  const auto tell = [&] { visit({angle, turned_x_, reduced_}); };
-  tell();
-  for (pivots_ = 0; pivots_ < kMaxPivots; ++pivots_) {
+  const auto goes_on = [&] {
+    StoreBasicSolution(&turned_x_);
+    return visit({angle, turned_x_, reduced_});
+  };
+  bool whole = !goes_on();
+  for (pivots_ = 0; !whole && pivots_ < kMaxPivots; ++pivots_) {
     Eigen::Index column = -1;
     angle += TurnToNextColumn(&column);
-    if (angle >= kFullTurn) break;
-    if (column < 0) continue;
+    whole = angle >= kFullTurn;
+    if (whole || column < 0) continue;
     const double direction = at_upper_[static_cast<size_t>(column)] != 0 ? -1.0 : 1.0;
     const Step step = LargestStep(column, direction);
     if (!std::isfinite(step.length)) break;
     Move(column, direction, step);
-    if (!(step.length > kStepTolerance)) continue;
-    StoreBasicSolution(&turned_x_);
-    tell();
+    whole = step.length > kStepTolerance && !goes_on();
   }
   turned_reduced_.resize(0);
-  return angle >= kFullTurn ? LinearProgramStatus::kOptimal : LinearProgramStatus::kStalled;
+  return whole ? LinearProgramStatus::kOptimal : LinearProgramStatus::kStalled;
 }
 
 double LinearProgramSolver::TurnToNextColumn(Eigen::Index* column) {

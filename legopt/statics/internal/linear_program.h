@@ -65,12 +65,13 @@ class LinearProgramSolver {
 
   /// Follows the optimum of cos(a) c + sin(a) d while the angle a increases from 0 to 2 pi: the corners of the feasible
   /// set's projection to the plane (-c . x, -d . x), counter-clockwise. Calls `visit` at the first optimum, and then
-  /// after each step to another one, with the objective for which both are optimal. Only after Minimize(c) returned
-  /// kOptimal. Returns kOptimal or kStalled; x() and multipliers() remain those of Minimize.
+  /// after each step to another one, with the objective for which both are optimal, until it returns false. Angles are
+  /// inexact where an edge is short. Only after Minimize(c) returned kOptimal. Returns kOptimal or kStalled; x() and
+  /// multipliers() remain those of Minimize.
   ///
   /// Source: parametric simplex method (Chvatal, as above, chapter 10).
   LinearProgramStatus Turn(const Eigen::VectorXd& c, const Eigen::VectorXd& d,
-                           const std::function<void(const TurnedOptimum&)>& visit);
+                           const std::function<bool(const TurnedOptimum&)>& visit);
 
   const Eigen::VectorXd& x() const { return x_; }            ///< n
   const Eigen::VectorXd& multipliers() const { return y_; }  ///< m: rate of the optimum per unit of b
