@@ -4,8 +4,8 @@
 
 namespace legopt {
 
-/// Returns the smallest rotation that turns one direction into another one. Not inline, because compiling Eigen's function
-/// takes ten seconds (a singular value decomposition handles opposite directions).
+/// Returns the smallest rotation that turns one direction into another one. Not inline, because Eigen's function takes
+/// ten seconds to compile (a singular value decomposition handles opposite directions).
 Eigen::Quaterniond SmallestRotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
 }  // namespace legopt
