@@ -66,6 +66,7 @@ function(legopt_unite_target target)
   foreach(group IN LISTS groups)
     legopt_write_batches(${binary_folder}/${group} "${sources_of_${group}}" kept)
   endforeach()
+  legopt_use_precompiled_header(${target})
   set_property(TARGET ${target} PROPERTY SOURCES ${kept})
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     # g++ treats the anonymous namespace of an included source like that of a header.

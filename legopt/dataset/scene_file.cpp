@@ -15,6 +15,7 @@
 #include "legopt/geometry/internal/mesh_file.h"
 #include "legopt/input/json.h"
 #include "legopt/input/yaml.h"
+#include "legopt/robot/internal/smallest_rotation.h"
 #include "legopt/types/nearest_name.h"
 #include "legopt/types/number_text.h"
 
@@ -103,8 +104,7 @@ void ReadPlane(const YamlFields& fields, ShapeSpec* shape) {
   const double thickness = fields.Number("thickness") ? RequirePositive(fields, "thickness") : kThickness_m;
   shape->kind = ShapeSpec::Kind::kBox;
   shape->size = {size[0], size[1], thickness};
-  shape->pose.linear() =
-      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), normal.normalized()).toRotationMatrix();
+  shape->pose.linear() = SmallestRotation(Eigen::Vector3d::UnitZ(), normal.normalized()).toRotationMatrix();
   shape->pose.translation() =
       fields.Vector3("position").value_or(Eigen::Vector3d::Zero()) - 0.5 * thickness * normal.normalized();
 }

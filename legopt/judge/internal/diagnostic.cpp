@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "legopt/judge/internal/touch.h"
+#include "legopt/robot/internal/smallest_rotation.h"
 #include "legopt/types/check.h"
 #include "legopt/types/number_text.h"
 
@@ -23,15 +24,6 @@ ContactPoseError ComputeContactPoseError(const Eigen::Isometry3d& target, const 
   return result;
 }
 
-namespace {
-
-/// Returns the smallest rotation that turns one unit axis into another one.
-Eigen::Matrix3d SmallestRotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-  return Eigen::Quaterniond::FromTwoVectors(from, to).toRotationMatrix();
-}
-
-}  // namespace
-
 ContactPoseError ComputeContactPoseError(const Contact& contact, const ContactTarget& target,
                                          const Eigen::Isometry3d& X_WL) {
   const ContactKindDescription& facts = contact.facts();
@@ -43,7 +35,7 @@ ContactPoseError ComputeContactPoseError(const Contact& contact, const ContactTa
   if (facts.free_rotation != FreeRotation::kAll) {
     const int axis = facts.free_rotation == FreeRotation::kAboutBar ? 0 : 2;
     const Eigen::Matrix3d R_WC = X_WL.linear() * contact.X_LC.linear();
-    actual.linear() = SmallestRotation(goal.linear().col(axis), R_WC.col(axis)) * goal.linear();
+    actual.linear() = SmallestRotation(goal.linear().col(axis), R_WC.col(axis)).toRotationMatrix() * goal.linear();
   }
   if (facts.slides) {
     const Eigen::Vector3d bar = goal.linear().col(0);

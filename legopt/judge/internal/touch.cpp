@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "legopt/geometry/internal/ball.h"
+#include "legopt/robot/internal/smallest_rotation.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/types/check.h"
 
@@ -243,7 +244,7 @@ ContactTouch TouchProbe::MeasureBar(const Contact& contact, const Eigen::Isometr
 ContactTouch TouchProbe::MeasurePoint(const Contact& contact, const Eigen::Vector3d& normal_W,
                                       const Eigen::Isometry3d& X_WL) {
   Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
-  X_WC.linear() = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), normal_W).toRotationMatrix();
+  X_WC.linear() = SmallestRotation(Eigen::Vector3d::UnitZ(), normal_W).toRotationMatrix();
   X_WC.translation() = X_WL * contact.X_LC.translation() - contact.radius_m * normal_W;
   const double radius_m = std::max(contact.radius_m, kLeastRadius_m);
   std::vector<Eigen::Vector2d> disc;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "legopt/math/random_numbers.h"
+#include "legopt/robot/internal/smallest_rotation.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/worldgen/internal/seeds.h"
 
@@ -216,7 +217,7 @@ bool ReachCloud::ReachesAll(std::span<const Placement> placements, const TrunkPo
   const Vector2d slope = squares.ldlt().solve(products);
   const Vector3d normal = Vector3d(-slope.x(), -slope.y(), 1.0).normalized();
   const std::array<Eigen::Quaterniond, 2> tilts = {Eigen::Quaterniond::Identity(),
-                                                   Eigen::Quaterniond::FromTwoVectors(normal, Vector3d::UnitZ())};
+                                                   SmallestRotation(normal, Vector3d::UnitZ())};
   const std::size_t count = placements.size() > 2 ? tilts.size() : 1;
   for (const double share : {1.0, 0.9, 0.8, 1.1, 0.7}) {
     for (std::size_t t = 0; t < count; ++t) {
