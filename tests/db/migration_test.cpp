@@ -234,6 +234,17 @@ TEST_P(Released, ExperimentsWithoutSolidVerdictsKeepTheOriginalRule) {
   EXPECT_EQ(state.experiments.at(1).rule, Rule::kSolid) << "no results yet";
 }
 
+TEST(Migrations, TablesStateTheirAddedColumns) {
+  const std::vector<AddedColumn> columns = AddedColumns(
+      "-- since 3\nCREATE TABLE a (\n  x INTEGER,  -- the first\n  -- since 4\n  y TEXT CHECK (y <> ','\n    AND y <> 'b'),"
+      "  -- since 5: by one build\n  z REAL,  -- since 12\n  CHECK (x > 0)\n) STRICT;\nCREATE INDEX i ON a (x,\n  y);\n");
+  ASSERT_EQ(columns.size(), 2U);
+  EXPECT_EQ(columns[0].table + ": " + columns[0].definition, "a: y TEXT CHECK (y <> ',' AND y <> 'b')");
+  EXPECT_EQ(columns[0].since, 5);
+  EXPECT_EQ(columns[1].table + ": " + columns[1].definition, "a: z REAL");
+  EXPECT_EQ(columns[1].since, 12);
+}
+
 TEST(Migrations, EveryVersionBeforeThisOneHasAFixture) {
   EXPECT_EQ(kReleased[0], OldestSchemaVersion());
   EXPECT_EQ(kReleased[0] + std::ssize(kReleased), SchemaVersion())
@@ -246,9 +257,9 @@ TEST(Migrations, TheSchemaChangesOnlyWithItsVersion) {
   { OpenSqliteStore(folder / "results.sqlite"); }
   EXPECT_EQ(SchemaVersion(), 14);
   EXPECT_EQ(Blake2bHex(Schema(folder / "results.sqlite"), 16), "45b32f68be0e39bd9593144e55477ed1")
-      << "db/schema/tables.sql or views.sql has changed: add db/schema/upgrade_from_N.sql (it may be empty if only "
-         "views "
-         "have changed) and list N in db/CMakeLists.txt; then change this version and digest";
+      << "db/schema/tables.sql or views.sql has changed: write 'since N' after new columns of tables.sql, or add "
+         "db/schema/upgrade_from_N.sql (it may be empty if only views have changed); then change this version and "
+         "digest";
 }
 
 TEST(Migrations, AFailedUpgradeLeavesTheFileAsItWas) {
