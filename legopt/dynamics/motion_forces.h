@@ -44,7 +44,7 @@ class MotionForces {
 
   const RobotModel& robot_;
   double gravity_m_s2_;
-  double unit_N_;                      ///< M g, or M times 9.81 m/s^2 without gravity
+  double unit_N_;                      ///< weight M g, N; M times 9.81 m/s^2 without gravity
   std::vector<int> loaded_;            ///< degrees of freedom with an effort limit that contacts load
   Eigen::VectorXd free_torques_;       ///< n: torques without contacts
   Eigen::MatrixXd jacobian_, shares_;  ///< shares_: n x generators, torques per weight

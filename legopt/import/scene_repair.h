@@ -35,7 +35,7 @@ struct RebuiltObject {
 /// A scene in metres with z up, whose meshes are in the world frame.
 struct RebuiltScene {
   std::vector<RebuiltObject> objects;
-  std::vector<DatasetDiagnostic> notes;  ///< what was turned, scaled or left out
+  std::vector<DatasetDiagnostic> notes;  ///< objects that were turned, scaled or omitted
 
   MeshRepairCounts Counts() const;  ///< sum over all objects
   double Volume_m3() const;         ///< sum over all objects, as if they did not overlap

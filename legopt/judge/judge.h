@@ -58,9 +58,10 @@ struct Evaluation {
   std::vector<Violation> violations;
 
   InterpolationScore interpolation;    ///< set by tasks scored between waypoints; independent of the verdict
-  HoldingScore holding;                ///< of the waypoints; empty if one failed in phase A
-  std::optional<MotionTiming> timing;  ///< of timed motions that keep all other rules
-  HoldingScore holding_halfway;        ///< half way between waypoints, with the contacts of both; not part of a verdict
+  HoldingScore holding;                ///< equilibrium at waypoints; empty if one failed in phase A
+  std::optional<MotionTiming> timing;  ///< time law of a timed motion that passes all other checks
+  HoldingScore holding_halfway;  ///< equilibrium half way between waypoints, with the contacts of both; not part of a
+                                 ///< verdict
 
   /// For a motion with an unsolved window: the failure of that window's best point by the most lenient failing rule, or
   /// success if none fails. Empty if no window is unsolved, or the window was not started.

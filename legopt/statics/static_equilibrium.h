@@ -45,10 +45,10 @@ struct TorqueRatio {
 /// Number of horizontal directions of pushes: 0, 45, .. 315 degrees from the x axis.
 inline constexpr int kPushDirections = 8;
 
-/// What limits the forces that resist a push.
+/// Limits of the forces that resist a push.
 enum class PushLimits {
   kContacts,           ///< friction and the bounds of contact forces
-  kContactsAndEfforts  ///< also the effort limits of the joints
+  kContactsAndEfforts  ///< contacts and the effort limits of the joints
 };
 
 /// Largest push in each direction (PushDirection), N, >= 0; minus infinity where the posture cannot be held as it is.
@@ -91,7 +91,7 @@ class StaticEquilibrium {
   std::optional<CollapseMotion> FindCollapse(const StanceForces& forces, const Eigen::Vector3d& com_W);
 
   /// Returns true if forces with balance within `tolerance` exist for which no loaded joint needs more than `ratio` of
-  /// its limit. In a small part of the time of ComputeLoadedRatio, most of all if little has changed since the last
+  /// its limit. Takes a small part of the time of ComputeLoadedRatio, especially if little has changed since the last
   /// call.
   bool IsLoadedRatioBelow(const StanceForces& forces, const Kinematics& kinematics, double tolerance, double ratio);
 

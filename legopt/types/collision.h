@@ -11,13 +11,12 @@ enum class SceneRepresentation : std::uint8_t {
   /// Convex solids that fill the scene. A link inside a solid is pushed out through the nearest face.
   kSolid,
   /// The paper's representation (docs/explanation/paper.md#two-sided-triangles): every triangle of the scene is a
-  /// separate flat,
-  /// two-sided obstacle without an inside. A link that intersects a triangle is moved off it along the shortest path.
+  /// separate flat, two-sided obstacle without an inside. A link that intersects a triangle is moved off it along the
+  /// shortest path.
   /// For a foot buried deeper than half its height that path leads down.
   kSurface,
-  /// The same triangles, one-sided (docs/explanation/paper.md#one-sided-triangles): a link that intersects a triangle
-  /// is always
-  /// moved to its front, even if the shortest path leads out at the back.
+  /// Triangles as in kSurface, but one-sided (docs/explanation/paper.md#one-sided-triangles): a link that intersects a
+  /// triangle is always moved to its front, even if the shortest path leads out at the back.
   kOrientedSurface,
 };
 

@@ -108,7 +108,7 @@ class StationDrawer {
   /// Contacts of one hand's link, in the order of the dataset.
   struct Hand {
     std::vector<const Contact*> contacts;
-    std::vector<int> dofs;  ///< of the arm
+    std::vector<int> dofs;  ///< degrees of freedom of the arm
   };
   std::vector<Hand> hands_;
   double height_m_;    ///< height of the trunk above the ground
