@@ -236,8 +236,10 @@ TEST_P(Released, ExperimentsWithoutSolidVerdictsKeepTheOriginalRule) {
 
 TEST(Migrations, TablesStateTheirAddedColumns) {
   const std::vector<AddedColumn> columns = AddedColumns(
-      "-- since 3\nCREATE TABLE a (\n  x INTEGER,  -- the first\n  -- since 4\n  y TEXT CHECK (y <> ','\n    AND y <> 'b'),"
-      "  -- since 5: by one build\n  z REAL,  -- since 12\n  CHECK (x > 0)\n) STRICT;\nCREATE INDEX i ON a (x,\n  y);\n");
+      "-- since 3\nCREATE TABLE a (\n  x INTEGER,  -- the first\n  -- since 4\n  y TEXT CHECK (y <> ','\n    AND y <> "
+      "'b'),"
+      "  -- since 5: by one build\n  z REAL,  -- since 12\n  CHECK (x > 0)\n) STRICT;\nCREATE INDEX i ON a (x,\n  "
+      "y);\n");
   ASSERT_EQ(columns.size(), 2U);
   EXPECT_EQ(columns[0].table + ": " + columns[0].definition, "a: y TEXT CHECK (y <> ',' AND y <> 'b')");
   EXPECT_EQ(columns[0].since, 5);
