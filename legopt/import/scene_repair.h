@@ -28,7 +28,7 @@ struct SceneRepairOptions {
 
 /// One object of a rebuilt scene.
 struct RebuiltObject {
-  SceneObject object;                ///< with its new size and pose; for meshes, only the name
+  SceneObject object;                ///< object with its new size and pose; for meshes, only the name
   std::optional<RepairedMesh> mesh;  ///< world frame, m; of mesh objects
 };
 

@@ -53,8 +53,9 @@ struct Evaluation {
   std::string detail;                    ///< description of that failure: foot, joint or link, and magnitude; empty for
                                          ///< a success
 
-  /// Largest value of each check over all waypoints that were evaluated, by the most lenient rule that counts it;
-  /// within tolerance, too. A check that was never made has none (no waypoint had the right size, or phase A failed).
+  /// Largest value of each check over all waypoints that were evaluated, by the most lenient rule that counts it, even
+  /// if it is within tolerance. A check that was never made has none (no waypoint had the right size, or phase A
+  /// failed).
   std::vector<Violation> violations;
 
   InterpolationScore interpolation;    ///< set by tasks scored between waypoints; independent of the verdict

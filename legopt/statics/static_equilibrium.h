@@ -35,7 +35,7 @@ struct TorqueRatio {
   /// joint.
   double proven_ratio = 0.0;
   int dof = -1;                           ///< degree of freedom with that ratio; -1: none
-  std::vector<Eigen::Vector3d> forces_N;  ///< at StanceForces::points(), in the world; empty without equilibrium
+  std::vector<Eigen::Vector3d> forces_N;  ///< forces at StanceForces::points(), in the world; empty without equilibrium
   Eigen::VectorXd torques;                ///< n, N m or N, of these forces; empty without equilibrium
   /// Degrees of freedom whose limits prove the ratio: those with a multiplier, or the one that no contact loads. Other
   /// joints may have the same share in these forces, but need not have it.

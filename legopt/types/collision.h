@@ -55,7 +55,7 @@ inline constexpr auto kEnumNames<PairSelection> =
 
 /// Why a pair of links is not compared (docs/explanation/judge.md#sampled-link-pairs).
 enum class UncheckedReason : std::uint8_t {
-  kAdjacent,  ///< at most one moving joint lies between them
+  kAdjacent,  ///< pairs with at most one moving joint between them
   kAlways,    ///< they are in collision in more than 95 % of the sampled postures
   kNever,     ///< their hulls are apart in all sampled postures; the solid rule compares them nevertheless
   kStanding,  ///< they overlap wherever the robot stands, with at most three moving joints between them

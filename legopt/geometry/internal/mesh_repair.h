@@ -22,7 +22,7 @@ struct MeshRepairOptions {
 
 /// Origin of a triangle of a repaired mesh.
 enum class TriangleOrigin : std::uint8_t {
-  kKept,     ///< as in the file, up to welding
+  kKept,     ///< unchanged up to welding
   kChanged,  ///< turned round, or part of a triangle that was split
   kAdded     ///< cap of a hole, or the second face or rim of a thickened sheet
 };

@@ -24,7 +24,7 @@ struct ContactHolding {
   std::string contact;
   Eigen::Vector3d normal_W;              ///< unit normal of the surface, pointing out of it
   std::optional<double> friction;        ///< Coulomb coefficient; empty for a bar, whose forces are bounded instead
-  std::vector<PointForce> forces;        ///< at points with a force; empty without equilibrium
+  std::vector<PointForce> forces;        ///< forces of points with a force; empty without equilibrium
   std::optional<SurfaceMovement> moves;  ///< movement in the collapse; only without equilibrium
 };
 

@@ -26,7 +26,7 @@ struct ProgramOptions {
   double range_m = 0.03;  ///< pairs nearer than this become rows; > margin_m
   ContinuousCollision continuous = ContinuousCollision::kPreferred;  ///< used by programs with transitions
   double continuous_weight = 1e2;                                    ///< weight of the preference, per metre, > 0
-  Physics physics = Physics::kNone;                                  ///< at waypoints, beyond the task's balance
+  Physics physics = Physics::kNone;          ///< physics at waypoints, beyond the task's balance
   Physics segment_physics = Physics::kNone;  ///< balance of waypoints on the contacts of their segments
 };
 

@@ -71,7 +71,7 @@ class StationDrawer {
   /// `fragment`: side of a fragment of rubble, as a share of the trunk's height.
   explicit StationDrawer(std::shared_ptr<const Dataset> dataset, double fragment = 0.35);
 
-  /// Whether the robot has what the family needs: hands, or several feet and no hands for kRubble.
+  /// Returns whether the robot has the contacts that the family needs: hands, or several feet and no hands for kRubble.
   bool Suits(ContactFamily family) const;
 
   /// Draws a station. Nothing is checked: most have no posture.
