@@ -1,6 +1,7 @@
 #include "db/migrations.h"
 
 #include <algorithm>
+#include <charconv>
 #include <compare>
 #include <set>
 #include <string>
@@ -44,7 +45,9 @@ std::vector<AddedColumn> AddedColumns(std::string_view tables) {
     if (!code.ends_with(',') || std::ranges::count(definition, '(') != std::ranges::count(definition, ')')) continue;
     definition.pop_back();
     if (line.substr(comment).starts_with(kSince)) {
-      columns.push_back({table, definition, std::stoi(std::string(line.substr(comment + kSince.size())))});
+      const std::string_view version = line.substr(comment + kSince.size());
+      AddedColumn& column = columns.emplace_back(AddedColumn{table, definition, 0});
+      std::from_chars(version.data(), version.data() + version.size(), column.since);
     }
     definition.clear();
   }
