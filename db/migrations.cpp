@@ -42,9 +42,14 @@ std::vector<AddedColumn> AddedColumns(std::string_view tables) {
     if (line.starts_with(")")) table.clear();
     if (table.empty() || code.empty()) continue;
     definition += (definition.empty() ? "" : " ") + std::string(code);
-    if (!code.ends_with(',') || std::ranges::count(definition, '(') != std::ranges::count(definition, ')')) continue;
-    definition.pop_back();
-    if (line.substr(comment).starts_with(kSince)) {
+    const bool added = line.substr(comment).starts_with(kSince);
+    if (std::ranges::count(definition, '(') != std::ranges::count(definition, ')')) continue;
+    if (code.ends_with(',')) {
+      definition.pop_back();
+    } else if (!added) {
+      continue;
+    }
+    if (added) {
       const std::string_view version = line.substr(comment + kSince.size());
       AddedColumn& column = columns.emplace_back(AddedColumn{table, definition, 0});
       std::from_chars(version.data(), version.data() + version.size(), column.since);

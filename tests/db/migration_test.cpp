@@ -235,16 +235,27 @@ TEST_P(Released, ExperimentsWithoutSolidVerdictsKeepTheOriginalRule) {
 }
 
 TEST(Migrations, TablesStateTheirAddedColumns) {
-  const std::vector<AddedColumn> columns = AddedColumns(
-      "-- since 3\nCREATE TABLE a (\n  x INTEGER,  -- the first\n  -- since 4\n  y TEXT CHECK (y <> ','\n    AND y <> "
-      "'b'),"
-      "  -- since 5: by one build\n  z REAL,  -- since 12\n  CHECK (x > 0)\n) STRICT;\nCREATE INDEX i ON a (x,\n  "
-      "y);\n");
-  ASSERT_EQ(columns.size(), 2U);
-  EXPECT_EQ(columns[0].table + ": " + columns[0].definition, "a: y TEXT CHECK (y <> ',' AND y <> 'b')");
-  EXPECT_EQ(columns[0].since, 5);
-  EXPECT_EQ(columns[1].table + ": " + columns[1].definition, "a: z REAL");
-  EXPECT_EQ(columns[1].since, 12);
+  const std::vector<AddedColumn> columns = AddedColumns(R"(-- since 3
+CREATE TABLE a (
+  x INTEGER,  -- the first
+  -- since 4
+  y TEXT CHECK (y <> ','
+    AND y <> 'b'),  -- since 5: by one build
+  z REAL,  -- since 12
+  CHECK (x > 0)
+) STRICT;
+CREATE TABLE b (
+  x INTEGER  -- since 7
+) STRICT;
+CREATE INDEX i ON a (x,
+  y);
+)");
+  std::vector<std::string> found;
+  for (const AddedColumn& column : columns) {
+    found.push_back(std::to_string(column.since) + " " + column.table + ": " + column.definition);
+  }
+  EXPECT_EQ(found,
+            (std::vector<std::string>{"5 a: y TEXT CHECK (y <> ',' AND y <> 'b')", "12 a: z REAL", "7 b: x INTEGER"}));
 }
 
 TEST(Migrations, EveryVersionBeforeThisOneHasAFixture) {
