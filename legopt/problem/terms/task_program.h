@@ -35,7 +35,7 @@ struct WaypointConstraints {
   const Stance* stance = nullptr;  ///< its feet are planted, nothing collides; null: no terms
   bool fixed = false;              ///< the waypoint does not move
   bool balanced = true;            ///< the centre of mass is over the support polygon of its feet
-  bool on_segment = false;         ///< its feet drift on the next segment, so their margin is not relaxed
+  bool on_segment = false;         ///< if true, its feet drift on the next segment, and their margin is not relaxed
 };
 
 /// A chain of waypoints of one robot, each constrained by a stance: one pose term per foot, the centre of mass over the
