@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/client_error.h"
+#include "client/report/interpolation_table.h"
 #include "example_table.h"
 #include "table_parsers.h"
 
