@@ -37,6 +37,7 @@ std::vector<AddedColumn> AddedColumns(std::string_view tables) {
     const std::string_view code = WithoutSpace(line.substr(0, comment));
     if (code.starts_with(kTable)) {
       table = WithoutSpace(code.substr(kTable.size(), code.find('(') - kTable.size()));
+      definition.clear();
       continue;
     }
     if (line.starts_with(")")) table.clear();
