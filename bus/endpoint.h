@@ -105,7 +105,7 @@ enum class ErrorCode : std::int16_t {
   kTooLarge = 5,        ///< body or reply larger than the limit of an object
   kBusy = 6,            ///< too many open requests; the caller keeps retrying, so this ends no call
   kReplyGone = 7,       ///< handled before, but the reply is no longer in the cache
-  kProveSession = 8,    ///< with a key: handled by the bus itself, ends no call
+  kProveSession = 8,    ///< request for a proof, with a key; handled by the bus itself, ends no call
   kKeyNeeded = 9,       ///< the deployment has a key, but the request was made without one
   kRoleRefused = 10,    ///< the role of the caller's key does not permit this call
 };

@@ -76,7 +76,7 @@ struct If {
   std::underlying_type_t<Word> Message::*field;  ///< field that decides
   Word word;                                     ///< value of that field
   std::int64_t then;                             ///< limit if the field has this value
-  std::int64_t otherwise;                        ///< limit if it has another value
+  std::int64_t otherwise;                        ///< limit if the field has another value
 };
 /// Deduces the types.
 template <class Message, class Value, class Word>

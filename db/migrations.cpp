@@ -1,6 +1,7 @@
 #include "db/migrations.h"
 
 #include <algorithm>
+#include <charconv>
 #include <compare>
 #include <set>
 #include <string>
@@ -10,7 +11,60 @@
 
 namespace legopt::db {
 
-int SchemaVersion() { return Upgrades().back().from + 1; }
+namespace {
+
+std::string_view WithoutSpace(std::string_view text) {
+  constexpr std::string_view kSpace = " \n";
+  const std::size_t begin = std::min(text.find_first_not_of(kSpace), text.size());
+  return text.substr(begin, text.find_last_not_of(kSpace) + 1 - begin);
+}
+
+const std::vector<AddedColumn>& NewColumns() {
+  static const std::vector<AddedColumn> columns = AddedColumns(Tables());
+  return columns;
+}
+
+}  // namespace
+
+std::vector<AddedColumn> AddedColumns(std::string_view tables) {
+  constexpr std::string_view kTable = "CREATE TABLE ", kSince = "-- since ";
+  std::vector<AddedColumn> columns;
+  std::string table, definition;
+  while (!tables.empty()) {
+    const std::string_view line = tables.substr(0, tables.find('\n'));
+    tables.remove_prefix(std::min(line.size() + 1, tables.size()));
+    const std::size_t comment = std::min(line.find("--"), line.size());
+    const std::string_view code = WithoutSpace(line.substr(0, comment));
+    if (code.starts_with(kTable)) {
+      table = WithoutSpace(code.substr(kTable.size(), code.find('(') - kTable.size()));
+      definition.clear();
+      continue;
+    }
+    if (line.starts_with(")")) table.clear();
+    if (table.empty() || code.empty()) continue;
+    definition += (definition.empty() ? "" : " ") + std::string(code);
+    const bool added = line.substr(comment).starts_with(kSince);
+    if (std::ranges::count(definition, '(') != std::ranges::count(definition, ')')) continue;
+    if (code.ends_with(',')) {
+      definition.pop_back();
+    } else if (!added) {
+      continue;
+    }
+    if (added) {
+      const std::string_view version = line.substr(comment + kSince.size());
+      AddedColumn& column = columns.emplace_back(AddedColumn{table, definition, 0});
+      std::from_chars(version.data(), version.data() + version.size(), column.since);
+    }
+    definition.clear();
+  }
+  return columns;
+}
+
+int SchemaVersion() {
+  int version = Upgrades().back().from + 1;
+  for (const AddedColumn& column : NewColumns()) version = std::max(version, column.since);
+  return version;
+}
 
 int OldestSchemaVersion() { return Upgrades().front().from; }
 
@@ -171,8 +225,14 @@ void CreateOrUpgrade(Connection& connection) {
   // Read again under the write lock: no other process can be upgrading now.
   const std::int64_t version = Identify(connection).version;
   if (version == 0) connection.Execute(std::string(Tables()));
-  for (const Upgrade& upgrade : Upgrades()) {
-    if (version != 0 && version <= upgrade.from) connection.ExecuteUndefended(std::string(upgrade.sql));
+  for (auto from = static_cast<int>(version); from != 0 && from < SchemaVersion(); ++from) {
+    for (const AddedColumn& column : NewColumns()) {
+      if (column.since != from + 1) continue;
+      connection.Execute("ALTER TABLE " + column.table + " ADD COLUMN " + column.definition);
+    }
+    for (const Upgrade& upgrade : Upgrades()) {
+      if (upgrade.from == from) connection.ExecuteUndefended(std::string(upgrade.sql));
+    }
   }
   connection.Execute(std::string(Views()));
   if (version == SchemaVersion()) return;

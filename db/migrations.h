@@ -13,11 +13,22 @@ class Connection;
 /// "LGOP" in the file header; identifies a legopt database (also for file(1)).
 inline constexpr std::int64_t kApplicationId = 0x4C474F50;
 
-/// Upgrade of the tables from schema version `from` to from + 1. Released upgrades never change.
+/// Upgrade of the tables from schema version `from` to from + 1, after its columns were added. Released upgrades never
+/// change.
 struct Upgrade {
   int from;
   std::string_view sql;
 };
+
+/// A column that upgrades add to the tables of versions before `since`: one with the comment "since N" in tables.sql.
+struct AddedColumn {
+  std::string table;
+  std::string definition;  ///< as in tables.sql, without its comma: "windows INTEGER CHECK (windows >= 1)"
+  int since = 0;
+};
+
+/// Returns the added columns of `tables`, the text of tables.sql, in their order.
+std::vector<AddedColumn> AddedColumns(std::string_view tables);
 
 /// SQL of db/schema, embedded by the build: tables.sql, views.sql, and upgrade_from_N.sql, oldest first.
 std::string_view Tables();

@@ -288,6 +288,7 @@ struct ServeOptions {
   int port = kDefaultPort;
   std::vector<std::string> hosts;
   std::optional<Rule> rule;
+  ResultFilter filter;
   SourceOptions source;
   app::BuildFacts build;
 };
@@ -295,6 +296,7 @@ struct ServeOptions {
 FigureRequest FiguresOf(const ServeOptions& options) {
   FigureRequest request;
   request.build = options.build;
+  request.filter = options.filter;
   for (const std::string& experiment : options.experiments) {
     request.sources.push_back({options.source, *ParseInteger<std::int64_t>(experiment)});
   }
@@ -302,6 +304,16 @@ FigureRequest FiguresOf(const ServeOptions& options) {
   request.datasets = LoadPageDatasets(request.sources, options.datasets);
   request.rule = PageRule(request.sources, options.rule);
   return request;
+}
+
+// Throws the errors of KeptCells now, not only to browsers later. A database without experiments may get some.
+void CheckFilter(const FigureRequest& figures) {
+  if (figures.filter.empty()) return;
+  for (const PageSource& place : figures.sources) {
+    const auto source = OpenResults(place.source);
+    if (!place.experiment && !HasExperiments(*source)) continue;
+    const KeptCells kept(*source, FindExperiment(*source, place.experiment).id, figures.filter);
+  }
 }
 
 HttpReply StateReply(const LiveState& state) {
@@ -348,6 +360,7 @@ ExitCode Serve(const ServeOptions& options) {
   using namespace std::chrono_literals;
   const InterruptGuard guard;
   const FigureRequest figures = FiguresOf(options);
+  CheckFilter(figures);
   LiveState state(options.source, figures.rule);
   state.Read(0);
   LiveBlocks blocks(figures);
@@ -395,6 +408,7 @@ void AddServeCommand(const app::Command& program, Invocation* invocation) {
   command.AddList("--dataset", options->datasets,
                   "Dataset folder for the 3D view (default: the embedded one); several: repeat it, or use commas",
                   app::IsExistingPath);
+  AddResultFilterOptions(command, &options->filter);
   AddRuleOption(command, &options->rule);
   AddSourceOptions(command, &options->source);
   command.SetFooter(

@@ -29,7 +29,6 @@
 #include "client/service/managed_pool.h"
 #include "client/suite/input_files.h"
 #include "db/database_file.h"
-#include "db/named_queries.h"
 #include "legopt/files/written_file.h"
 #include "legopt/input/json.h"
 #include "legopt/types/input_error.h"
@@ -40,8 +39,7 @@ namespace {
 
 bool HoldsExperiments(const std::filesystem::path& file) {
   try {
-    const auto source = OpenResults({file.string(), {}});
-    return source->Query(db::Sql(db::Query::kExperimentCount)).At(0, "n").get<std::int64_t>() > 0;
+    return HasExperiments(*OpenResults({file.string(), {}}));
   } catch (const std::exception&) {
     return false;  // no database was created
   }

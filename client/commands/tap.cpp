@@ -210,7 +210,7 @@ class TapRun {
   microseconds begin_;
   std::uint64_t datagrams_ = 0;
   std::uint64_t bytes_ = 0;
-  std::map<std::string, std::uint64_t> rejected_;  // by cause
+  std::map<std::string, std::uint64_t> rejected_;  // key: cause
   std::int64_t printed_ = 0;
   bool reported_silence_ = false;
 };

@@ -110,9 +110,8 @@ Rule PageRule(const std::vector<PageSource>& sources, std::optional<Rule> asked)
   Rule weakest = Rule::kSolid;
   for (const PageSource& place : sources) {
     const auto source = OpenResults(place.source);
-    const bool none_yet =
-        !place.experiment && source->Query(db::Sql(db::Query::kExperimentCount)).At(0, "n").get<std::int64_t>() == 0;
-    if (!none_yet) weakest = std::min(weakest, FindExperiment(*source, place.experiment).rule);
+    if (!place.experiment && !HasExperiments(*source)) continue;
+    weakest = std::min(weakest, FindExperiment(*source, place.experiment).rule);
   }
   return weakest;
 }

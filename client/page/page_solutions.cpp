@@ -205,23 +205,23 @@ void SolutionChunk::Add(const PageJob& job, const PageMotion& motion, Json trace
                         FindingDepth depth) {
   const std::vector<Eigen::VectorXd>& waypoints = motion.waypoints;
   const Eigen::Index size = lister->dataset().robot().configuration_size();
-  const bool timed = IsTimed(job.task) && !motion.unsolved_from;
-  const Eigen::Index stamps = timed ? 1 : 0;
+  const bool stamped = HasTimeStamps(job.task) && !motion.unsolved_from;
+  const Eigen::Index stamps = stamped ? 1 : 0;
   const bool whole = std::ranges::all_of(waypoints, [&](const auto& x) { return x.size() == size + stamps; });
   std::vector<Eigen::VectorXd> shown;
   Json times = Json::array();
   for (const Eigen::VectorXd& x : whole ? waypoints : shown) {
     shown.emplace_back(x.head(size));
-    if (timed) times.push_back(x[size]);
+    if (stamped) times.push_back(x[size]);
   }
-  if (timed) depth = FindingDepth::kNone;  // the judge's findings on a path are in its detail text
+  if (stamped) depth = FindingDepth::kNone;  // the judge's findings on a path are in its detail text
   std::string packed = PackWaypoints(shown);
   const bool exact = packed.empty();
   if (exact) packed = PackExactly(shown);
   Json json = {{"experiment", job.experiment},      {"job", job.job_id},       {"waypoints", shown.size()},
                {"encoding", exact ? "f64" : "d32"}, {"offset", bytes_.size()}, {"bytes", packed.size()}};
   if (!whole) json["malformed"] = true;
-  if (timed) json["times"] = std::move(times);
+  if (stamped) json["times"] = std::move(times);
   if (motion.unsolved_from) {
     json["unsolved"] = {{"from", *motion.unsolved_from},
                         {"waypoints_per_stance", DescriptionOf(job.task).waypoints_per_stance}};

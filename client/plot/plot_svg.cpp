@@ -48,7 +48,7 @@ double WidthOf(std::string_view text, double font) {
   constexpr double kNarrow = 0.36, kUsual = 0.58, kWide = 0.9;
   double width = 0.0;
   for (const char c : text) {
-    const bool continues = (static_cast<unsigned char>(c) & 0xC0U) == 0x80U;  // of a UTF-8 character
+    const bool continues = (static_cast<unsigned char>(c) & 0xC0U) == 0x80U;  // a UTF-8 character
     if (continues) continue;
     const bool narrow = std::string_view(" .,:;'|!()[]/-fijlrtI").find(c) != std::string_view::npos;
     const bool wide = std::string_view("mwMW%@").find(c) != std::string_view::npos;

@@ -55,7 +55,7 @@ class SshPool {
     app::Descriptor orders;  ///< standard input of the worker
     std::unique_ptr<ChildProcess> ssh;
     std::optional<ChildExit> exit = {};
-    bool closed = false;  ///< by Close()
+    bool closed = false;  ///< set by Close()
     std::chrono::system_clock::time_point since = {};
   };
 

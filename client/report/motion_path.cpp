@@ -13,7 +13,7 @@ MotionPath ReadMotionPath(Task task, const ProblemDefinition& problem, std::span
   for (int w = 0; w < count; ++w) {
     motion.stances.push_back(&problem.stances[static_cast<size_t>(StanceOfWaypoint(task, w))]);
   }
-  if (IsTimed(task)) {
+  if (HasTimeStamps(task)) {
     const std::optional<PathDiagnostic> fault = ParsePath(waypoints, count, size, &motion.path);
     if (fault) motion.fault = fault->detail;
     return motion;

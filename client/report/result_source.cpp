@@ -169,6 +169,10 @@ UnsolvedWaypoints ReadUnsolvedOf(ResultSource& source, std::int64_t job_id) {
   return unsolved;
 }
 
+bool HasExperiments(ResultSource& source) {
+  return source.Query(db::Sql(db::Query::kExperimentCount)).At(0, "n").get<std::int64_t>() > 0;
+}
+
 ExperimentInfo FindExperiment(ResultSource& source, std::optional<std::int64_t> id) {
   const Listing found = source.Query(db::Sql(db::Query::kExperiment, {{"experiment_id", id}}));
   if (found.rows.empty()) {

@@ -94,6 +94,9 @@ struct ExperimentInfo {
   /// if results of an old release have no verdict by the solid rule.
   Rule rule = Rule::kSolid;
 };
+/// Returns false for a database to which no experiment was submitted.
+bool HasExperiments(ResultSource& source);
+
 /// Returns the experiment with this id, or the newest without one. Throws ClientError (kUsage) if it does not exist.
 ExperimentInfo FindExperiment(ResultSource& source, std::optional<std::int64_t> id);
 

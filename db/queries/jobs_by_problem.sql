@@ -1,10 +1,7 @@
 -- Number of jobs, and of jobs solved by one rule, of each method, task, initialization and problem. Parameters:
 -- :experiment_id, :rule.
 SELECT c.method_id, c.task, c.initialization, p.problem_id, count(*) AS n,
-  count(*) FILTER (WHERE
-    CASE :rule WHEN 'literal' THEN r.verdict_literal WHEN 'strict' THEN r.verdict_strict
-    WHEN 'solid' THEN r.verdict_solid ELSE r.verdict_physical END
-    = 'success') AS solved
+  count(*) FILTER (WHERE VERDICT_BY(:rule) = 'success') AS solved
 FROM cells AS c JOIN jobs AS j USING (cell_id) JOIN problems AS p USING (problem_key)
 LEFT JOIN results AS r ON r.job_id = j.job_id
 WHERE c.experiment_id = :experiment_id

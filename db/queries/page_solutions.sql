@@ -1,9 +1,7 @@
 -- Jobs with a solution, an unsolved window or a trace. solved: by one rule. Parameters: :experiment_id, :rule, and
 -- optional :cell_ids. Order: cell, problem, repetition.
 SELECT j.job_id, c.method_id, c.task, p.problem_id, r.failed_waypoint,
-  CASE :rule WHEN 'literal' THEN r.verdict_literal WHEN 'strict' THEN r.verdict_strict
-    WHEN 'solid' THEN r.verdict_solid ELSE r.verdict_physical END
-    = 'success' AS solved
+  VERDICT_BY(:rule) = 'success' AS solved
 FROM results AS r
 JOIN jobs AS j USING (job_id)
 JOIN cells AS c ON c.cell_id = j.cell_id

@@ -1,9 +1,7 @@
 -- The jobs of a cell with their results; solved: by one rule. Parameters: :cell_id, :rule. Order: problem,
 -- repetition.
 SELECT j.job_id, p.problem_id, p.waypoints AS num_waypoints, j.state,
-  CASE :rule WHEN 'literal' THEN r.verdict_literal WHEN 'strict' THEN r.verdict_strict
-    WHEN 'solid' THEN r.verdict_solid ELSE r.verdict_physical END
-    = 'success' AS solved,
+  VERDICT_BY(:rule) = 'success' AS solved,
   r.cost, r.wall_us, r.cpu_us, r.involuntary_context_switches, r.solver_status
 FROM jobs AS j JOIN problems AS p USING (problem_key) LEFT JOIN results AS r ON r.job_id = j.job_id
 WHERE j.cell_id = :cell_id

@@ -1,6 +1,7 @@
 -- Tables, indexes and triggers of a new legopt database. Views: views.sql. docs/reference/database.md describes both.
 -- Times *_at_us are microseconds since 1970 (UTC); durations *_us are microseconds.
--- A column's place must not change: upgraded files have the same order of columns.
+-- A column's place must not change: upgraded files have the same order of columns. "since N" after a column: upgrades add
+-- it to the tables of versions before N; values of older rows are NULL.
 
 CREATE TABLE datasets (
   dataset_id INTEGER PRIMARY KEY,
@@ -177,17 +178,17 @@ CREATE TABLE results (
   -- Verdict on the best point of the unsolved window. NULL: no unsolved window, or that window was not started.
   window_verdict TEXT CHECK (window_verdict IS NULL OR (verdict_literal = 'window_unsolved'
     AND length(window_verdict) BETWEEN 1 AND 50 AND window_verdict NOT GLOB '*[^a-z_]*')),
-  -- Verdict by the physical rule. NULL: stored before schema version 14, as all columns that follow.
+  -- Verdict by the physical rule.
   verdict_physical TEXT CHECK (length(verdict_physical) BETWEEN 1 AND 50 AND verdict_physical NOT GLOB '*[^a-z_]*'
-    AND (verdict_physical <> 'success' OR verdict_solid = 'success')),
+    AND (verdict_physical <> 'success' OR verdict_solid = 'success')),  -- since 14
   -- Number of postures at and half way between waypoints that were tested for static equilibrium, of those that have
   -- none, and of those in equilibrium that need more than an effort limit. NULL: none was tested.
-  holding_postures INTEGER CHECK (holding_postures >= 1),
-  holding_without_equilibrium INTEGER CHECK (holding_without_equilibrium >= 0),
-  holding_over_torque INTEGER CHECK (holding_over_torque >= 0),
-  halfway_postures INTEGER CHECK (halfway_postures >= 1),
-  halfway_without_equilibrium INTEGER CHECK (halfway_without_equilibrium >= 0),
-  halfway_over_torque INTEGER CHECK (halfway_over_torque >= 0),
+  holding_postures INTEGER CHECK (holding_postures >= 1),  -- since 14
+  holding_without_equilibrium INTEGER CHECK (holding_without_equilibrium >= 0),  -- since 14
+  holding_over_torque INTEGER CHECK (holding_over_torque >= 0),  -- since 14
+  halfway_postures INTEGER CHECK (halfway_postures >= 1),  -- since 14
+  halfway_without_equilibrium INTEGER CHECK (halfway_without_equilibrium >= 0),  -- since 14
+  halfway_over_torque INTEGER CHECK (halfway_over_torque >= 0),  -- since 14
   CHECK (cost IS NOT NULL OR (verdict_literal <> 'success' AND verdict_strict <> 'success')),
   FOREIGN KEY (job_id, attempt) REFERENCES attempts (job_id, attempt),
   FOREIGN KEY (job_id, cell_id) REFERENCES jobs (job_id, cell_id)

@@ -1,5 +1,6 @@
 -- All views. A server drops and creates them at each start, in one transaction. A change of this file needs a new
--- schema version, as one of tables.sql does: readers accept only the views of their version.
+-- schema version, as one of tables.sql does: readers accept only the views of their version. The build replaces VERDICT_BY
+-- and the rule in parentheses by the verdict of `results AS r` by that rule (db/CMakeLists.txt).
 
 -- Success count, mean cost and mean time of a cell by one rule. n: jobs; solved: jobs judged "success"; cost and
 -- time_s: means per waypoint over the solved jobs, NULL if there are none. (Scalar subqueries, so that SQLite
@@ -127,8 +128,7 @@ JOIN methods AS m USING (method_id)
 JOIN (SELECT 'literal' AS rule UNION ALL SELECT 'strict' UNION ALL SELECT 'solid'
   UNION ALL SELECT 'physical') AS u
 LEFT JOIN results AS r ON r.cell_id = c.cell_id
-  AND CASE u.rule WHEN 'literal' THEN r.verdict_literal WHEN 'strict' THEN r.verdict_strict WHEN 'solid' THEN r.verdict_solid ELSE r.verdict_physical END
-    = 'success'
+  AND VERDICT_BY(u.rule) = 'success'
 WHERE c.task = 'motion'
 GROUP BY c.cell_id, u.rule;
 
@@ -150,8 +150,7 @@ JOIN methods AS m USING (method_id)
 JOIN (SELECT 'literal' AS rule UNION ALL SELECT 'strict' UNION ALL SELECT 'solid'
   UNION ALL SELECT 'physical') AS u
 LEFT JOIN results AS r ON r.cell_id = c.cell_id
-  AND CASE u.rule WHEN 'literal' THEN r.verdict_literal WHEN 'strict' THEN r.verdict_strict
-    WHEN 'solid' THEN r.verdict_solid ELSE r.verdict_physical END = 'success'
+  AND VERDICT_BY(u.rule) = 'success'
 GROUP BY c.cell_id, u.rule;
 
 -- One row per job, with its result and worker.
@@ -188,8 +187,7 @@ JOIN methods AS m USING (method_id)
 JOIN problems AS p USING (problem_key)
 LEFT JOIN results AS r ON r.job_id = j.job_id
 LEFT JOIN attempts AS a ON a.job_id = j.job_id AND a.attempt = j.attempts
-WHERE j.state IN ('failed', 'dead') OR 'success' <>
-  CASE e.rule WHEN 'literal' THEN r.verdict_literal WHEN 'strict' THEN r.verdict_strict WHEN 'solid' THEN r.verdict_solid ELSE r.verdict_physical END;
+WHERE j.state IN ('failed', 'dead') OR 'success' <> VERDICT_BY(e.rule);
 
 -- Results on which the solver and the rules disagree.
 DROP VIEW IF EXISTS disagreements;

@@ -26,11 +26,11 @@ struct ContactDescription {
   ContactKind kind = ContactKind::kSole;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< origin of the contact frame in the link frame, m
   Eigen::Vector3d rpy_rad = Eigen::Vector3d::Zero();   ///< its orientation: roll, pitch, yaw as in URDF
-  std::optional<std::vector<Eigen::Vector3d>> points;  ///< in the contact frame, m; default for a sole: the lower
-                                                       ///< corners of the link's box
+  std::optional<std::vector<Eigen::Vector3d>> points;  ///< positions in the contact frame, m; default for a sole:
+                                                       ///< the lower corners of the link's box
   double radius_m = 0.0;               ///< radius of a point's ball or a rail's bar, >= 0; 0 for other kinds
-  double friction = kDefaultFriction;  ///< Coulomb coefficient, in (0, 2]; not of a rail
-  std::optional<double> max_normal_N;  ///< bound of the sum of the normal forces, > 0; not of a rail
+  double friction = kDefaultFriction;  ///< Coulomb coefficient, in (0, 2]; unused by rails
+  std::optional<double> max_normal_N;  ///< bound of the sum of the normal forces, > 0; unused by rails
   double max_force_N = 0.0;            ///< rail: bound of each component of the force at each point, > 0
   double slide_m = 0.0;                ///< rail: largest distance of the grip from its target, along the bar, >= 0
 

@@ -64,7 +64,7 @@ class Dataset {
 
   /// Absolute path of the URDF.
   std::filesystem::path robot_file() const { return folder_ / description_.robot_file; }
-  const RobotModel& robot() const { return robot_; }  ///< meshes not loaded; lives as long as the dataset
+  const RobotModel& robot() const { return robot_; }  ///< robot without loaded meshes; lives as long as the dataset
   const Scene& scene() const { return scene_; }       ///< meshes not loaded; lives as long as the dataset
   /// Box that contains the scene, in the world, m.
   const Eigen::AlignedBox3d& scene_bounds() const { return scene_bounds_; }

@@ -13,7 +13,7 @@ namespace legopt {
 
 /// Contact forces and joint torques of a robot in motion.
 struct RealizedForces {
-  std::vector<Eigen::Vector3d> forces_N;  ///< at StanceForces::points(), on the robot, in the world
+  std::vector<Eigen::Vector3d> forces_N;  ///< forces on the robot at StanceForces::points(), in the world
   Eigen::VectorXd torques;                ///< n, N m or N
   double imbalance = 0.0;                 ///< largest residual of the balance, in weights (forces) and weight times 1 m
   double torque_ratio = 0.0;              ///< largest |torque| / effort limit; 0 without limits
@@ -44,7 +44,7 @@ class MotionForces {
 
   const RobotModel& robot_;
   double gravity_m_s2_;
-  double unit_N_;                      ///< M g, or M times 9.81 m/s^2 without gravity
+  double unit_N_;                      ///< weight M g, N; M times 9.81 m/s^2 without gravity
   std::vector<int> loaded_;            ///< degrees of freedom with an effort limit that contacts load
   Eigen::VectorXd free_torques_;       ///< n: torques without contacts
   Eigen::MatrixXd jacobian_, shares_;  ///< shares_: n x generators, torques per weight

@@ -11,7 +11,7 @@ namespace legopt {
 /// One fixed obstacle.
 struct SceneObject {
   std::string name;  ///< label in messages; unique when read from a file
-  ShapeSpec shape;   ///< with its pose in the world
+  ShapeSpec shape;   ///< shape and its pose in the world
 };
 
 /// All obstacles of the environment. Nothing is loaded or checked until a model is built.

@@ -28,14 +28,14 @@ struct SceneRepairOptions {
 
 /// One object of a rebuilt scene.
 struct RebuiltObject {
-  SceneObject object;                ///< with its new size and pose; for meshes, only the name
+  SceneObject object;                ///< object with its new size and pose; for meshes, only the name
   std::optional<RepairedMesh> mesh;  ///< world frame, m; of mesh objects
 };
 
 /// A scene in metres with z up, whose meshes are in the world frame.
 struct RebuiltScene {
   std::vector<RebuiltObject> objects;
-  std::vector<DatasetDiagnostic> notes;  ///< what was turned, scaled or left out
+  std::vector<DatasetDiagnostic> notes;  ///< objects that were turned, scaled or omitted
 
   MeshRepairCounts Counts() const;  ///< sum over all objects
   double Volume_m3() const;         ///< sum over all objects, as if they did not overlap

@@ -233,7 +233,7 @@ Evaluation Judge::Workspace::Evaluate(Task task, const ProblemDefinition& proble
   CheckContactNames(problem);
   const std::int64_t failures_before = collision_.ode_failures();
   first_waypoint_ = 0;
-  Evaluation evaluation = IsTimed(task) ? JudgedPath(task, problem, waypoints) : Judged(task, problem, waypoints);
+  Evaluation evaluation = HasTimeStamps(task) ? JudgedPath(task, problem, waypoints) : Judged(task, problem, waypoints);
   if (DescriptionOf(task).between == TransitionRule::kScored) {
     evaluation.interpolation = ScoreInterpolation(waypoints, kinematics_, collision_);
   }

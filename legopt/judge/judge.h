@@ -53,14 +53,16 @@ struct Evaluation {
   std::string detail;                    ///< description of that failure: foot, joint or link, and magnitude; empty for
                                          ///< a success
 
-  /// Largest value of each check over all waypoints that were evaluated, by the most lenient rule that counts it;
-  /// within tolerance, too. A check that was never made has none (no waypoint had the right size, or phase A failed).
+  /// Largest value of each check over all waypoints that were evaluated, by the most lenient rule that counts it, even
+  /// if it is within tolerance. A check that was never made has none (no waypoint had the right size, or phase A
+  /// failed).
   std::vector<Violation> violations;
 
   InterpolationScore interpolation;    ///< set by tasks scored between waypoints; independent of the verdict
-  HoldingScore holding;                ///< of the waypoints; empty if one failed in phase A
-  std::optional<MotionTiming> timing;  ///< of timed motions that keep all other rules
-  HoldingScore holding_halfway;        ///< half way between waypoints, with the contacts of both; not part of a verdict
+  HoldingScore holding;                ///< equilibrium at waypoints; empty if one failed in phase A
+  std::optional<MotionTiming> timing;  ///< time law of a timed motion that passes all other checks
+  HoldingScore holding_halfway;  ///< equilibrium half way between waypoints, with the contacts of both; not part of a
+                                 ///< verdict
 
   /// For a motion with an unsolved window: the failure of that window's best point by the most lenient failing rule, or
   /// success if none fails. Empty if no window is unsolved, or the window was not started.

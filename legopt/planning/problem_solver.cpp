@@ -399,7 +399,7 @@ SolveOutcome ProblemSolver::Run::Solve(const ProblemDefinition& problem) {
     KeepUnsolved(windows[static_cast<size_t>(outcome_.windows_solved)], {});
   }
   outcome_.cost = SolutionCost(task_.task, dataset_.robot(), outcome_.waypoints, window_costs_);
-  if (IsTimed(task_.task)) SolveSegments(problem);
+  if (HasTimeStamps(task_.task)) SolveSegments(problem);
   return Finish();
 }
 

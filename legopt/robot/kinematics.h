@@ -63,8 +63,8 @@ class Kinematics {
   /// Computes d tau / dx (n x n+6). Its joint block is the Hessian of the potential energy, hence symmetric.
   void GravityTorqueJacobian(double g, Eigen::Ref<Eigen::MatrixXd> jacobian) const;
 
-  /// The same for a weight that does not pull straight down: `g_W` points against it, m/s^2. A horizontal push of the
-  /// centre of mass, for example, tilts it.
+  /// Computes the Jacobian for a weight in any direction: `g_W` points against it, m/s^2. A horizontal push of the
+  /// centre of mass, for example, tilts the weight.
   void GravityTorqueJacobian(const Eigen::Vector3d& g_W, Eigen::Ref<Eigen::MatrixXd> jacobian) const;
 
  private:

@@ -60,7 +60,7 @@ struct Joint {
   Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  ///< joint frame at q = 0 in the parent link's frame
   Eigen::Vector3d axis = Eigen::Vector3d::UnitX();           ///< unit vector in the joint frame
   int leader = -1;             ///< index of the joint that this one follows (URDF: mimic); -1: it moves independently
-  double multiplier = 1.0;     ///< of the leader's value: q = multiplier * q_leader + offset
+  double multiplier = 1.0;     ///< factor of the leader's value: q = multiplier * q_leader + offset
   double offset = 0.0;         ///< rad or m; 0 without a leader
   int dof = -1;                ///< degree of freedom, the leader's for a follower; -1 for fixed joints
   double lower = 0.0;          ///< rad or m; -infinity when unlimited

@@ -8,9 +8,10 @@
 namespace legopt {
 namespace {
 
-constexpr double kBrakeRounding = 1e-9;  // of the largest speed
-constexpr double kAtRest = 1e-3;  // of the largest speed: rounding of proofs, and directions that no eye can tell
-constexpr double kAtEdge = 1e-6;  // of the largest speed: a generator that does no work
+// Shares of the largest speed.
+constexpr double kBrakeRounding = 1e-9;
+constexpr double kAtRest = 1e-3;  // rounding of proofs, and motions too small to be seen
+constexpr double kAtEdge = 1e-6;  // generators that do no work
 
 double LargestSpeed(const CollapseMotion& motion, const StanceForces& forces) {
   double largest = motion.velocity.norm();

@@ -22,7 +22,7 @@ namespace legopt {
 /// flow, a slipping point also departs from its surface, with mu times its tangential speed.
 struct CollapseMotion {
   Eigen::Vector3d center_W = Eigen::Vector3d::Zero();  ///< m, in the world
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< of the point of the robot at center_W; any scale
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< velocity of the robot at center_W; any scale
   Eigen::Vector3d turn = Eigen::Vector3d::Zero();      ///< angular velocity, 1/m in units of the velocity
 
   Eigen::Vector3d At(const Eigen::Vector3d& position_W) const;  ///< velocity of a point

@@ -35,7 +35,7 @@ bool IsProof(const SlideProof& proof);
 /// Horizontal positions of the centre of mass that a stance can hold.
 struct EquilibriumPolygon {
   /// Corners in the world, m, counter-clockwise: each has forces that a linear program found, so that every inner point
-  /// has some, too. One or two corners if all positions coincide or are collinear; empty if there is none.
+  /// also has some. One or two corners if all positions coincide or are collinear; empty if there is none.
   std::vector<Eigen::Vector2d> corners;
   std::optional<SlideProof> slide;  ///< set if `corners` is empty and a proof was found
 };

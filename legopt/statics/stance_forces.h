@@ -20,7 +20,7 @@ inline constexpr int kPyramidEdges = 8;
 
 /// A surface that the robot touches, with the points where forces act.
 struct TouchedSurface {
-  int link = 0;  ///< of the robot, index into RobotModel::links()
+  int link = 0;  ///< index into RobotModel::links()
   /// Columns: two tangents and the normal, out of the surface; orthonormal, in the world.
   Eigen::Matrix3d axes_W = Eigen::Matrix3d::Identity();
   double friction = 0.0;                  ///< Coulomb coefficient, > 0
@@ -59,7 +59,7 @@ class StanceForces {
   /// A point where a force acts.
   struct Point {
     int surface;                 ///< index into the surfaces
-    int link;                    ///< of the robot
+    int link;                    ///< index into RobotModel::links()
     Eigen::Vector3d position_W;  ///< m, in the world
   };
   const std::vector<Point>& points() const { return points_; }
@@ -85,7 +85,7 @@ class StanceForces {
   /// Bound of a surface's normal force.
   struct NormalBound {
     int surface;
-    double maximum;  ///< in units of the weight, > 0
+    double maximum;  ///< largest force in units of the weight, > 0
   };
   const std::vector<NormalBound>& bounds() const { return bounds_; }
 

@@ -167,7 +167,7 @@ void StaticEquilibrium::AddForceRates(const StanceForces& forces, const Kinemati
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   int l = 0;
   for (size_t k = 0; k < forces.points().size(); ++k) {
-    Eigen::Vector3d force = Eigen::Vector3d::Zero();  // in weights
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();  // unit: weights
     for (; l < forces.num_generators() && forces.point_of(l) == static_cast<int>(k); ++l) {
       force += lambda[l] * forces.directions().col(l);
     }

@@ -35,8 +35,8 @@ struct TorqueRatio {
   /// joint.
   double proven_ratio = 0.0;
   int dof = -1;                           ///< degree of freedom with that ratio; -1: none
-  std::vector<Eigen::Vector3d> forces_N;  ///< at StanceForces::points(), in the world; empty without equilibrium
-  Eigen::VectorXd torques;                ///< n, N m or N, of these forces; empty without equilibrium
+  std::vector<Eigen::Vector3d> forces_N;  ///< forces at StanceForces::points(), in the world; empty without equilibrium
+  Eigen::VectorXd torques;                ///< torques of these forces, n, N m or N; empty without equilibrium
   /// Degrees of freedom whose limits prove the ratio: those with a multiplier, or the one that no contact loads. Other
   /// joints may have the same share in these forces, but need not have it.
   std::vector<int> decisive_dofs;
@@ -45,10 +45,10 @@ struct TorqueRatio {
 /// Number of horizontal directions of pushes: 0, 45, .. 315 degrees from the x axis.
 inline constexpr int kPushDirections = 8;
 
-/// What limits the forces that resist a push.
+/// Limits of the forces that resist a push.
 enum class PushLimits {
   kContacts,           ///< friction and the bounds of contact forces
-  kContactsAndEfforts  ///< also the effort limits of the joints
+  kContactsAndEfforts  ///< contacts and the effort limits of the joints
 };
 
 /// Largest push in each direction (PushDirection), N, >= 0; minus infinity where the posture cannot be held as it is.
@@ -87,11 +87,11 @@ class StaticEquilibrium {
   TorqueRatio ComputeLeastForces(const StanceForces& forces, const Kinematics& kinematics);
 
   /// Returns the motion by which a robot falls whose centre of mass is at `com_W`, m, from the multipliers of the
-  /// program of Imbalance; empty if CollapseMargin does not confirm it, as in equilibrium.
+  /// program of Imbalance; empty if CollapseMargin does not confirm it, for example in equilibrium.
   std::optional<CollapseMotion> FindCollapse(const StanceForces& forces, const Eigen::Vector3d& com_W);
 
   /// Returns true if forces with balance within `tolerance` exist for which no loaded joint needs more than `ratio` of
-  /// its limit. In a small part of the time of ComputeLoadedRatio, most of all if little has changed since the last
+  /// its limit. Takes a small part of the time of ComputeLoadedRatio, especially if little has changed since the last
   /// call.
   bool IsLoadedRatioBelow(const StanceForces& forces, const Kinematics& kinematics, double tolerance, double ratio);
 
@@ -102,8 +102,8 @@ class StaticEquilibrium {
                           bool with_gradient, LoadedRatio* result);
 
   /// Returns the largest force, N, that may push the centre of mass in each of kPushDirections while contacts
-  /// and effort limits still balance it; negative if the posture cannot be held as it is. The push of the judge: the
-  /// least of ResistedPushes_N within contacts and efforts.
+  /// and effort limits still balance it; negative if the posture cannot be held as it is. The judge uses this push, the
+  /// smallest of ResistedPushes_N within contacts and efforts.
   double ResistedPush_N(const StanceForces& forces, const Kinematics& kinematics);
 
   /// Returns the largest resisted push in each direction, at most ten weights.

@@ -104,11 +104,11 @@ inline constexpr auto kEnumNames<CheckDrawing> = MakeEnumNames<CheckDrawing>({{C
 /// A check: what it demands, what it measures, and by which rules.
 struct CheckDescription {
   Verdict check;                ///< verdict if this check fails first
-  std::string_view name;        ///< in files, messages, databases and on command lines
-  std::string_view constraint;  ///< what a solution must satisfy
-  std::string_view unit;        ///< of the measure; empty: the check passes or fails without a number
+  std::string_view name;        ///< name in files, messages, databases and on command lines
+  std::string_view constraint;  ///< condition that a solution must satisfy
+  std::string_view unit;        ///< unit of the measure; empty: the check passes or fails without a number
   double tolerance = 0;         ///< largest value that passes, in the unit; of kStep in robot sizes
-  /// What is measured by each rule, in the order of Rule; empty: as by the rule before, or not at all.
+  /// Measured quantity of each rule, in the order of Rule; empty: that of the rule before, or none.
   std::array<std::string_view, 4> measures;
   CheckDrawing drawing = CheckDrawing::kNone;
 
@@ -266,7 +266,7 @@ struct Violation {
   Rule rule = Rule::kLiteral;
   int waypoint = -1;    ///< waypoint of the value, numbered as in the whole motion; -1: unknown
   std::string subject;  ///< contact, joint, link or pair of the value; empty for the value 0, or if unknown
-  double value = 0;     ///< in the unit of the check, >= 0
+  double value = 0;     ///< largest value, in the unit of the check, >= 0
 };
 
 }  // namespace legopt

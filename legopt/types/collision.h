@@ -11,13 +11,12 @@ enum class SceneRepresentation : std::uint8_t {
   /// Convex solids that fill the scene. A link inside a solid is pushed out through the nearest face.
   kSolid,
   /// The paper's representation (docs/explanation/paper.md#two-sided-triangles): every triangle of the scene is a
-  /// separate flat,
-  /// two-sided obstacle without an inside. A link that intersects a triangle is moved off it along the shortest path.
+  /// separate flat, two-sided obstacle without an inside. A link that intersects a triangle is moved off it along the
+  /// shortest path.
   /// For a foot buried deeper than half its height that path leads down.
   kSurface,
-  /// The same triangles, one-sided (docs/explanation/paper.md#one-sided-triangles): a link that intersects a triangle
-  /// is always
-  /// moved to its front, even if the shortest path leads out at the back.
+  /// Triangles as in kSurface, but one-sided (docs/explanation/paper.md#one-sided-triangles): a link that intersects a
+  /// triangle is always moved to its front, even if the shortest path leads out at the back.
   kOrientedSurface,
 };
 
@@ -56,7 +55,7 @@ inline constexpr auto kEnumNames<PairSelection> =
 
 /// Why a pair of links is not compared (docs/explanation/judge.md#sampled-link-pairs).
 enum class UncheckedReason : std::uint8_t {
-  kAdjacent,  ///< at most one moving joint lies between them
+  kAdjacent,  ///< pairs with at most one moving joint between them
   kAlways,    ///< they are in collision in more than 95 % of the sampled postures
   kNever,     ///< their hulls are apart in all sampled postures; the solid rule compares them nevertheless
   kStanding,  ///< they overlap wherever the robot stands, with at most three moving joints between them

@@ -22,7 +22,7 @@ inline constexpr auto kEnumNames<ContactKind> = MakeEnumNames<ContactKind>({{Con
                                                                             {ContactKind::kPalm, "palm"},
                                                                             {ContactKind::kRail, "rail"}});
 
-/// What touches, and where forces act.
+/// Touching part of a contact, and the points where forces act.
 enum class ContactShape : std::uint8_t {
   kPatch,  ///< points of a flat patch, in the link
   kBall,   ///< lowest point of a ball along the surface's normal
@@ -49,13 +49,13 @@ enum class ContactForces : std::uint8_t {
   kBounded         ///< at every point in any direction, each component bounded
 };
 
-/// What a kind of contact implies. Everything that depends on the kind derives from these facts (CONTRIBUTING.md, "A
-/// kind of contact").
+/// Facts about a kind of contact. Everything that depends on the kind derives from them (CONTRIBUTING.md, "A kind of
+/// contact").
 struct ContactKindDescription {
   ContactKind kind{};            ///< the described kind
-  ContactShape shape{};          ///< what touches
+  ContactShape shape{};          ///< touching part
   FreeRotation free_rotation{};  ///< the other rotations must be those of the target
-  bool slides = false;           ///< may move along the target's x axis, by up to Contact::slide_m
+  bool slides = false;           ///< contacts may move along the target's x axis, by up to Contact::slide_m
   ContactForces forces{};        ///< transmitted forces
   int least_points = 1;          ///< minimum number of points, >= 1
   bool supports = false;         ///< its points are corners of the support polygon, and plans walk on it

@@ -33,7 +33,7 @@ class GuardedReadError : public std::runtime_error {
 /// Every reader takes a guard; objects that load files later (RobotModel, Scene) store it. An empty guard reads in the
 /// calling thread without limits, for trusted files. Valid files give the same result either way.
 ///
-/// A guard may have a cache, in which readers keep what they computed from a file's content.
+/// A guard may have a cache, in which readers store results computed from a file's content.
 class ReadGuard {
  public:
   /// Type of the function that runs `read`.

@@ -169,7 +169,7 @@ enum class ControlAction : std::int8_t {
   kRelease,          ///< number of older clients, always refused: kResume ends every pause
   kPriority,         ///< set the priority relative to other experiments
   kRetry,            ///< re-queue failed and dead jobs
-  kRetryTimeLimits,  ///< also re-queue jobs stopped at their wall-time limit
+  kRetryTimeLimits,  ///< re-queue failed and dead jobs, and those stopped at their wall-time limit
   kRename,           ///< rename the experiment
   kTag,              ///< add a tag
   kUntag,            ///< remove a tag

@@ -178,8 +178,8 @@ constexpr std::span<const TaskDescription> ProblemTasks() {
   return std::span(kTasks).first(static_cast<std::size_t>(kCount));
 }
 
-/// Returns whether solutions are paths in time: points with time stamps, some of which are waypoints.
-constexpr bool IsTimed(Task task) { return DescriptionOf(task).between >= TransitionRule::kFree; }
+/// Returns whether a solution is a path: points with time stamps, some of which are waypoints.
+constexpr bool HasTimeStamps(Task task) { return DescriptionOf(task).between >= TransitionRule::kFree; }
 
 /// Number of waypoints that a solution must have or, for a path in time, pass through.
 constexpr int NumWaypoints(Task task, int num_stances) {

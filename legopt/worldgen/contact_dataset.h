@@ -17,9 +17,9 @@ struct ContactDatasetOptions {
   std::filesystem::path robot_folder;  ///< folder of the dataset that provides robot, contacts and constants
   std::uint64_t seed = 1;              ///< seed of all random numbers
   int postures = 100;                  ///< number of postures, shared by the families that suit the robot
-  int motions = 30;                    ///< number of motions, shared likewise
+  int motions = 30;                    ///< number of motions, shared by the families that suit the robot
   int traps = 20;                      ///< number of certified infeasible problems
-  int threads = 1;                     ///< does not affect the result
+  int threads = 1;                     ///< number of threads; does not affect the result
   ReadGuard read_guard;                ///< runs the parsers of robot and meshes; does not affect the result
 
   /// Text of all options that affect the result.
@@ -28,11 +28,11 @@ struct ContactDatasetOptions {
   void Validate() const;
 };
 
-/// Summary of such a dataset, for the user.
+/// Summary of a generated dataset, for the user.
 struct ContactDatasetReport {
   std::string content_hash;
   std::vector<std::string> lines;        ///< one per family and level: stations drawn, plausible, solved, chosen
-  std::vector<HistogramRow> histograms;  ///< of the six features
+  std::vector<HistogramRow> histograms;  ///< histograms of the six features
 };
 
 /// Generates a dataset of posture and motion problems in `folder`, which must exist. Every posture is a *station* of

@@ -21,13 +21,13 @@ struct DatasetOptions {
   std::string name;                         ///< name of the dataset; letters, digits, '-', '_'
   std::filesystem::path robot_folder;       ///< folder of the dataset that provides robot and constants
   std::optional<ScenarioOptions> scenario;  ///< generated scene; default: the scene of `robot_folder`
-  bool pictures = true;                     ///< also writes a PNG of the scene for each camera
+  bool pictures = true;                     ///< if true, writes a PNG of the scene for each camera
   std::uint64_t seed = 1;                   ///< seed of all random numbers
   int stances = 100;                        ///< number of stances, the end points of plans and candidates for postures
   int same_floor = 25;                      ///< number of motion problems on one floor
   int different_floors = 25;                ///< number of motion problems that end on another floor
   int postures = 50;                        ///< number of posture problems
-  int threads = 1;                          ///< does not affect the result
+  int threads = 1;                          ///< number of threads; does not affect the result
   std::optional<double> radius_m;           ///< maximum distance of the feet; default: see ProbeFor
   std::optional<double> slope_rad;          ///< maximum slope of a surface; default: see ProbeFor
   /// Requires that every stance of a motion problem has a posture, and writes a certificate (certificate.h).

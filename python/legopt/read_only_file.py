@@ -17,10 +17,9 @@ from typing import Any
 
 from .errors import DatabaseError, RequestError
 from .rows import Rows
-from .schema_digests import SCHEMA_DIGESTS
+from .schema_digests import SCHEMA_DIGESTS, SCHEMA_VERSION
 
 APPLICATION_ID = 0x4C474F50  # "LGOP"
-SCHEMA_VERSION = 14
 _OLDEST_UPGRADABLE = 9
 _OLDEST_SQLITE = (3, 37)  # the first that supports STRICT tables; earlier ones report a malformed schema
 

@@ -1,5 +1,6 @@
-"""Digest of the text of each entry of the schema: made by tests/python/schema_test.py, checked by it."""
+"""Version of the schema, and digest of the text of each entry: made by tests/python/schema_test.py, checked by it."""
 
+SCHEMA_VERSION = 14
 SCHEMA_DIGESTS = {
     "index cells_by_method": "e39ba09f5915e8da",
     "index dead_jobs_by_cell": "6efefc75ca640447",

@@ -7,14 +7,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "client/client_error.h"
 #include "client/report/interpolation_table.h"
+#include "example_table.h"
 #include "table_parsers.h"
-#include "tests/folders.h"
 
 namespace legopt::client {
 namespace {
@@ -23,47 +21,9 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
-const BenchmarkColumn kPostureGood = {Task::kPosture, Initialization::kGood};
-const BenchmarkColumn kPostureHard = {Task::kPosture, Initialization::kInCollision};
-const BenchmarkColumn kMotionGood = {Task::kMotion, Initialization::kGood};
-
-BenchmarkTable ExampleTable() {
-  BenchmarkTable table;
-  table.experiment_id = 3;
-  table.experiment = "table_1";
-  table.dataset = "garage & co";
-  table.rule = Rule::kLiteral;
-  table.columns = {kPostureGood, kPostureHard, kMotionGood};
-  table.rows = {{"SQP",
-                 0,
-                 100,
-                 {{kPostureGood, {35, 35, 34, 396.4999, 0.0014567}},
-                  {kPostureHard, {35, 30, 29, 401.5, 0.01236}},
-                  {kMotionGood, {35, 35, 12, 0.134, 0.0023}}}},
-                {"I-SQP|80%_a&b",
-                 10,
-                 80,
-                 {{kPostureGood, {35, 35, 0, std::nullopt, std::nullopt}}, {kPostureHard, {35, 0, 0, {}, {}}}}}};
-  return table;
-}
-
 // Returns a cell as text, as the text table shows the values in CSV or JSON.
 std::vector<std::string> Shown(const BenchmarkCell& cell, const TimeUnit& unit) {
   return {ShownValue(ShownSuccess(cell).value), FormatCost(cell.cost), FormatTime(cell.time_s, unit)};
-}
-
-// One line of CSV, keyed by column name.
-using CsvRow = std::map<std::string, std::string>;
-
-std::vector<CsvRow> CsvRows(const std::string& text) {
-  const auto lines = ParseCsv(text);
-  std::vector<CsvRow> rows;
-  for (std::size_t l = 1; l < lines.size(); ++l) {
-    EXPECT_EQ(lines[l].size(), lines[0].size());
-    auto& row = rows.emplace_back();
-    for (std::size_t i = 0; i < lines[l].size(); ++i) row[lines[0][i]] = lines[l][i];
-  }
-  return rows;
 }
 
 std::vector<std::vector<std::string>> FromCsv(const std::string& text, const BenchmarkTable& table,
@@ -377,101 +337,6 @@ TEST(BenchmarkTable, RowsThatWouldReadTheSameGetTheirMethodsId) {
   EXPECT_EQ(table.rows[0].method, "SQP (method 4)");
   EXPECT_EQ(table.rows[1].method, "SQP (method 7)");
   EXPECT_EQ(table.rows[2].method, "SQP");
-}
-
-class PaperTable : public testing::Test {
- protected:
-  void SetUp() override {
-    const auto paper = ReadPaperTable(std::filesystem::path(SourceFolder()) / "data" / "paper-table1.csv");
-    ASSERT_EQ(paper.size(), 16U);
-    table_.rows[1].method = "i-sqp";
-    AddPaperFigures(paper, &table_);
-  }
-  BenchmarkTable table_ = ExampleTable();
-};
-
-TEST_F(PaperTable, MatchesByNameStartsAndSampleSize) {
-  EXPECT_EQ(table_.rows[0].paper.at(kPostureGood), (BenchmarkCell{50, 50, 49, 427.0, 1.32}));
-  EXPECT_EQ(table_.rows[1].paper.at(kMotionGood), (BenchmarkCell{50, 50, 42, 0.13, 0.53}));
-  BenchmarkTable other = ExampleTable();
-  AddPaperFigures({table_.rows[0]}, &other);
-  EXPECT_TRUE(other.rows[1].paper.empty());
-}
-
-TEST_F(PaperTable, StandsBesideOursInAllFormats) {
-  const auto text = ParseTextTable(RenderBenchmarkTable(table_, TableFormat::kText));
-  ASSERT_EQ(text.rows.size(), 4U);
-  EXPECT_THAT(text.rows[3], ElementsAre("", "paper", "10", "80", "50/50", "461", "1000", "50/50", "468", "1340",
-                                        "42/50", "0.13", "530"));
-  EXPECT_EQ(ParseMarkdownTable(RenderBenchmarkTable(table_, TableFormat::kMarkdown)).rows[3][3], "50/50");
-  EXPECT_EQ(ParseLatexTable(RenderBenchmarkTable(table_, TableFormat::kLatex)).rows[3][4], "461");
-  EXPECT_THAT(RenderBenchmarkTable(table_, TableFormat::kText), HasSubstr("Humanoids 2017"));
-  const auto csv = CsvRows(RenderBenchmarkTable(table_, TableFormat::kCsv));
-  EXPECT_EQ(csv.at(1).at("paper_motion_good_solved"), "42");
-  const auto json = nlohmann::json::parse(RenderBenchmarkTable(table_, TableFormat::kJson));
-  EXPECT_EQ(json.at("rows")[1].at("paper").at("motion").at("good").at("solved"), 42);
-}
-
-TEST_F(PaperTable, ItsOwnUnitIsTheSecond) {
-  const TableStyle seconds{kSeconds, {}};
-  const auto text = ParseTextTable(RenderBenchmarkTable(table_, TableFormat::kText, seconds));
-  EXPECT_EQ(text.time_unit, "s");
-  EXPECT_THAT(text.rows[3], ElementsAre("", "paper", "10", "80", "50/50", "461", "1.00", "50/50", "468", "1.34",
-                                        "42/50", "0.13", "0.530"));
-}
-
-TEST_F(PaperTable, SaysWhenItHasNoneOfTheRows) {
-  BenchmarkTable table = ExampleTable();
-  table.rows.resize(1);
-  table.rows[0].method = "ours";
-  AddPaperFigures(ReadPaperTable(std::filesystem::path(SourceFolder()) / "data" / "paper-table1.csv"), &table);
-  EXPECT_THAT(RenderBenchmarkTable(table, TableFormat::kText), HasSubstr("Table I has none of these rows"));
-}
-
-TEST_F(PaperTable, WhereNothingWasSolvedItHasADash) {
-  BenchmarkTable table = ExampleTable();
-  table.rows[1].method = "SQP";
-  AddPaperFigures(ReadPaperTable(std::filesystem::path(SourceFolder()) / "data" / "paper-table1.csv"), &table);
-  EXPECT_EQ(table.rows[1].paper.at(kMotionGood), (BenchmarkCell{50, 50, 0, std::nullopt, std::nullopt}));
-}
-
-TEST(InterpolationTable, AllFormatsHaveTheSameCells) {
-  Listing cells;
-  cells.columns = {"method_id",
-                   "method",
-                   "multi_starts",
-                   "sample_size",
-                   "collision",
-                   "experiment",
-                   "initialization",
-                   "n",
-                   "solved",
-                   "scored",
-                   "free",
-                   "free_share",
-                   "environment_depth_m",
-                   "self_depth_m",
-                   "clock_stopped",
-                   "inner_starts"};
-  cells.rows = {{3, "SQP", 0, 100, "solid", "e", "good", 5, 4, 4, 3, 0.975, 0.0123, 0.0, 1, 8},
-                {3, "SQP", 0, 100, "solid", "e", "in_collision", 5, 0, 0, 0, nullptr, nullptr, nullptr, 0, 8},
-                {4, "SQP", 0, 100, "surface", "e", "good", 5, 5, 5, 5, 1.0, 0.0004, 0.0002, 0, 0}};
-  const InterpolationTable table = BuildInterpolationTable(cells, 2, Rule::kLiteral);
-  const std::string text = RenderInterpolationTable(table, TableFormat::kText);
-  EXPECT_THAT(text, HasSubstr("experiment 2 'e'"));
-  const auto rows = ParseTextTable(text).rows;
-  ASSERT_EQ(rows.size(), 2U);
-  EXPECT_THAT(rows[0],
-              ElementsAre("SQP", "0 + 8 inside", "100", "solid", "3/4", "97.5", "12.3", "0.0", "-", "-", "-", "-"));
-  EXPECT_THAT(rows[1], ElementsAre("SQP", "0", "100", "surface", "5/5", "100.0", "0.4", "0.2", "-", "-", "-", "-"));
-  EXPECT_EQ(ParseMarkdownTable(RenderInterpolationTable(table, TableFormat::kMarkdown)).rows, rows);
-  EXPECT_EQ(ParseLatexTable(RenderInterpolationTable(table, TableFormat::kLatex)).rows, rows);
-  const auto csv = ParseCsv(RenderInterpolationTable(table, TableFormat::kCsv));
-  EXPECT_THAT(csv[1], ElementsAre("2", "e", "", "literal", "SQP", "0", "8", "100", "solid", "good", "5", "4", "4", "3",
-                                  "0.975", "0.0123", "0.0", "1"));
-  const auto json = nlohmann::json::parse(RenderInterpolationTable(table, TableFormat::kJson));
-  EXPECT_EQ(json.at("cells")[2].at("free"), 5);
-  EXPECT_TRUE(json.at("cells")[1].at("free_share").is_null());
 }
 
 TEST(BenchmarkTable, WithoutRowsItIsStillATable) {

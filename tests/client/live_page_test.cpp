@@ -40,6 +40,18 @@ TEST_F(LivePageTest, FiguresAreThoseOfAReport) {
   EXPECT_EQ(named, page) << "the newest is experiment 1";
 }
 
+TEST_F(LivePageTest, FiguresAreOfTheKeptMethods) {
+  FigureRequest request = Request();
+  request.filter.methods = {"B"};
+  LiveBlocks blocks(request);
+  const Json page = Json::parse(BytesOf(blocks.Make({"/blocks/page", ""})));
+  ASSERT_EQ(page["experiments"][0]["methods"].size(), 1U);
+  EXPECT_EQ(page["experiments"][0]["methods"][0]["name"], "B");
+  EXPECT_NE(page["notes"].dump().find("--methods B"), std::string::npos);
+  request.filter.methods = {"C"};
+  EXPECT_EQ(LiveBlocks(request).Make({"/blocks/page", ""}).status, 404U);
+}
+
 TEST_F(LivePageTest, ASolutionIsThatOfAView) {
   LiveBlocks blocks(Request());
   EXPECT_FALSE(blocks.TryAnswer({"/blocks/motion-2", ""}));

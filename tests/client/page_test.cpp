@@ -154,7 +154,7 @@ TEST(PageMotions, ShowTheWindowThatWasNotSolvedBehindTheSolvedOnes) {
       const Stance& stance = problem.stances.at(static_cast<std::size_t>(w / 2));
       Eigen::VectorXd x = InitialGuess(*dataset, stance, Initialization::kInCollision);
       if (w >= 10) unsolved.push_back(x);
-      if (IsTimed(ParseEnum<Task>(task).value())) {
+      if (HasTimeStamps(ParseEnum<Task>(task).value())) {
         x.conservativeResize(x.size() + 1);
         x[x.size() - 1] = w;
       }

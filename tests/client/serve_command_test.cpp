@@ -45,6 +45,7 @@ TEST_F(ServeCommand, RefusesWhatItCannotServe) {
   ExpectError(Run({"serve", "--db", (folder_.path() / "none.sqlite").string()}), 6, "none.sqlite");
   ExpectError(Run({"serve", "--db", file_, "--http-address", "nowhere", "--http-port", "0"}), 2, "'nowhere'");
   ExpectError(Run({"serve", "--db", file_, "--http-port", "70000"}), 2, "--http-port");
+  ExpectError(Run({"serve", "--db", file_, "--methods", "none"}), 2, "--methods");
   ExpectError(Run({"serve", "--db", file_, "--dataset", (folder_.path() / "gone").string()}), 2, "gone");
 }
 

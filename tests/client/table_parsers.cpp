@@ -1,5 +1,7 @@
 #include "table_parsers.h"
 
+#include <gtest/gtest.h>
+
 #include <regex>
 #include <sstream>
 
@@ -122,6 +124,17 @@ std::vector<std::vector<std::string>> ParseCsv(const std::string& text) {
     } else {
       field += c;
     }
+  }
+  return rows;
+}
+
+std::vector<CsvRow> CsvRows(const std::string& text) {
+  const auto lines = ParseCsv(text);
+  std::vector<CsvRow> rows;
+  for (std::size_t l = 1; l < lines.size(); ++l) {
+    EXPECT_EQ(lines[l].size(), lines[0].size());
+    auto& row = rows.emplace_back();
+    for (std::size_t i = 0; i < lines[l].size(); ++i) row[lines[0][i]] = lines[l][i];
   }
   return rows;
 }

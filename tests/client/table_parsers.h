@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -17,5 +18,10 @@ ParsedTable ParseLatexTable(const std::string& text);
 
 /// Parses CSV by RFC 4180.
 std::vector<std::vector<std::string>> ParseCsv(const std::string& text);
+
+/// One line of CSV; key: name of the column.
+using CsvRow = std::map<std::string, std::string>;
+/// Parses CSV with a line of column names.
+std::vector<CsvRow> CsvRows(const std::string& text);
 
 }  // namespace legopt::client

@@ -234,6 +234,30 @@ TEST_P(Released, ExperimentsWithoutSolidVerdictsKeepTheOriginalRule) {
   EXPECT_EQ(state.experiments.at(1).rule, Rule::kSolid) << "no results yet";
 }
 
+TEST(Migrations, TablesStateTheirAddedColumns) {
+  const std::vector<AddedColumn> columns = AddedColumns(R"(-- since 3
+CREATE TABLE a (
+  x INTEGER,  -- the first
+  -- since 4
+  y TEXT CHECK (y <> ','
+    AND y <> 'b'),  -- since 5: by one build
+  z REAL,  -- since 12
+  CHECK (x > 0)
+) STRICT;
+CREATE TABLE b (
+  x INTEGER  -- since 7
+) STRICT;
+CREATE INDEX i ON a (x,
+  y);
+)");
+  std::vector<std::string> found;
+  for (const AddedColumn& column : columns) {
+    found.push_back(std::to_string(column.since) + " " + column.table + ": " + column.definition);
+  }
+  EXPECT_EQ(found,
+            (std::vector<std::string>{"5 a: y TEXT CHECK (y <> ',' AND y <> 'b')", "12 a: z REAL", "7 b: x INTEGER"}));
+}
+
 TEST(Migrations, EveryVersionBeforeThisOneHasAFixture) {
   EXPECT_EQ(kReleased[0], OldestSchemaVersion());
   EXPECT_EQ(kReleased[0] + std::ssize(kReleased), SchemaVersion())
@@ -246,9 +270,9 @@ TEST(Migrations, TheSchemaChangesOnlyWithItsVersion) {
   { OpenSqliteStore(folder / "results.sqlite"); }
   EXPECT_EQ(SchemaVersion(), 14);
   EXPECT_EQ(Blake2bHex(Schema(folder / "results.sqlite"), 16), "45b32f68be0e39bd9593144e55477ed1")
-      << "db/schema/tables.sql or views.sql has changed: add db/schema/upgrade_from_N.sql (it may be empty if only "
-         "views "
-         "have changed) and list N in db/CMakeLists.txt; then change this version and digest";
+      << "db/schema/tables.sql or views.sql has changed: write 'since N' after new columns of tables.sql, or add "
+         "db/schema/upgrade_from_N.sql (it may be empty if only views have changed); then change this version and "
+         "digest";
 }
 
 TEST(Migrations, AFailedUpgradeLeavesTheFileAsItWas) {

@@ -15,11 +15,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "python"))
 
 import legopt
 from legopt import read_only_file
-from legopt.schema_digests import SCHEMA_DIGESTS
+from legopt.schema_digests import SCHEMA_DIGESTS, SCHEMA_VERSION
 
-HEAD = '''"""Digest of the text of each entry of the schema: made by tests/python/schema_test.py, checked by it."""
+HEAD = '''"""Version of the schema, and digest of the text of each entry: made by tests/python/schema_test.py, checked by it."""
 
-SCHEMA_DIGESTS = {
+SCHEMA_VERSION = {version}
+SCHEMA_DIGESTS = {{
 '''
 
 
@@ -29,10 +30,16 @@ def digests_of(path):
         return {entry: read_only_file.digest_of(sql) for entry, sql in rows}
 
 
+def version_of(path):
+    with sqlite3.connect(f"file://{path}?mode=ro&immutable=1", uri=True) as connection:
+        return connection.execute("PRAGMA user_version").fetchone()[0]
+
+
 class TheSchema(unittest.TestCase):
-    def test_digests_are_those_of_the_release(self):
-        self.assertEqual(SCHEMA_DIGESTS, digests_of(results.experiments().backup),
-                         "write python/legopt/schema_digests.py anew: see tests/python/schema_test.py")
+    def test_version_and_digests_are_those_of_the_release(self):
+        advice = "write python/legopt/schema_digests.py anew: see tests/python/schema_test.py"
+        self.assertEqual(SCHEMA_VERSION, version_of(results.experiments().backup), advice)
+        self.assertEqual(SCHEMA_DIGESTS, digests_of(results.experiments().backup), advice)
 
     def changed(self, sql):
         path = results.experiments().copy()
@@ -85,4 +92,5 @@ class ALog(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    print(HEAD + "".join(f'    "{entry}": "{digest}",\n' for entry, digest in digests_of(sys.argv[1]).items()) + "}")
+    rows = [f'    "{entry}": "{digest}",\n' for entry, digest in digests_of(sys.argv[1]).items()]
+    print(HEAD.format(version=version_of(sys.argv[1])) + "".join(rows) + "}")

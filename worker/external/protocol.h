@@ -36,8 +36,8 @@ struct Hello {
 struct EvaluateRequest {
   std::int64_t id = 0;     ///< returned with the answer
   Eigen::VectorXd x;       ///< dx about the start
-  bool gradients = false;  ///< also return derivatives
-  bool contacts = false;   ///< also return pairs of bodies near each other
+  bool gradients = false;  ///< if true, return derivatives as well
+  bool contacts = false;   ///< if true, return pairs of bodies near each other as well
 };
 
 /// Progress report for the history.

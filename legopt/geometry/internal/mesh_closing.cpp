@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "legopt/geometry/internal/marked_mesh.h"
+#include "legopt/geometry/internal/mesh_loops.h"
 #include "legopt/geometry/internal/polygon_triangulation.h"
 
 namespace legopt {
@@ -17,138 +18,15 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// An open edge of a patch, in the direction in which its triangle uses it.
-struct RimEdge {
-  int from = 0;
-  int to = 0;
-  int triangle = 0;
-};
-
-/// A closed line of open edges, in the direction of a cap that closes it.
-struct Loop {
-  std::vector<int> vertices;
-  Vector3d normal = Vector3d::UnitZ();  ///< unit normal of the cap
-  Vector3d centre = Vector3d::Zero();
-  double area_m2 = 0.0;      ///< area within the loop, projected along the normal
-  double deviation_m = 0.0;  ///< largest distance from the plane
-  double diagonal_m = 0.0;   ///< diagonal of the bounding box
-};
-
-std::vector<RimEdge> RimOf(const MarkedMesh& mesh, const std::vector<int>& patch) {
-  std::vector<RimEdge> rim;
-  ForEachEdge(EdgesOf(mesh, patch), [&](std::span<const MarkedEdge> uses) {
-    int balance = 0;
-    for (const MarkedEdge& use : uses) balance += use.forward ? 1 : -1;
-    for (const MarkedEdge& use : uses) {
-      if (balance == 0 || use.forward != (balance > 0)) continue;
-      balance += use.forward ? -1 : 1;
-      const auto& corners = mesh.triangles[static_cast<size_t>(use.triangle)];
-      rim.push_back(
-          {corners[static_cast<size_t>(use.corner)], corners[static_cast<size_t>((use.corner + 1) % 3)], use.triangle});
-    }
-  });
-  return rim;
-}
-
-/// Returns the loops of a rim; a loop that touches itself is divided there. Empty if the rim has a loose end.
-std::vector<std::vector<int>> TraceLoops(const std::vector<RimEdge>& rim) {
-  std::map<int, std::vector<int>> next;  // against the direction of the triangles
-  for (const RimEdge& edge : rim) next[edge.to].push_back(edge.from);
-  std::vector<std::vector<int>> loops;
-  for (auto& [start, ways] : next) {
-    while (!ways.empty()) {
-      std::vector<int> path = {start};
-      std::map<int, size_t> place = {{start, 0}};
-      while (!path.empty()) {
-        auto& onward = next[path.back()];
-        if (onward.empty()) {
-          if (path.size() == 1) break;
-          return {};
-        }
-        const int vertex = onward.back();
-        onward.pop_back();
-        const auto found = place.find(vertex);
-        if (found == place.end()) {
-          place[vertex] = path.size();
-          path.push_back(vertex);
-          continue;
-        }
-        const auto begin = path.begin() + static_cast<std::ptrdiff_t>(found->second);
-        std::vector<int> loop(begin, path.end());
-        for (size_t k = found->second + 1; k < path.size(); ++k) place.erase(path[k]);
-        path.resize(found->second + 1);
-        if (loop.size() < 3) return {};
-        loops.push_back(std::move(loop));
-      }
-    }
-  }
-  return loops;
-}
-
-Loop Measure(const MarkedMesh& mesh, std::vector<int> vertices) {
-  Loop loop;
-  loop.vertices = std::move(vertices);
-  const size_t n = loop.vertices.size();
-  Eigen::AlignedBox3d box;
-  for (const int v : loop.vertices) {
-    loop.centre += mesh.at(v) / static_cast<double>(n);
-    box.extend(mesh.at(v));
-  }
-  Vector3d twice_area = Vector3d::Zero();
-  for (size_t k = 0; k < n; ++k) {
-    twice_area += (mesh.at(loop.vertices[k]) - loop.centre).cross(mesh.at(loop.vertices[(k + 1) % n]) - loop.centre);
-  }
-  loop.diagonal_m = box.diagonal().norm();
-  loop.area_m2 = 0.5 * twice_area.norm();
-  if (loop.area_m2 > 0.0) loop.normal = twice_area.normalized();
-  for (const int v : loop.vertices) {
-    loop.deviation_m = std::max(loop.deviation_m, std::abs((mesh.at(v) - loop.centre).dot(loop.normal)));
-  }
-  return loop;
-}
-
-/// Returns two unit vectors that span the plane with a normal, counter-clockwise about it.
-std::pair<Vector3d, Vector3d> SpanOf(const Vector3d& normal) {
-  const Vector3d x = normal.unitOrthogonal();
-  return {x, normal.cross(x)};
-}
-
-/// Returns the smallest loop in the same plane that runs the other way round and contains the loop, or -1: the loop is
-/// then the inner outline of a ring, such as the end of a pipe.
-int SmallestAround(const MarkedMesh& mesh, const std::vector<Loop>& loops, size_t inner, double tolerance_m) {
-  const Loop& own = loops[inner];
-  int found = -1;
-  constexpr double kParallel = 0.9999, kPlanar = 1e-4;
-  for (size_t i = 0; i < loops.size(); ++i) {
-    const Loop& other = loops[i];
-    const double tolerance = std::max({tolerance_m, own.deviation_m, kPlanar * other.diagonal_m});
-    if (i == inner || own.normal.dot(other.normal) > -kParallel || other.area_m2 <= own.area_m2 ||
-        std::abs((own.centre - other.centre).dot(other.normal)) > tolerance) {
-      continue;
-    }
-    const auto [x, y] = SpanOf(other.normal);
-    std::vector<Eigen::Vector2d> points;
-    std::vector<int> ring;
-    for (const int v : other.vertices) {
-      ring.push_back(static_cast<int>(points.size()));
-      points.emplace_back(x.dot(mesh.at(v)), y.dot(mesh.at(v)));
-    }
-    const Vector3d& p = mesh.at(own.vertices.front());
-    if (!IsInside({x.dot(p), y.dot(p)}, points, ring)) continue;
-    if (found < 0 || other.area_m2 < loops[static_cast<size_t>(found)].area_m2) found = static_cast<int>(i);
-  }
-  return found;
-}
-
 /// Joins patches whose holes all lie in holes of one other patch: the inner and the outer wall of a pipe.
 std::vector<std::vector<int>> JoinNested(const MarkedMesh& mesh, const std::vector<std::vector<int>>& patches,
                                          double tolerance_m) {
   constexpr size_t kMaxLoops = 4000;  // the search is quadratic; scenes with more holes are not pipes
-  std::vector<Loop> loops;
+  std::vector<MeshLoop> loops;
   std::vector<size_t> patch_of;
   for (size_t p = 0; p < patches.size(); ++p) {
     for (std::vector<int>& loop : TraceLoops(RimOf(mesh, patches[p]))) {
-      loops.push_back(Measure(mesh, std::move(loop)));
+      loops.push_back(MeasureLoop(mesh, std::move(loop)));
       patch_of.push_back(p);
     }
   }
@@ -232,7 +110,7 @@ class PatchCloser {
   /// Returns the triangles of the closed body, or nothing.
   std::vector<int> Close() {
     if (!(shape_.area_m2 > 0.0)) return {};
-    for (std::vector<int>& loop : TraceLoops(rim_)) loops_.push_back(Measure(mesh_, std::move(loop)));
+    for (std::vector<int>& loop : TraceLoops(rim_)) loops_.push_back(MeasureLoop(mesh_, std::move(loop)));
     const bool vessel = !shape_.planar && CanCap() && IsOpenVesselSeenFromInside();
     if (!shape_.planar && !vessel && CanCap()) {
       std::vector<int> capped = Cap();
@@ -246,7 +124,7 @@ class PatchCloser {
   bool CanCap() const {
     if (loops_.empty()) return false;
     constexpr double kPlanar = 1e-4, kUneven = 0.1, kSmall = 0.5;
-    for (const Loop& loop : loops_) {
+    for (const MeshLoop& loop : loops_) {
       const bool planar = loop.deviation_m <= std::max(options_.weld_m, kPlanar * loop.diagonal_m);
       const bool small = loop.deviation_m <= kUneven * loop.diagonal_m && loop.diagonal_m <= kSmall * shape_.diagonal_m;
       if (!planar && !small) return false;
@@ -256,7 +134,7 @@ class PatchCloser {
   }
 
   /// Returns true if a cap would lie on the faces along most of its outline: the flat border of terrain.
-  bool FoldsBack(const Loop& loop) const {
+  bool FoldsBack(const MeshLoop& loop) const {
     double all_m = 0.0, folded_m = 0.0;
     constexpr double kParallel = 0.999;
     for (size_t k = 0; k < loop.vertices.size(); ++k) {
@@ -279,7 +157,7 @@ class PatchCloser {
       const auto& [a, b, c] = mesh_.triangles[static_cast<size_t>(t)];
       sum += (mesh_.at(a) - origin).dot((mesh_.at(b) - origin).cross(mesh_.at(c) - origin));
     }
-    for (const Loop& loop : loops_) sum += 2.0 * loop.area_m2 * (loop.centre - origin).dot(loop.normal);
+    for (const MeshLoop& loop : loops_) sum += 2.0 * loop.area_m2 * (loop.centre - origin).dot(loop.normal);
     return sum;
   }
 
@@ -290,7 +168,7 @@ class PatchCloser {
     if (!as_in_file || !(SixCappedVolumes() < 0.0)) return false;
     double up_m2 = 0.0, all_m2 = 0.0;
     constexpr double kUp = 0.7;
-    for (const Loop& loop : loops_) {
+    for (const MeshLoop& loop : loops_) {
       all_m2 += loop.area_m2;
       if (-loop.normal.z() > kUp) up_m2 += loop.area_m2;  // the cap's area, seen from outside
     }
@@ -328,7 +206,8 @@ class PatchCloser {
     return body;
   }
 
-  std::vector<std::array<int, 3>> Triangulate(const Loop& outline, const std::vector<std::vector<int>>& holes) const {
+  std::vector<std::array<int, 3>> Triangulate(const MeshLoop& outline,
+                                              const std::vector<std::vector<int>>& holes) const {
     const auto span = SpanOf(outline.normal);
     std::vector<Eigen::Vector2d> points;
     std::vector<int> vertex_of;
@@ -488,7 +367,7 @@ class PatchCloser {
   PatchShape shape_;
   std::vector<RimEdge> rim_;
   std::map<std::pair<int, int>, int> triangle_of_;  ///< triangle at an edge of a loop
-  std::vector<Loop> loops_;
+  std::vector<MeshLoop> loops_;
 };
 
 }  // namespace

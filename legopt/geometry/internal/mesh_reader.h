@@ -69,7 +69,7 @@ class ResultReader {
 
 /// Limits of a mesh: collision needs no more, and several copies must fit into memory.
 inline constexpr std::size_t kMaxMeshTriangles = 2'000'000;
-inline constexpr std::uintmax_t kMaxMeshBytes = std::uintmax_t{256} << 20;  ///< of its file
+inline constexpr std::uintmax_t kMaxMeshBytes = std::uintmax_t{256} << 20;  ///< largest size of a mesh file
 
 /// Throws InputError for more than kMaxMeshTriangles triangles.
 void CheckTriangleCount(const std::string& path, std::size_t triangles);

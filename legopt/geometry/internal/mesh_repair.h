@@ -11,8 +11,8 @@ namespace legopt {
 
 /// Options of RepairMesh.
 struct MeshRepairOptions {
-  double weld_m = 1e-5;             ///< vertices closer than this are merged; also the tolerance of T-junctions, m
-  bool close = true;                ///< also stitch T-junctions, cap holes and thicken sheets; false: add no surface
+  double weld_m = 1e-5;  ///< vertices closer than this are merged; also the tolerance of T-junctions, m
+  bool close = true;     ///< if true, stitch T-junctions, cap holes and thicken sheets; false: add no surface
   double ground_thickness_m = 0.1;  ///< thickness of ground sheets, downwards, m
   double wall_thickness_m = 0.01;   ///< thickness of all other sheets, m
 
@@ -22,7 +22,7 @@ struct MeshRepairOptions {
 
 /// Origin of a triangle of a repaired mesh.
 enum class TriangleOrigin : std::uint8_t {
-  kKept,     ///< as in the file, up to welding
+  kKept,     ///< unchanged up to welding
   kChanged,  ///< turned round, or part of a triangle that was split
   kAdded     ///< cap of a hole, or the second face or rim of a thickened sheet
 };

@@ -19,7 +19,7 @@ struct PairSamplingOptions {
 struct SampledPairs {
   std::vector<UncheckedPair> unchecked;  ///< ascending by (second, first)
   std::vector<LinkPair> checked;         ///< all other pairs, in the same order
-  std::vector<LinkPair> nominal_only;    ///< those of `checked` that collide in the nominal posture but in no sample
+  std::vector<LinkPair> nominal_only;    ///< pairs of `checked` that collide in the nominal posture but in no sample
 };
 
 /// Classifies pairs of links by sampled postures, as MoveIt's setup assistant does.

@@ -26,7 +26,7 @@ class PlacedShapes {
   std::vector<PointArena::Range> ranges_;
   std::vector<SupportSet> sets_;
   std::vector<Eigen::AlignedBox3d> boxes_;  ///< per shape, in the world
-  Eigen::AlignedBox3d box_;                 ///< of all shapes, in the world
+  Eigen::AlignedBox3d box_;                 ///< bounding box of all shapes, in the world
 };
 
 }  // namespace legopt

@@ -64,7 +64,7 @@ DatasetDiagnostic Diagnose(const Stances& stances, int all, bool holds_everythin
 std::vector<DatasetDiagnostic> CheckBalance(const Dataset& dataset) {
   Stances held, warned;
   int all = 0;
-  std::map<std::string, bool> known;  // by StanceKey
+  std::map<std::string, bool> known;  // key: StanceKey
   for (const TaskDescription& task : ProblemTasks()) {
     for (const ProblemDefinition& problem : dataset.problems(task.task)) {
       for (std::size_t s = 0; s < problem.stances.size(); ++s, ++all) {

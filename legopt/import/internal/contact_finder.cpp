@@ -20,13 +20,13 @@
 namespace legopt {
 namespace {
 
-constexpr double kClearance_m = 1e-3;   // of the benchmark's foot targets
+constexpr double kClearance_m = 1e-3;   // clearance of the benchmark's foot targets
 constexpr double kPlaneBand_m = 1e-3;   // corners this far above a facet's plane belong to it
 constexpr double kReach_m = 2e-3;       // a sole reaches this near to the lowest point
-constexpr double kFootBand = 0.06;      // of the robot's height
-constexpr double kWideFootBand = 0.15;  // the same, if only one end is within the first
-constexpr double kOtherSideBand = 0.4;  // the same, if all ends within kFootBand are on one side
-constexpr std::size_t kMostPoints = 8;  // of a patch
+constexpr double kFootBand = 0.06;      // share of the robot's height within which ends may be feet
+constexpr double kWideFootBand = 0.15;  // this share, if only one end is within kFootBand
+constexpr double kOtherSideBand = 0.4;  // this share, if all ends within kFootBand are on one side
+constexpr std::size_t kMostPoints = 8;  // largest number of points of a patch
 constexpr double kAligned_rad = std::numbers::pi / 180.0;
 constexpr double kMicrometre = 1e-6, kPerMetre = 1e6;
 
@@ -57,7 +57,7 @@ class Bodies {
     }
   }
   int of(int link) const { return first_[static_cast<std::size_t>(link)]; }
-  /// True for the last body of a chain, and for a root from which only one chain leaves: it may be a foot, too.
+  /// True for the last body of a chain, and for a root from which only one chain leaves, which may also be a foot.
   bool IsEnd(int body) const { return std::ranges::count(has_children_, body) <= (body == 0 ? 1 : 0); }
 
  private:
@@ -96,7 +96,7 @@ int TouchingLink(const std::map<int, std::vector<Eigen::Vector3d>>& points, int 
 
 /// Ends of a robot in one posture.
 struct Ends {
-  std::vector<End> all;  ///< with geometry, lowest first
+  std::vector<End> all;  ///< ends with geometry, lowest first
   std::size_t feet = 0;  ///< the first ones are feet
   /// The body of the root link, which is no end, is as low as the feet: the robot lies, or its legs are stretched.
   bool lies = false;

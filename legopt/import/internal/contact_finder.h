@@ -29,7 +29,7 @@ FoundFeet FindFeet(const RobotModel& robot, const Eigen::VectorXd& standing);
 /// A contact measured on the geometry of a link.
 struct FoundSole {
   ContactDescription contact;
-  double area_m2 = 0.0;   ///< of the patch
+  double area_m2 = 0.0;   ///< area of the patch
   double tilt_rad = 0.0;  ///< angle between the link's z axis and the patch's normal
   double height_m = 0.0;  ///< distance of the link's origin above the patch's plane
 };

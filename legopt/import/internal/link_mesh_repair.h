@@ -4,7 +4,7 @@
 
 namespace legopt {
 
-/// A link's mesh after repair, and what was changed.
+/// A link's mesh after repair, and the changes.
 struct RepairedLinkMesh {
   TriangleMesh mesh;
   int bodies = 0;     ///< number of bodies: triangles connected by edges that exactly two triangles share

@@ -13,7 +13,7 @@
 
 namespace legopt {
 
-/// What is found out about the standing robot.
+/// Steps of the check of a standing robot.
 struct StandingOptions {
   bool search_posture = true;  ///< search a nominal posture (nominal_posture.h)
   bool prove = true;           ///< prove that the robot stands (standing_proof.h)
@@ -22,7 +22,7 @@ struct StandingOptions {
 /// The robot on level ground.
 struct StandingRobot {
   StandingProof proof;
-  StandingView view;  ///< of the posture at the end of the proof
+  StandingView view;  ///< picture of the posture at the end of the proof
 };
 
 /// Completes the description of an imported robot with a nominal posture, and proves that the robot stands on level

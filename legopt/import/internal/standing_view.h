@@ -8,7 +8,7 @@
 
 namespace legopt {
 
-/// What a picture of a standing robot shows, in the world frame (m, z up).
+/// Contents of a picture of a standing robot, in the world frame (m, z up).
 struct StandingView {
   std::vector<TriangleMesh> links;  ///< collision geometry, one per link that has any
   std::vector<std::vector<Eigen::Vector3d>>

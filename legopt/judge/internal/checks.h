@@ -85,8 +85,8 @@ struct CheckedWaypoint {
   const Dataset& dataset;
   const Stance& stance;
   const Eigen::VectorXd& x;      ///< raw: n + 7 finite numbers, quaternion of any norm but 0
-  const Kinematics& kinematics;  ///< at the configuration with joints clamped to their limits
-  const Kinematics* previous;    ///< at the waypoint before; null at the first one
+  const Kinematics& kinematics;  ///< robot with joints clamped to their limits
+  const Kinematics* previous;    ///< robot at the waypoint before; null at the first one
   ExactCollision& collision;
   TouchProbe& touch;
   HoldingProbe& holding;

@@ -22,17 +22,17 @@ struct PointForce {
 /// A contact that carries, in a posture that is held or not.
 struct ContactHolding {
   std::string contact;
-  Eigen::Vector3d normal_W;              ///< of the surface, out of it, unit
+  Eigen::Vector3d normal_W;              ///< unit normal of the surface, pointing out of it
   std::optional<double> friction;        ///< Coulomb coefficient; empty for a bar, whose forces are bounded instead
-  std::vector<PointForce> forces;        ///< at points with a force; empty without equilibrium
+  std::vector<PointForce> forces;        ///< forces of points with a force; empty without equilibrium
   std::optional<SurfaceMovement> moves;  ///< movement in the collapse; only without equilibrium
 };
 
 /// How contacts and joints hold a posture, or why they do not (docs/explanation/judge.md#physical-rule).
 struct HoldingDiagnostic {
-  std::vector<ContactHolding> contacts;    ///< those that carry, in the order of the stance
+  std::vector<ContactHolding> contacts;    ///< contacts that carry, in the order of the stance
   std::vector<Eigen::Vector2d> polygon_W;  ///< equilibrium polygon, world xy, counter-clockwise, m; may be empty
-  bool balanced = false;                   ///< by the judge's check `equilibrium`
+  bool balanced = false;                   ///< result of the judge's check `equilibrium`
   TorqueRatio torques;                     ///< StaticEquilibrium::ComputeLeastForces; only if balanced
   /// Degrees of freedom that must exceed their effort limits (TorqueRatio::decisive_dofs): several if contacts can
   /// relieve each of them only by loading another one.

@@ -136,7 +136,7 @@ class PathExaminer {
   HoldingProbe holding_;
   std::deque<Kinematics> levels_;  ///< per level of the bisection; grows
   Eigen::VectorXd x_;
-  std::optional<PathSpline> spline_;  ///< of the current path, if its task has a time law
+  std::optional<PathSpline> spline_;  ///< spline through the current path, if its task has a time law
   CurvePoint point_;
   // State of the current piece.
   Eigen::VectorXd from_, to_;

@@ -20,7 +20,8 @@ constexpr double kCornerBand_m = 5e-3;   // corners of the surface are those thi
 constexpr double kInset_m = 1e-6;        // corners are moved inwards, so that rounding does not put them outside
 constexpr double kLeastRadius_m = 5e-3;  // least radius of the disc below a point contact
 constexpr int kDiscCorners = 16;         // corners of this disc
-constexpr int kHalvings = 7;             // of the distance between two places, to find the edge of what touches
+constexpr int kHalvings =
+    7;  // number of halvings of the distance between two places that find the edge of a touching part
 
 bool Contains(const std::vector<HalfPlane>& edges, const Eigen::Vector2d& p) {
   return std::ranges::all_of(edges, [&](const HalfPlane& edge) { return edge.Distance(p) <= 0.0; });

@@ -55,7 +55,7 @@ class TouchProbe {
   /// A place of the patch, in the contact frame.
   struct Place {
     Eigen::Vector2d position;
-    double height;  ///< of the link's lowest surface; TriangleColumns::kNone if there is none
+    double height;  ///< height of the link's lowest surface; TriangleColumns::kNone if there is none
   };
   /// Places of equal area, which make up the patch.
   struct Grid {
@@ -97,7 +97,7 @@ class TouchProbe {
 
   const Dataset& dataset_;
   const ExactCollision& collision_;
-  std::map<std::string, Underside> undersides_;  ///< by contact name
+  std::map<std::string, Underside> undersides_;  ///< key: name of the contact
   TriangleColumns scene_;                        ///< scene below the measured contact, in the contact frame
   std::vector<double> gaps_;
 };

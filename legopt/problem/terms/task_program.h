@@ -26,7 +26,7 @@ struct ProgramOptions {
   double range_m = 0.03;  ///< pairs nearer than this become rows; > margin_m
   ContinuousCollision continuous = ContinuousCollision::kPreferred;  ///< used by programs with transitions
   double continuous_weight = 1e2;                                    ///< weight of the preference, per metre, > 0
-  Physics physics = Physics::kNone;                                  ///< at waypoints, beyond the task's balance
+  Physics physics = Physics::kNone;          ///< physics at waypoints, beyond the task's balance
   Physics segment_physics = Physics::kNone;  ///< balance of waypoints on the contacts of their segments
 };
 
@@ -35,7 +35,7 @@ struct WaypointConstraints {
   const Stance* stance = nullptr;  ///< its feet are planted, nothing collides; null: no terms
   bool fixed = false;              ///< the waypoint does not move
   bool balanced = true;            ///< the centre of mass is over the support polygon of its feet
-  bool on_segment = false;         ///< its feet drift on the next segment, so their margin is not relaxed
+  bool on_segment = false;         ///< if true, its feet drift on the next segment, and their margin is not relaxed
 };
 
 /// A chain of waypoints of one robot, each constrained by a stance: one pose term per foot, the centre of mass over the

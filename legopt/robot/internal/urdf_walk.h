@@ -13,7 +13,7 @@ namespace legopt {
 
 /// How much a fault of a URDF matters.
 enum class UrdfSeverity {
-  kInfo,      ///< in a part that nothing reads, such as `<visual>`
+  kInfo,      ///< fault in a part that nothing reads, such as `<visual>`
   kRepaired,  ///< changed, in a way that cannot falsify a result
   kWarning    ///< probably a mistake, but the robot is usable
 };

@@ -120,7 +120,7 @@ class SubproblemSolver {
   /// End of a solve.
   enum class Status {
     kSolved,          ///< the requested accuracy is reached
-    kIterationLimit,  ///< also no further progress: the point is within the bounds, but not proven optimal
+    kIterationLimit,  ///< limit reached, or no further progress: the point is within the bounds, not proven optimal
     kFailed           ///< non-finite numbers, or no point at all
   };
 

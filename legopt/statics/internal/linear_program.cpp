@@ -201,7 +201,7 @@ double LinearProgramSolver::UpperOfBasic(Eigen::Index row) const {
 /// Harris' ratio test: among the rows that bound the step, up to a tolerance, the one with the largest pivot.
 LinearProgramSolver::Step LinearProgramSolver::LargestStep(Eigen::Index column, double direction) const {
   const auto limit = [&](Eigen::Index row, double slack) {
-    const double rate = -direction * tableau_(row, column);  // of the basic variable
+    const double rate = -direction * tableau_(row, column);  // rate of the basic variable
     if (rate < -kPivotTolerance) return (values_[row] + slack) / -rate;
     if (rate > kPivotTolerance) return (UpperOfBasic(row) - values_[row] + slack) / rate;
     return kInfinity;

@@ -76,13 +76,13 @@ class LinearProgramSolver {
   const Eigen::VectorXd& x() const { return x_; }            ///< n
   const Eigen::VectorXd& multipliers() const { return y_; }  ///< m: rate of the optimum per unit of b
   double objective() const { return objective_; }            ///< c . x
-  int pivots() const { return pivots_; }                     ///< of the last call
+  int pivots() const { return pivots_; }                     ///< number of pivots of the last call
 
  private:
   /// Largest step of the entering column.
   struct Step {
     double length = 0.0;
-    int row = -1;  ///< whose basic variable reaches a bound; -1: the entering variable reaches its other bound
+    int row = -1;  ///< row whose basic variable reaches a bound; -1: the entering variable reaches its other one
     bool to_upper = false;
   };
 
@@ -107,15 +107,15 @@ class LinearProgramSolver {
   Eigen::VectorXd b_, upper_;
   Eigen::MatrixXd tableau_;  ///< inverse of the basis times A; only if has_tableau_
   bool has_tableau_ = false;
-  Eigen::VectorXd values_;          ///< of the basic variables
+  Eigen::VectorXd values_;          ///< values of the basic variables
   Eigen::VectorXd reduced_;         ///< reduced costs
   Eigen::VectorXd turned_reduced_;  ///< in Turn: derivative of reduced_ by the angle; else empty
-  Eigen::VectorXd turned_x_;
-  Eigen::VectorXd sign_;           ///< of each row's artificial variable
-  std::vector<int> basis_;         ///< per row: a column, or columns() + row of an artificial variable
-  std::vector<char> in_basis_;     ///< per column
-  std::vector<char> at_upper_;     ///< per column outside the basis
-  double artificial_upper_ = 0.0;  ///< infinite in phase 1, 0 in phase 2
+  Eigen::VectorXd turned_x_;        ///< in Turn: the basic solution
+  Eigen::VectorXd sign_;            ///< sign of each row's artificial variable
+  std::vector<int> basis_;          ///< per row: a column, or columns() + row of an artificial variable
+  std::vector<char> in_basis_;      ///< per column
+  std::vector<char> at_upper_;      ///< per column outside the basis
+  double artificial_upper_ = 0.0;   ///< infinite in phase 1, 0 in phase 2
   Eigen::VectorXd x_, y_;
   Eigen::VectorXd no_cost_;
   Eigen::MatrixXd basis_matrix_;

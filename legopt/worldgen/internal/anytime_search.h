@@ -54,7 +54,9 @@ class AnytimeSearch {
   double cost() const { return states_[kDone].g; }         ///< cost of the solution
   double Bound() const;                                    ///< the cost is at most this times the optimum; >= 1
   std::int64_t expansions() const { return expansions_; }  ///< number of expanded states
-  double estimate(int state) const { return states_[static_cast<std::size_t>(state)].h; }  ///< as given to AddState
+  double estimate(int state) const {
+    return states_[static_cast<std::size_t>(state)].h;
+  }  ///< estimate that AddState received
 
  private:
   struct State {

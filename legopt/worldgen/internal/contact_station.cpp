@@ -136,7 +136,7 @@ std::optional<StationDrawer::Frame> StationDrawer::DrawHand(const Contact& conta
   for (int trial = 0; trial < kTries; ++trial) {
     Eigen::VectorXd x = nominal_;
     for (const int dof : hand->dofs) {
-      constexpr double kInner = 0.8;  // of the joints' ranges
+      constexpr double kInner = 0.8;  // share of the joints' ranges
       const double low = std::max(robot.lower_limits()[dof], -std::numbers::pi);
       const double high = std::min(robot.upper_limits()[dof], std::numbers::pi);
       x[dof] = 0.5 * (low + high) + kInner * (Between(low, high, generator) - 0.5 * (low + high));

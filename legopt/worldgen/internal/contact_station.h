@@ -71,7 +71,7 @@ class StationDrawer {
   /// `fragment`: side of a fragment of rubble, as a share of the trunk's height.
   explicit StationDrawer(std::shared_ptr<const Dataset> dataset, double fragment = 0.35);
 
-  /// Whether the robot has what the family needs: hands, or several feet and no hands for kRubble.
+  /// Returns whether the robot has the contacts that the family needs: hands, or several feet and no hands for kRubble.
   bool Suits(ContactFamily family) const;
 
   /// Draws a station. Nothing is checked: most have no posture.
@@ -108,7 +108,7 @@ class StationDrawer {
   /// Contacts of one hand's link, in the order of the dataset.
   struct Hand {
     std::vector<const Contact*> contacts;
-    std::vector<int> dofs;  ///< of the arm
+    std::vector<int> dofs;  ///< degrees of freedom of the arm
   };
   std::vector<Hand> hands_;
   double height_m_;    ///< height of the trunk above the ground

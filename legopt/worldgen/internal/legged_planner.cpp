@@ -161,7 +161,7 @@ class LeggedSearch : public AnytimeSearch {
   double progress_rad_ = 1.0;  ///< estimated rotation of a phase
   std::vector<Node> nodes_;
   std::map<Key, int> state_of_;
-  std::map<std::vector<int>, bool> trunk_free_;  ///< by footholds
+  std::map<std::vector<int>, bool> trunk_free_;  ///< key: footholds
 };
 
 LeggedSearch::LeggedSearch(LeggedPlanner::Impl& planner, const std::vector<int>& start, const std::vector<int>& goal,

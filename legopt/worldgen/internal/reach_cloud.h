@@ -12,7 +12,7 @@ namespace legopt::worldgen {
 
 /// Pose of the trunk (dataset.h) over the ground, upright or tilted with the contacts.
 struct TrunkPose {
-  Eigen::Vector2d position = Eigen::Vector2d::Zero();  ///< of its origin in plan, m
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();  ///< position of its origin in plan, m
   double yaw_rad = 0.0;                                ///< its heading
   double ground_m = 0.0;                               ///< mean height of the contacts
 

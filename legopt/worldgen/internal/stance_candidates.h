@@ -21,8 +21,8 @@ enum class Fate : std::uint8_t {
 /// Candidate for a stance.
 struct Candidate {
   Fate fate = Fate::kFirstFoot;
-  Stance stance;         ///< of kInfeasible and kStance
-  std::string obstacle;  ///< of kInfeasible: PostureProof::failure; of kFirstFoot: name of the foot, if known
+  Stance stance;         ///< stance of kInfeasible and kStance
+  std::string obstacle;  ///< kInfeasible: PostureProof::failure; kFirstFoot: name of the foot, if known
 };
 
 /// Generates and tests candidates; a workspace of one thread.

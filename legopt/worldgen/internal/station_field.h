@@ -38,9 +38,9 @@ void WriteStations(const std::filesystem::path& source, const std::string& name,
 struct PlantedPosture {
   bool accepted = false;
   Eigen::VectorXd x;                                     ///< n + 7 numbers
-  double push_N = 0.0;                                   ///< that it resists
-  double trunk_distance_m = 0.0;                         ///< from the scene, at most 1 m
-  static constexpr const char* kMethod = "LegOpt-best";  ///< in solution files
+  double push_N = 0.0;                                   ///< push that the posture resists
+  double trunk_distance_m = 0.0;                         ///< distance of the trunk from the scene, at most 1 m
+  static constexpr const char* kMethod = "LegOpt-best";  ///< name of the method in solution files
 };
 
 /// A motion that the judge accepts as balanced, by the physical rule.

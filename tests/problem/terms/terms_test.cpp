@@ -16,110 +16,16 @@
 
 #include "legopt/dataset/internal/dataset_content.h"
 #include "legopt/problem/terms/initial_guess.h"
-#include "legopt/problem/terms/internal/statics_terms.h"
 #include "legopt/problem/terms/internal/waypoint_terms.h"
 #include "legopt/problem/terms/task_program.h"
 #include "tests/dataset/synthetic_dataset.h"
 #include "tests/dataset/test_data.h"
+#include "tests/problem/terms/term_derivatives.h"
 
 namespace legopt {
 namespace {
 
-constexpr double kStep = 1e-6;
-constexpr double kTolerance = 2e-6;  // rounding 1e-16 / step on values up to 20, plus h^2 times the third derivative
 constexpr double kNoise_rad = 0.15;  // avoids ties between parallel faces
-
-/// Contacts are comparable if the same pairs are found in the same order.
-bool SamePairs(const std::vector<ProximityPair>& a, const std::vector<ProximityPair>& b) {
-  if (a.size() != b.size()) return false;
-  for (size_t i = 0; i < a.size(); ++i) {
-    if (a[i].pair_id != b[i].pair_id) return false;
-  }
-  return true;
-}
-
-/// A contact whose nearest features change within the step has no derivative there.
-bool SmoothContact(const ProximityPair& centre, const ProximityPair& moved) {
-  constexpr double kFeatureJump = 1e-4;
-  return (centre.normal_W - moved.normal_W).norm() < kFeatureJump &&
-         (centre.point_a_W - moved.point_a_W).norm() < kFeatureJump;
-}
-
-class TermDerivatives {
- public:
-  explicit TermDerivatives(WaypointProgram& program) : program_(program) {}
-
-  int contacts_compared() const { return contacts_compared_; }
-
-  void CheckAt(const Eigen::VectorXd& x) {
-    const auto& terms = program_.terms();
-    program_.SetPoint(x);
-    centre_ = Contacts();
-    for (size_t k = 0; k < terms.size(); ++k) {
-      program_.SetPoint(x);
-      LinearModel model;
-      terms[k]->Linearize(model);
-      std::vector<double> value;
-      terms[k]->Evaluate(value);
-      ASSERT_EQ(value.size(), static_cast<size_t>(model.rows())) << terms[k]->shape().name;
-      ASSERT_EQ(model.num_waypoints(), terms[k]->shape().num_waypoints);
-      for (int i = 0; i < model.rows(); ++i) EXPECT_EQ(model.value(i), value[static_cast<size_t>(i)]);
-      for (int b = 0; b < model.num_waypoints(); ++b) CheckColumns(*terms[k], model, b, x);
-    }
-  }
-
- private:
-  using AllContacts = std::vector<std::vector<ProximityPair>>;
-
-  AllContacts Contacts() {
-    AllContacts all;
-    for (int t = 0; t < program_.num_waypoints(); ++t) all.push_back(program_.state(t).contacts());
-    return all;
-  }
-
-  /// Returns residuals with one variable of waypoint t moved.
-  std::vector<double> Moved(Term& term, int t, int j, double step, const Eigen::VectorXd& x) {
-    const Eigen::Index size = program_.point_size();
-    Eigen::VectorXd dx = Eigen::VectorXd::Zero(program_.tangent_size());
-    dx[j] = step;
-    Eigen::VectorXd moved = x, waypoint(size);
-    legopt::Retract(x.segment(t * size, size), dx, waypoint);
-    moved.segment(t * size, size) = waypoint;
-    program_.SetPoint(moved);
-    std::vector<double> residuals;
-    term.Evaluate(residuals);
-    return residuals;
-  }
-
-  void CheckColumns(Term& term, const LinearModel& model, int block, const Eigen::VectorXd& x) {
-    const bool collision = term.shape().name == "collision";
-    const int t = term.shape().waypoint + block;
-    const std::vector<ProximityPair>& centre = centre_[static_cast<size_t>(t)];
-    for (int j = 0; j < program_.tangent_size(); ++j) {
-      const std::vector<double> ahead = Moved(term, t, j, kStep, x);
-      const std::vector<ProximityPair> contacts_ahead = program_.state(t).contacts();
-      const std::vector<double> back = Moved(term, t, j, -kStep, x);
-      const std::vector<ProximityPair> contacts_back = program_.state(t).contacts();
-      if (collision && (!SamePairs(centre, contacts_ahead) || !SamePairs(centre, contacts_back))) continue;
-      for (int i = 0; i < model.rows(); ++i) {
-        const auto r = static_cast<size_t>(i);
-        if (collision &&
-            (!SmoothContact(centre[r], contacts_ahead[r]) || !SmoothContact(centre[r], contacts_back[r]))) {
-          continue;
-        }
-        contacts_compared_ += collision ? 1 : 0;
-        const double difference = (ahead[r] - back[r]) / (2 * kStep);
-        EXPECT_NEAR(model.row(block, i)[j], difference, kTolerance * std::max(1.0, std::abs(difference)))
-            << term.shape().name << " of waypoint " << term.shape().waypoint << " row " << i << " variable " << j
-            << " of waypoint " << t;
-      }
-    }
-  }
-
-  WaypointProgram& program_;
-  AllContacts centre_;  ///< index: waypoint
-  int contacts_compared_ = 0;
-};
 
 /// A random waypoint near the initial guess of a stance.
 class NoisyStart {
@@ -243,108 +149,6 @@ TEST(Terms, HandsMeetFiniteDifferences) {
     EXPECT_EQ(rows["contact grip"], load == "touch" ? 4u : 5u) << "slides along the bar, unless it carries";
     EXPECT_EQ(rows["slide of grip"], load == "touch" ? 2u : 0u);
   }
-}
-
-TEST(Terms, PushesMeetFiniteDifferences) {
-  const test::TemporaryFolder temporary;
-  const test::SyntheticFolder folder(temporary.path() / "dataset");
-  const auto dataset = Dataset::Load(folder.path());
-  CollisionQuery query(dataset->collision_model());
-  Stance stance = dataset->problems(Task::kPosture)[0].stances[0];
-  stance.push_N = 20.0;
-  const auto program = MakeTaskProgram(Task::kPosture, *dataset, query, {&stance, 1}, {.physics = Physics::kBalance});
-  program->Keep([](const Term& term) { return term.shape().name == "push"; });
-  ASSERT_EQ(program->terms().size(), 1u);
-  Eigen::VectorXd x = test::Leaning(0.05);
-  x[test::kBaseY] += 0.013;  // off the symmetry, where two corners of the polygon resist equally
-  x[test::kLeftShoulder] = 0.4;
-  program->SetPoint(x);
-  std::vector<double> rows;
-  program->terms()[0]->Evaluate(rows);
-  // Forwards, the feet's front edge limits the push, which shifts the weight by its share times the height.
-  const Eigen::Vector3d com = program->state(0).kinematics().com();
-  const double weight_N = dataset->robot().total_mass() * dataset->gravity_m_s2();
-  const double forwards = com.x() + com.z() * 20.5 / weight_N - 0.13;
-  EXPECT_TRUE(std::ranges::any_of(rows, [&](double row) { return std::abs(row - forwards) < 2e-3; }));
-  TermDerivatives(*program).CheckAt(x);
-  x[test::kBaseX] += 1.0;
-  program->SetPoint(x);
-  rows.clear();
-  program->terms()[0]->Evaluate(rows);
-  ASSERT_FALSE(rows.empty());
-  EXPECT_GT(*std::ranges::max_element(rows), 0.9) << "the rows lead back from places without equilibrium";
-}
-
-TEST(Terms, PushesThatNothingBalancesHaveNoRows) {
-  const test::TemporaryFolder temporary;
-  const test::SyntheticFolder folder(temporary.path() / "dataset");
-  const auto dataset = Dataset::Load(folder.path());
-  Stance stance = dataset->problems(Task::kPosture)[0].stances[0];
-  stance.push_N = 1e6;  // nothing balances it
-  EXPECT_TRUE(PushHalfSpaces(*dataset, stance).empty());
-}
-
-TEST(Terms, TorquesNearTheirLimitsAreRows) {
-  const test::TemporaryFolder temporary;
-  const test::SyntheticFolder folder(temporary.path() / "dataset");
-  // Shoulders that can hold their arms hanging only, and weak ankles.
-  const auto robot = folder.path() / "robot.urdf";
-  for (const char* side : {"l", "r"}) {
-    const std::string name(side);
-    test::ReplaceInFile(
-        robot,
-        "<axis xyz='" + std::string(name == "l" ? "1" : "-1") + " 0 0'/><limit lower='-0.6' upper='2' effort='100'",
-        "<axis xyz='" + std::string(name == "l" ? "1" : "-1") + " 0 0'/><limit lower='-0.6' upper='2' effort='1.2'");
-  }
-  for (int joint = 0; joint < 4; ++joint) {
-    test::ReplaceInFile(robot, "lower='-1' upper='1' effort='100'", "lower='-1' upper='1' effort='2'");
-  }
-  WriteManifestHashes(folder.path());
-  const auto dataset = Dataset::Load(folder.path());
-  CollisionQuery query(dataset->collision_model());
-  const auto program = MakeTaskProgram(Task::kPosture, *dataset, query, dataset->problems(Task::kPosture)[0].stances,
-                                       {.physics = Physics::kEffort});
-  std::vector<std::string> names;
-  for (const auto& term : program->terms()) names.push_back(term->shape().name);
-  EXPECT_EQ(names, (std::vector<std::string>{"torque cost", "foot l_foot", "foot r_foot", "centre of mass",
-                                             "torques of free joints", "torques of loaded joints", "collision"}));
-  Eigen::VectorXd x = test::Leaning(0.05);
-  x[test::kLeftHip] += 0.03;
-  x[test::kLeftShoulder] = 0.4;
-  std::vector<double> free, loaded;
-  const auto evaluate = [&] {
-    free.clear();
-    loaded.clear();
-    program->SetPoint(x);
-    program->terms()[4]->Evaluate(free);
-    program->terms()[5]->Evaluate(loaded);
-  };
-  evaluate();
-  EXPECT_FALSE(free.empty()) << "the left shoulder";
-  ASSERT_EQ(loaded.size(), 1u) << "hips and ankles";
-  EXPECT_GT(loaded[0], kNearEffortShare - kEffortShare);
-  x[test::kBaseX] += 1.0;  // far outside of the polygon: no forces, no row
-  evaluate();
-  EXPECT_TRUE(loaded.empty());
-  // This robot's legs have pitch joints only, so that lateral forces are free, and the ratio has a kink in the roll of
-  // the base; torque_test.cpp compares its gradient on a robot with roll joints.
-  program->Keep([](const Term& term) { return term.shape().name != "torques of loaded joints"; });
-  x[test::kBaseX] -= 1.0;
-  TermDerivatives(*program).CheckAt(x);
-}
-
-TEST(Terms, TorquesFarFromTheirLimitsHaveNoRows) {
-  const test::TemporaryFolder temporary;
-  const test::SyntheticFolder folder(temporary.path() / "dataset");
-  const auto dataset = Dataset::Load(folder.path());
-  CollisionQuery query(dataset->collision_model());
-  const auto program = MakeTaskProgram(Task::kPosture, *dataset, query, dataset->problems(Task::kPosture)[0].stances,
-                                       {.physics = Physics::kEffort});
-  program->SetPoint(test::StandingUpright());
-  std::vector<double> rows;
-  program->terms()[4]->Evaluate(rows);
-  program->terms()[5]->Evaluate(rows);
-  EXPECT_TRUE(rows.empty());
 }
 
 TEST(Terms, AtlasMeetsFiniteDifferences) {

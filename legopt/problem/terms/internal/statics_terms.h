@@ -44,7 +44,7 @@ class FreeTorqueTerm : public Term {
   WaypointState* state_;
   double gravity_m_s2_;
   std::vector<int> free_;  ///< degrees of freedom
-  std::vector<int> near_;  ///< those with a row
+  std::vector<int> near_;  ///< degrees of freedom with a row
   Eigen::VectorXd torques_;
   Eigen::MatrixXd jacobian_;
 };
@@ -67,7 +67,7 @@ class LoadedTorqueTerm : public Term {
   StanceForces forces_;
   StaticEquilibrium equilibrium_;
   LoadedRatio result_;
-  std::uint64_t revision_ = 0;  ///< of the state at the last computation
+  std::uint64_t revision_ = 0;  ///< revision of the state at the last computation
   bool has_gradient_ = false;
 };
 
@@ -93,7 +93,7 @@ class LoadedPushTerm : public Term {
   StaticEquilibrium equilibrium_;
   double required_N_, weight_N_;
   WeakestPush result_;
-  std::uint64_t revision_ = 0;  ///< of the state at the last computation
+  std::uint64_t revision_ = 0;  ///< revision of the state at the last computation
   bool has_gradient_ = false;
 };
 
@@ -130,7 +130,7 @@ class PushTerm : public Term {
 
   WaypointState* state_;
   std::vector<HalfSpace> half_spaces_;
-  std::vector<int> near_;  ///< those with a row
+  std::vector<int> near_;  ///< indices of half-spaces with a row
   Eigen::MatrixXd com_jacobian_;
 };
 

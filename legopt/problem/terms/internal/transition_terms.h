@@ -36,7 +36,7 @@ class VelocityCostTerm : public Term {
 /// Pairs that a swept collision term checks.
 enum class Sweep : std::uint8_t {
   kWithScene,  ///< links against the scene, as in the paper
-  kWithAll     ///< also links against each other
+  kWithAll     ///< links against the scene and against each other
 };
 
 /// Inequality or preference: no collision between one waypoint and the next, margin - d <= 0, m (the paper's continuous
