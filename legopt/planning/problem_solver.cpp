@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <random>
+#include <set>
 #include <span>
 #include <string>
 #include <utility>
@@ -127,6 +128,10 @@ class ProblemSolver::Run {
   bool SolvePath(const ProblemDefinition& problem, int way, int first, int last, PathSolution* solution,
                  int least_pieces);
   void RefineCurve(const ProblemDefinition& problem);
+  /// The points so far, with their times.
+  TimedPath PathOfSegments() const;
+  /// Makes a segment and its neighbours slow at their waypoints; returns false if they all are.
+  bool SlowDown(size_t segment);
   int SolveSegment(const ProblemDefinition& problem, int way);
   void Account(const PathSolution& solution, int way);
   const Stance* StanceAt(const ProblemDefinition& problem, int waypoint) const {
@@ -148,6 +153,7 @@ class ProblemSolver::Run {
   double window_costs_ = 0.0;                           ///< sum of the programs' own costs
   std::optional<PathSolver> paths_;                     ///< used by continuous tasks once the waypoints are known
   std::vector<std::vector<Eigen::VectorXd>> segments_;  ///< points between the waypoints of a continuous task
+  std::set<size_t> slow_segments_;                      ///< segments that are slow at their waypoints
 };
 
 // The effort limit is checked first: a solve that reaches it ends there, unless the clock stopped it earlier.
@@ -262,18 +268,24 @@ void ProblemSolver::Run::SolveSegments(const ProblemDefinition& problem) {
   if (complete && HasTimeLaw(task_.task) && outcome_.status == SolveStatus::kConvergedFeasible) RefineCurve(problem);
   outcome_.term_evaluations = Evaluations();
   paths_.reset();
-  outcome_.waypoints = FormatPath(MakePath(outcome_.waypoints, segments_));
+  outcome_.waypoints = FormatPath(PathOfSegments());
 }
 
-/// Divides the segments on which the spline through all points breaks a rule, until none does or the number of pieces
-/// ends.
+TimedPath ProblemSolver::Run::PathOfSegments() const {
+  TimedPath path = MakePath(outcome_.waypoints, segments_);
+  for (const size_t segment : slow_segments_) SlowDownAtWaypoints(segment, &path);
+  return path;
+}
+
+/// Divides the segments on which the spline through all points breaks a rule, until none does. Those with the largest
+/// number of pieces, and their neighbours, are made slow at their waypoints, once.
 void ProblemSolver::Run::RefineCurve(const ProblemDefinition& problem) {
   std::vector<const Stance*> stances;
   for (int w = 0; w < std::ssize(outcome_.waypoints); ++w) stances.push_back(StanceAt(problem, w));
   bool refined = true;
   while (refined) {
     refined = false;
-    const TimedPath path = MakePath(outcome_.waypoints, segments_);
+    const TimedPath path = PathOfSegments();
     for (const CurveFault& fault : FindCurveFaults(dataset_.robot(), *paths_, path, stances)) {
       const int pieces = static_cast<int>(segments_[static_cast<size_t>(fault.segment)].size()) + 1;
       PathSolution solution;
@@ -282,11 +294,22 @@ void ProblemSolver::Run::RefineCurve(const ProblemDefinition& problem) {
         SolvePath(problem, fault.segment, fault.segment, fault.segment + 1, &solution, 2 * pieces);
         Keep(solution.waypoint_path, fault.segment);
         refined = true;
+      } else if (SlowDown(static_cast<size_t>(fault.segment))) {
+        refined = true;
+        continue;
       }
       Account(solution, fault.segment);
       if (!solution.feasible) return;
     }
   }
+}
+
+bool ProblemSolver::Run::SlowDown(size_t segment) {
+  const size_t before = slow_segments_.size();
+  for (size_t s = segment == 0 ? 0 : segment - 1; s <= std::min(segment + 1, segments_.size() - 1); ++s) {
+    slow_segments_.insert(s);
+  }
+  return slow_segments_.size() > before;
 }
 
 void ProblemSolver::Run::Account(const PathSolution& solution, int way) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -210,6 +211,48 @@ TEST(TimeLaw, NeverLongerWithTwiceTheLimitsNorThanGreedy) {
     EXPECT_LE(duration_s, ComputeGreedyTimeLaw(path).duration_s) << factor;
     before_s = duration_s;
   }
+}
+
+/// Firm ground on the first half of the way, slippery ground on the second: all braking there is at its limit b, and
+/// the first half ends at the speed from which that suffices.
+TEST(TimeLaw, ContactsThatChangeAtAPointLimitBothSides) {
+  constexpr double kDistance_m = 0.4, kFirm = 0.6, kSlippery = 0.2;
+  const RobotModel robot = Carrier("prismatic", "1 0 0", 1e3, 100);
+  PathLimits path = Move(robot, Ground(kFirm, 3), -0.2, 0.2);
+  const PathLimits slippery = Move(robot, Ground(kSlippery, 3), -0.2, 0.2);
+  for (size_t k = path.intervals.size() / 2; k < path.intervals.size(); ++k) path.intervals[k] = slippery.intervals[k];
+  const double a = kFirm * kGravity * (kMass + kFootMass) / kMass, b = a * kSlippery / kFirm;
+  const double speed_at_half = std::sqrt(b * kDistance_m);
+  const double peak = std::sqrt(0.5 * (a * kDistance_m + speed_at_half * speed_at_half));
+  const double expected_s = peak / a + (peak - speed_at_half) / a + speed_at_half / b;
+  EXPECT_NEAR(ShortestDuration_s(path), expected_s, 2.0 * kAccuracy * expected_s);
+}
+
+TEST(TimeLaw, JoinedSetsHoldAtBothEnds) {
+  const RobotModel robot = Carrier("prismatic", "1 0 0", 1e3, 0.5);
+  const StanceForces forces = Ground(0.5, 3);
+  std::vector<Eigen::VectorXd> points(3, robot.NeutralConfiguration());
+  for (size_t i = 0; i < points.size(); ++i) points[i][0] = 0.1 * static_cast<double>(i * i);
+  const PathSpline spline({0.0, 1.0, 2.0}, points);
+  PhaseSetBuilder builder(robot, kGravity);
+  CurvePoint point;
+  std::vector<PhaseSet> sets;
+  const std::vector<double> grid = {0.9, 1.1};
+  for (const double s : grid) {
+    spline.Evaluate(s, &point);
+    sets.push_back(builder.Compute(forces, point, 0.0));
+  }
+  const PathLimits path = JoinSets(grid, sets);
+  const auto contains = [](const PhaseSet& set, double u, double x) {
+    return std::ranges::all_of(set.edges, [&](const PhaseEdge& e) { return e.a * u + e.b * x <= e.c + 1e-5; });
+  };
+  int inside = 0;
+  for (const Eigen::Vector2d& corner : path.intervals.front().corners) {
+    EXPECT_TRUE(contains(sets[0], corner.x(), corner.y()));
+    EXPECT_TRUE(contains(sets[1], corner.x(), corner.y() + 2.0 * 0.2 * corner.x()));
+    ++inside;
+  }
+  EXPECT_GE(inside, 3);
 }
 
 }  // namespace

@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
+#include <vector>
 
 #include "tests/statics/reference_program.h"
 
@@ -195,6 +198,55 @@ TEST(LinearProgram, DoesNotResumeAnotherSize) {
   program.A << 1, 1, 1;
   program.upper.setConstant(3, kInfinity);
   EXPECT_FALSE(solver.Resume(program.A, program.b, program.upper));
+}
+
+TEST(LinearProgram, TurnVisitsTheOptimaOfAllDirections) {
+  constexpr int kPrograms = 300, kDirections = 24;
+  constexpr double kSame = 1e-8;
+  std::mt19937_64 random(5);
+  int turned = 0;
+  for (int trial = 0; trial < kPrograms; ++trial) {
+    Program program = RandomProgram(random);
+    program.upper = program.upper.cwiseMin(4.0);  // an optimum in every direction
+    const Eigen::VectorXd second = RandomProgram(random).c.head(1).replicate(program.c.size(), 1) - program.c.reverse();
+    LinearProgramSolver solver;
+    if (solver.Constrain(program.A, program.b, program.upper) != LinearProgramStatus::kOptimal) continue;
+    ASSERT_EQ(solver.Minimize(program.c), LinearProgramStatus::kOptimal);
+    std::vector<Eigen::VectorXd> corners;
+    double last_angle = 0.0;
+    const auto visit = [&](const TurnedOptimum& optimum) {
+      EXPECT_GE(optimum.angle, last_angle) << trial;
+      last_angle = optimum.angle;
+      EXPECT_LT((program.A * optimum.x - program.b).cwiseAbs().maxCoeff(), kSame) << trial;
+      corners.push_back(optimum.x);
+      return true;
+    };
+    ASSERT_EQ(solver.Turn(program.c, second, visit), LinearProgramStatus::kOptimal) << trial;
+    ++turned;
+    for (int k = 0; k < kDirections; ++k) {
+      const double angle = 2.0 * std::numbers::pi * k / kDirections;
+      const Eigen::VectorXd cost = std::cos(angle) * program.c + std::sin(angle) * second;
+      LinearProgramSolver fresh;
+      ASSERT_EQ(fresh.Constrain(program.A, program.b, program.upper), LinearProgramStatus::kOptimal);
+      ASSERT_EQ(fresh.Minimize(cost), LinearProgramStatus::kOptimal);
+      double least = kInfinity;
+      for (const Eigen::VectorXd& x : corners) least = std::min(least, cost.dot(x));
+      EXPECT_NEAR(least, fresh.objective(), kSame) << trial << ", direction " << k;
+    }
+  }
+  EXPECT_GT(turned, kPrograms / 10);
+}
+
+TEST(LinearProgram, TurnEndsWhenItsVisitorSaysSo) {
+  LinearProgramSolver solver;  // the unit square
+  const Eigen::MatrixXd A = (Eigen::MatrixXd(1, 3) << 1, 1, 1).finished();
+  ASSERT_EQ(solver.Constrain(A, Eigen::VectorXd::Constant(1, 2.0), Eigen::Vector3d(1, 1, kInfinity)),
+            LinearProgramStatus::kOptimal);
+  ASSERT_EQ(solver.Minimize(Eigen::Vector3d(-1, 0, 0)), LinearProgramStatus::kOptimal);
+  int visits = 0;
+  const auto visit = [&](const TurnedOptimum&) { return ++visits < 2; };
+  EXPECT_EQ(solver.Turn(Eigen::Vector3d(-1, 0, 0), Eigen::Vector3d(0, -1, 0), visit), LinearProgramStatus::kOptimal);
+  EXPECT_EQ(visits, 2);
 }
 
 }  // namespace

@@ -42,7 +42,30 @@ std::string JointBeyondLimits(const RobotModel& robot, const std::vector<Eigen::
   return "";
 }
 
+/// Share of the way after the share t of a segment's time: the cubic with h(0) = 0, h(1) = 1 and the slope kSlowStart
+/// at both ends.
+double ShareAt(double t) { return t * (kSlowStart + t * (1.0 - kSlowStart) * (3.0 - 2.0 * t)); }
+
+/// Inverse of ShareAt, by bisection: the same bits everywhere.
+double TimeOfShare(double share) {
+  constexpr int kBits = 52;
+  double low = 0.0, high = 1.0;
+  for (int i = 0; i < kBits; ++i) {
+    const double middle = 0.5 * (low + high);
+    (ShareAt(middle) < share ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
 }  // namespace
+
+void SlowDownAtWaypoints(std::size_t segment, TimedPath* path) {
+  const std::size_t first = path->waypoints[segment], last = path->waypoints[segment + 1];
+  for (std::size_t i = first + 1; i < last; ++i) {
+    const double share = static_cast<double>(i - first) / static_cast<double>(last - first);
+    path->times[i] = path->times[first] + TimeOfShare(share);
+  }
+}
 
 std::vector<CurveFault> FindCurveFaults(const RobotModel& robot, PathSolver& paths, const TimedPath& path,
                                         std::span<const Stance* const> stances) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <string>
 #include <vector>
@@ -21,5 +22,11 @@ struct CurveFault {
 /// of the solver between its points: planted feet, balance, collisions, joint limits. `stances`: one per waypoint.
 std::vector<CurveFault> FindCurveFaults(const RobotModel& robot, PathSolver& paths, const TimedPath& path,
                                         std::span<const Stance* const> stances);
+
+/// Moves the times of the points between the waypoints of one segment, so that a curve through them is slow at both
+/// waypoints and overshoots less where the direction changes there. A point at the share f of the way gets the time t
+/// with f = h(t), where the cubic h has the slope kSlowStart at both ends (1: equal intervals in time).
+void SlowDownAtWaypoints(std::size_t segment, TimedPath* path);
+inline constexpr double kSlowStart = 0.1;
 
 }  // namespace legopt
