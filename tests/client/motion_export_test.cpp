@@ -149,7 +149,7 @@ TEST_F(MotionExport, AMotionThatCannotBeExecutedNamesThePlaceAndTheLimit) {
   const ProgramResult result = Export("csv", {"--problem", "10"});
   EXPECT_EQ(result.exit_code, 4);
   EXPECT_EQ(result.out, "");
-  EXPECT_THAT(result.err, AllOf(HasSubstr("balanced problem 10 by LegOpt-best"), HasSubstr("blocked at waypoint 5.03"),
+  EXPECT_THAT(result.err, AllOf(HasSubstr("balanced problem 10 by LegOpt-best"), HasSubstr("blocked at waypoint 5.06"),
                                 HasSubstr("friction of lf_foot")));
 }
 

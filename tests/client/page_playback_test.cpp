@@ -60,8 +60,8 @@ TEST_F(PagePlayback, NamesWhatBlocksAMotion) {
   const Json playback = Of(10);
   EXPECT_TRUE(playback.at("duration_s").is_null());
   EXPECT_EQ(playback.at("blocked_by"), "friction of lf_foot");
-  EXPECT_NEAR(playback.at("blocked_at").get<double>(), 5.03, 0.01);
-  EXPECT_EQ(playback.at("reason"), "it is blocked at waypoint 5.03: friction of lf_foot");
+  EXPECT_NEAR(playback.at("blocked_at").get<double>(), 5.06, 0.01);
+  EXPECT_EQ(playback.at("reason"), "it is blocked at waypoint 5.06: friction of lf_foot");
   EXPECT_FALSE(playback.contains("x"));
 }
 
