@@ -23,7 +23,7 @@ struct Upgrade {
 /// A column that upgrades add to the tables of versions before `since`: one with the comment "since N" in tables.sql.
 struct AddedColumn {
   std::string table;
-  std::string definition;  ///< as in tables.sql, without its comma: "windows INTEGER CHECK (windows >= 1)"
+  std::string definition;  ///< its line of tables.sql without the comma: "windows INTEGER CHECK (windows >= 1)"
   int since = 0;
 };
 

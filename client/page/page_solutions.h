@@ -53,7 +53,7 @@ std::vector<PageJob> JobsWithSolutions(ResultSource& source, std::int64_t experi
 enum class FindingDepth : std::uint8_t {
   kNone,       ///< no findings, for solved motions in a report
   kWaypoints,  ///< findings at each waypoint
-  kBetween     ///< at waypoints and, if the judge scores it, between them
+  kBetween     ///< findings at waypoints and, if the judge scores it, between them
 };
 
 /// Solutions that a page loads together, with the judge's findings.

@@ -19,7 +19,7 @@ PhaseSet IntervalSet(const PhaseSet& begin, const PhaseSet& end, double width) {
   for (const Eigen::Vector2d& corner : begin.corners) unit = std::max(unit, corner.y());
   for (const Eigen::Vector2d& corner : end.corners) unit = std::max(unit, corner.y());
   if (!(unit > 0.0)) unit = 1.0;
-  constexpr double kRounding = 1e-9;  // of linear programs; must not empty a set that is a single point
+  constexpr double kRounding = 1e-9;  // rounding of linear programs must not empty a single point
   std::vector<PhaseCorner> corners = CornersOf(begin, unit);
   for (const PhaseEdge& edge : end.edges) {
     const Eigen::Vector2d normal(edge.a + 2.0 * width * edge.b, edge.b);

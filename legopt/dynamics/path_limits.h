@@ -9,8 +9,8 @@ namespace legopt {
 
 /// Where no time law passes a path, and why.
 struct TimeBlock {
-  int point = -1;     ///< of the grid; -1: the path can be passed
-  int interval = -1;  ///< whose contacts count; -1: those with which the robot rests at the first or last point
+  int point = -1;     ///< index in the grid; -1: the path can be passed
+  int interval = -1;  ///< interval with these contacts; -1: contacts at rest, at the first or last point
   LimitOwner owner;
 };
 

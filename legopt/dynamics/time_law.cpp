@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "legopt/dynamics/internal/chain_program.h"
+#include "legopt/dynamics/internal/phase_polygon.h"
 #include "legopt/types/invariant.h"
 
 namespace legopt {
@@ -23,30 +24,16 @@ struct Interval {
   bool empty() const { return lowest > highest; }
 };
 
-/// Returns the part of a convex polygon with a u + b x <= c.
-std::vector<Eigen::Vector2d> Clip(const std::vector<Eigen::Vector2d>& polygon, double a, double b, double c) {
-  std::vector<Eigen::Vector2d> kept;
-  const auto excess = [&](const Eigen::Vector2d& p) { return a * p.x() + b * p.y() - c; };
-  for (size_t i = 0; i < polygon.size(); ++i) {
-    const Eigen::Vector2d& from = polygon[i];
-    const Eigen::Vector2d& to = polygon[(i + 1) % polygon.size()];
-    const double before = excess(from), after = excess(to);
-    if (before <= 0.0) kept.push_back(from);
-    if ((before < 0.0 && after > 0.0) || (before > 0.0 && after < 0.0)) {
-      kept.push_back(from + before / (before - after) * (to - from));
-    }
-  }
-  return kept;
-}
-
 /// Returns the values of x in a set from which x + 2 width u lies in `next`.
 Interval Predecessors(const PhaseSet& set, double width, const Interval& next) {
   // Rounding of a linear program must not empty an interval that is a single point.
   const double rounding = 1e-9 * (1.0 + std::abs(next.highest));
-  std::vector<Eigen::Vector2d> kept = Clip(set.corners, 2.0 * width, 1.0, next.highest + rounding);
-  kept = Clip(kept, -2.0 * width, -1.0, -next.lowest + rounding);
+  std::vector<PhaseCorner> kept = CornersOf(set, 1.0);
+  const Eigen::Vector2d next_x(2.0 * width, 1.0);
+  ClipPolygon(next_x, next.highest + rounding, {}, 0.0, &kept);
+  ClipPolygon(-next_x, -next.lowest + rounding, {}, 0.0, &kept);
   Interval result;
-  for (const Eigen::Vector2d& corner : kept) result.Add(std::max(0.0, corner.y()));
+  for (const PhaseCorner& corner : kept) result.Add(std::max(0.0, corner.at.y()));
   return result;
 }
 

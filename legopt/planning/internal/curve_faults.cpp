@@ -42,8 +42,8 @@ std::string JointBeyondLimits(const RobotModel& robot, const std::vector<Eigen::
   return "";
 }
 
-/// Share of the way after the share t of a segment's time: the cubic with h(0) = 0, h(1) = 1 and the slope kSlowStart
-/// at both ends.
+/// Returns the share of the segment that is covered after the share t of its time: the cubic h with h(0) = 0, h(1) = 1
+/// and h' = kSlowStart at both ends.
 double ShareAt(double t) { return t * (kSlowStart + t * (1.0 - kSlowStart) * (3.0 - 2.0 * t)); }
 
 /// Inverse of ShareAt, by bisection: the same bits everywhere.

@@ -24,8 +24,8 @@ std::vector<CurveFault> FindCurveFaults(const RobotModel& robot, PathSolver& pat
                                         std::span<const Stance* const> stances);
 
 /// Moves the times of the points between the waypoints of one segment, so that a curve through them is slow at both
-/// waypoints and overshoots less where the direction changes there. A point at the share f of the way gets the time t
-/// with f = h(t), where the cubic h has the slope kSlowStart at both ends (1: equal intervals in time).
+/// waypoints and overshoots less where the direction changes there. The point at the share f of the segment gets the
+/// time t with f = h(t), where the cubic h has the slope kSlowStart at both ends (1: equal intervals in time).
 void SlowDownAtWaypoints(std::size_t segment, TimedPath* path);
 inline constexpr double kSlowStart = 0.1;
 

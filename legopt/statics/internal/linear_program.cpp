@@ -104,7 +104,7 @@ LinearProgramStatus LinearProgramSolver::Turn(const Eigen::VectorXd& c, const Ei
 
 double LinearProgramSolver::TurnToNextColumn(Eigen::Index* column) {
   *column = -1;
-  double sine = 1.0, cosine = 0.0;  // of the turn: a quarter
+  double sine = 1.0, cosine = 0.0;  // a quarter turn
   for (Eigen::Index j = 0; j < columns(); ++j) {
     if (in_basis_[static_cast<size_t>(j)] != 0) continue;
     const double sign = at_upper_[static_cast<size_t>(j)] != 0 ? -1.0 : 1.0;

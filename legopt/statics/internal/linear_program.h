@@ -109,8 +109,8 @@ class LinearProgramSolver {
   bool has_tableau_ = false;
   Eigen::VectorXd values_;          ///< values of the basic variables
   Eigen::VectorXd reduced_;         ///< reduced costs
-  Eigen::VectorXd turned_reduced_;  ///< in Turn: derivative of reduced_ by the angle; else empty
-  Eigen::VectorXd turned_x_;        ///< in Turn: the basic solution
+  Eigen::VectorXd turned_reduced_;  ///< derivative of reduced_ by the angle; empty outside of Turn
+  Eigen::VectorXd turned_x_;        ///< basic solution during Turn
   Eigen::VectorXd sign_;            ///< sign of each row's artificial variable
   std::vector<int> basis_;          ///< per row: a column, or columns() + row of an artificial variable
   std::vector<char> in_basis_;      ///< per column
