@@ -127,11 +127,11 @@ class ProblemSolver::Run {
   void Keep(const WaypointPath& waypoint_path, int first);
   bool SolvePath(const ProblemDefinition& problem, int way, int first, int last, PathSolution* solution,
                  int least_pieces);
-  void RefineCurve(const ProblemDefinition& problem);
-  /// The points so far, with their times.
-  TimedPath PathOfSegments() const;
-  /// Makes a segment and its neighbours slow at their waypoints; returns false if they all are.
-  bool SlowDown(size_t segment);
+  bool SolvePath(const std::string& identity, const WaypointPath& start, int least_pieces, PathSolution* solution,
+                 bool restarts);
+  TimedPath RefineCurve(const ProblemDefinition& problem);
+  bool SolveFiner(const ProblemDefinition& problem, int segment);
+  bool DividePiece(const ProblemDefinition& problem, const CurveFault& fault, TimedPath* path);
   int SolveSegment(const ProblemDefinition& problem, int way);
   void Account(const PathSolution& solution, int way);
   const Stance* StanceAt(const ProblemDefinition& problem, int waypoint) const {
@@ -153,7 +153,6 @@ class ProblemSolver::Run {
   double window_costs_ = 0.0;                           ///< sum of the programs' own costs
   std::optional<PathSolver> paths_;                     ///< used by continuous tasks once the waypoints are known
   std::vector<std::vector<Eigen::VectorXd>> segments_;  ///< points between the waypoints of a continuous task
-  std::set<size_t> slow_segments_;                      ///< segments that are slow at their waypoints
 };
 
 // The effort limit is checked first: a solve that reaches it ends there, unless the clock stopped it earlier.
@@ -216,9 +215,21 @@ bool ProblemSolver::Run::SolvePath(const ProblemDefinition& problem, int way, in
                                    PathSolution* solution, int least_pieces) {
   const std::string identity =
       Identity(problem, outcome_.windows + way) + (last - first > 1 ? std::to_string(last - first) + "/" : "");
-  *solution = paths_->Solve(
-      CurrentPath(problem, first, last), [&] { return Attempts(identity, outcome_.windows, Ends::kBothFixed); },
-      least_pieces);
+  // With several segments, restarts of a long program would take minutes and solve little.
+  const bool restarts = !HasTimeLaw(task_.task) || last - first == 1;
+  return SolvePath(identity, CurrentPath(problem, first, last), least_pieces, solution, restarts);
+}
+
+/// Solves for a path from its current points. `identity` determines the noise of restarts. Returns false if there is no
+/// solution.
+bool ProblemSolver::Run::SolvePath(const std::string& identity, const WaypointPath& start, int least_pieces,
+                                   PathSolution* solution, bool restarts) {
+  const auto attempts = [&] {
+    MultiStartSettings settings = Attempts(identity, outcome_.windows, Ends::kBothFixed);
+    if (!restarts) settings.max_restarts = 0;
+    return settings;
+  };
+  *solution = paths_->Solve(start, attempts, least_pieces);
   outcome_.restarts += solution->restarts;
   outcome_ += solution->effort;
   return solution->feasible;
@@ -228,7 +239,7 @@ bool ProblemSolver::Run::SolvePath(const ProblemDefinition& problem, int way, in
 /// first its own, then more and more on either side. Returns the next segment to solve. A failed segment is also kept,
 /// so that the judge reports it.
 int ProblemSolver::Run::SolveSegment(const ProblemDefinition& problem, int way) {
-  constexpr int kMaxBeside = 4;
+  const int most_beside = HasTimeLaw(task_.task) ? 2 : 4;  // a spline needs more pieces, and so more time
   const int last = static_cast<int>(outcome_.waypoints.size()) - 1;
   PathSolution solution, wider;
   const int least_pieces = HasTimeLaw(task_.task) ? kLeastPiecesOfCurve : 1;
@@ -236,7 +247,7 @@ int ProblemSolver::Run::SolveSegment(const ProblemDefinition& problem, int way) 
   int end = way + 1;
   WaypointPath found = solution.waypoint_path;
   int first = way;
-  for (int beside = 1; beside <= kMaxBeside && !solved && !IsStopped(solution.status); ++beside) {
+  for (int beside = 1; beside <= most_beside && !solved && !IsStopped(solution.status); ++beside) {
     const int from = std::max(0, way - beside), to = std::min(last, way + 1 + beside);
     if (to - from <= end - first) break;  // the whole motion
     solved = SolvePath(problem, way, from, to, &wider, least_pieces);
@@ -265,51 +276,69 @@ void ProblemSolver::Run::SolveSegments(const ProblemDefinition& problem) {
     }
     way = SolveSegment(problem, way);
   }
-  if (complete && HasTimeLaw(task_.task) && outcome_.status == SolveStatus::kConvergedFeasible) RefineCurve(problem);
+  const bool refined = complete && HasTimeLaw(task_.task) && outcome_.status == SolveStatus::kConvergedFeasible;
+  const TimedPath path = refined ? RefineCurve(problem) : MakePath(outcome_.waypoints, segments_);
   outcome_.term_evaluations = Evaluations();
   paths_.reset();
-  outcome_.waypoints = FormatPath(PathOfSegments());
+  outcome_.waypoints = FormatPath(path);
 }
 
-TimedPath ProblemSolver::Run::PathOfSegments() const {
+/// Adds points where the spline through all points breaks a rule, until it does not. Segments with such a piece are
+/// solved again with twice the pieces, up to kMostEqualPieces. After that, only the pieces at fault are divided: where
+/// the direction changes at a waypoint, the curve then stays near the straight pieces, which satisfy all rules.
+TimedPath ProblemSolver::Run::RefineCurve(const ProblemDefinition& problem) {
+  std::vector<const Stance*> stances;
+  for (int w = 0; w < std::ssize(outcome_.waypoints); ++w) stances.push_back(StanceAt(problem, w));
+  for (std::set<size_t> coarse = {0}; !coarse.empty();) {
+    coarse.clear();
+    const TimedPath path = MakePath(outcome_.waypoints, segments_);
+    for (const CurveFault& fault : FindCurveFaults(dataset_.robot(), *paths_, path, stances)) {
+      if (segments_[fault.segment].size() + 1 < static_cast<size_t>(kMostEqualPieces)) coarse.insert(fault.segment);
+    }
+    for (const size_t segment : coarse) {
+      if (!SolveFiner(problem, static_cast<int>(segment))) return MakePath(outcome_.waypoints, segments_);
+    }
+  }
   TimedPath path = MakePath(outcome_.waypoints, segments_);
-  for (const size_t segment : slow_segments_) SlowDownAtWaypoints(segment, &path);
+  for (bool failed = false; !failed;) {
+    const std::vector<CurveFault> faults = FindCurveFaults(dataset_.robot(), *paths_, path, stances);
+    if (faults.empty()) break;
+    // From the end, so that the indices before stay.
+    for (auto fault = faults.rbegin(); fault != faults.rend() && !failed; ++fault) {
+      failed = !DividePiece(problem, *fault, &path);
+    }
+  }
   return path;
 }
 
-/// Divides the segments on which the spline through all points breaks a rule, until none does. Those with the largest
-/// number of pieces, and their neighbours, are made slow at their waypoints, once.
-void ProblemSolver::Run::RefineCurve(const ProblemDefinition& problem) {
-  std::vector<const Stance*> stances;
-  for (int w = 0; w < std::ssize(outcome_.waypoints); ++w) stances.push_back(StanceAt(problem, w));
-  bool refined = true;
-  while (refined) {
-    refined = false;
-    const TimedPath path = PathOfSegments();
-    for (const CurveFault& fault : FindCurveFaults(dataset_.robot(), *paths_, path, stances)) {
-      const int pieces = static_cast<int>(segments_[static_cast<size_t>(fault.segment)].size()) + 1;
-      PathSolution solution;
-      solution.message = "the curve through the points fails: " + fault.message;
-      if (pieces < kMaxPieces) {
-        SolvePath(problem, fault.segment, fault.segment, fault.segment + 1, &solution, 2 * pieces);
-        Keep(solution.waypoint_path, fault.segment);
-        refined = true;
-      } else if (SlowDown(static_cast<size_t>(fault.segment))) {
-        refined = true;
-        continue;
-      }
-      Account(solution, fault.segment);
-      if (!solution.feasible) return;
-    }
-  }
+/// Solves one segment again, with twice the pieces. Returns false if there is no solution.
+bool ProblemSolver::Run::SolveFiner(const ProblemDefinition& problem, int segment) {
+  const int pieces = static_cast<int>(segments_[static_cast<size_t>(segment)].size()) + 1;
+  PathSolution solution;
+  SolvePath(problem, segment, segment, segment + 1, &solution, 2 * pieces);
+  Keep(solution.waypoint_path, segment);
+  Account(solution, segment);
+  return solution.feasible;
 }
 
-bool ProblemSolver::Run::SlowDown(size_t segment) {
-  const size_t before = slow_segments_.size();
-  for (size_t s = segment == 0 ? 0 : segment - 1; s <= std::min(segment + 1, segments_.size() - 1); ++s) {
-    slow_segments_.insert(s);
+/// Divides one piece by a point that satisfies all rules. Returns false if there is none, or no more are permitted.
+bool ProblemSolver::Run::DividePiece(const ProblemDefinition& problem, const CurveFault& fault, TimedPath* path) {
+  const int segment = static_cast<int>(fault.segment);
+  const size_t pieces = path->waypoints[fault.segment + 1] - path->waypoints[fault.segment];
+  PathSolution solution;
+  solution.message = "the curve through the points fails: " + fault.message;
+  if (pieces < kMaxPieces) {
+    const WaypointPath piece{.stances = {StanceAt(problem, segment), StanceAt(problem, segment + 1)},
+                             .waypoints = {path->points[fault.piece], path->points[fault.piece + 1]},
+                             .ways = {{}}};
+    SolvePath(Identity(problem, outcome_.windows + segment) + std::to_string(fault.piece) + "/", piece, 2, &solution,
+              true);
+    const std::vector<Eigen::VectorXd>& inner = solution.waypoint_path.ways.front();
+    solution.feasible = solution.feasible && pieces + inner.size() <= kMaxPieces;
+    if (solution.feasible) InsertPoints(fault.piece, inner, path);
   }
-  return slow_segments_.size() > before;
+  Account(solution, segment);
+  return solution.feasible;
 }
 
 void ProblemSolver::Run::Account(const PathSolution& solution, int way) {

@@ -14,19 +14,15 @@ constexpr int kSamplesPerPiece = 4;
 /// How far a joint may be beyond its limit between points, rad or m: most of the judge's tolerance.
 constexpr double kLargestExcess = 7e-4;
 
-/// Returns the points of the spline on segment w, both ends included.
-std::vector<Eigen::VectorXd> SamplesOf(const PathSpline& spline, const TimedPath& path, std::size_t w) {
+/// Returns the points of the spline on the piece from point i to the next, both included.
+std::vector<Eigen::VectorXd> SamplesOf(const PathSpline& spline, const TimedPath& path, std::size_t i) {
   std::vector<Eigen::VectorXd> samples;
   CurvePoint point;
-  for (std::size_t i = path.waypoints[w]; i < path.waypoints[w + 1]; ++i) {
-    for (int k = 0; k < kSamplesPerPiece; ++k) {
-      const double share = static_cast<double>(k) / kSamplesPerPiece;
-      spline.Evaluate(path.times[i] + share * (path.times[i + 1] - path.times[i]), &point);
-      samples.push_back(point.x);
-    }
+  for (int k = 0; k <= kSamplesPerPiece; ++k) {
+    const double share = static_cast<double>(k) / kSamplesPerPiece;
+    spline.Evaluate(path.times[i] + share * (path.times[i + 1] - path.times[i]), &point);
+    samples.push_back(point.x);
   }
-  spline.Evaluate(path.times[path.waypoints[w + 1]], &point);
-  samples.push_back(point.x);
   return samples;
 }
 
@@ -42,43 +38,36 @@ std::string JointBeyondLimits(const RobotModel& robot, const std::vector<Eigen::
   return "";
 }
 
-/// Returns the share of the segment that is covered after the share t of its time: the cubic h with h(0) = 0, h(1) = 1
-/// and h' = kSlowStart at both ends.
-double ShareAt(double t) { return t * (kSlowStart + t * (1.0 - kSlowStart) * (3.0 - 2.0 * t)); }
-
-/// Inverse of ShareAt, by bisection: the same bits everywhere.
-double TimeOfShare(double share) {
-  constexpr int kBits = 52;
-  double low = 0.0, high = 1.0;
-  for (int i = 0; i < kBits; ++i) {
-    const double middle = 0.5 * (low + high);
-    (ShareAt(middle) < share ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
-}
-
 }  // namespace
-
-void SlowDownAtWaypoints(std::size_t segment, TimedPath* path) {
-  const std::size_t first = path->waypoints[segment], last = path->waypoints[segment + 1];
-  for (std::size_t i = first + 1; i < last; ++i) {
-    const double share = static_cast<double>(i - first) / static_cast<double>(last - first);
-    path->times[i] = path->times[first] + TimeOfShare(share);
-  }
-}
 
 std::vector<CurveFault> FindCurveFaults(const RobotModel& robot, PathSolver& paths, const TimedPath& path,
                                         std::span<const Stance* const> stances) {
   const PathSpline spline(path.times, path.points);
   std::vector<CurveFault> faults;
   for (std::size_t w = 0; w + 1 < path.waypoints.size(); ++w) {
-    const std::vector<Eigen::VectorXd> samples = SamplesOf(spline, path, w);
-    const std::string joint = JointBeyondLimits(robot, samples);
-    const std::string message =
-        joint.empty() ? paths.FaultOf(stances.subspan(w, 2), samples) : joint + " exceeds its limit between the points";
-    if (!message.empty()) faults.push_back({static_cast<int>(w), message});
+    paths.Bind(stances.subspan(w, 2));
+    for (std::size_t i = path.waypoints[w]; i < path.waypoints[w + 1]; ++i) {
+      const std::vector<Eigen::VectorXd> samples = SamplesOf(spline, path, i);
+      const std::string joint = JointBeyondLimits(robot, samples);
+      const std::string message =
+          joint.empty() ? paths.FaultOf(samples) : joint + " exceeds its limit between the points";
+      if (!message.empty()) faults.push_back({i, w, message});
+    }
   }
   return faults;
+}
+
+void InsertPoints(std::size_t piece, std::span<const Eigen::VectorXd> points, TimedPath* path) {
+  const double from = path->times[piece], length = path->times[piece + 1] - from;
+  const double pieces = static_cast<double>(points.size()) + 1.0;
+  std::vector<double> times;
+  for (std::size_t k = 1; k <= points.size(); ++k) times.push_back(from + length * static_cast<double>(k) / pieces);
+  const auto next = static_cast<std::ptrdiff_t>(piece) + 1;
+  path->points.insert(path->points.begin() + next, points.begin(), points.end());
+  path->times.insert(path->times.begin() + next, times.begin(), times.end());
+  for (std::size_t& waypoint : path->waypoints) {
+    if (waypoint > piece) waypoint += points.size();
+  }
 }
 
 }  // namespace legopt

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <span>
 #include <string>
@@ -12,21 +13,19 @@
 
 namespace legopt {
 
-/// A segment between two waypoints on which the curve through the points of a motion breaks a rule.
+/// A piece of a motion, from one point to the next, on which the curve through all points breaks a rule.
 struct CurveFault {
-  int segment = 0;      ///< index of the waypoint at its start
-  std::string message;  ///< the broken rule
+  std::size_t piece = 0;    ///< index of the point at its start
+  std::size_t segment = 0;  ///< index of the waypoint at or before that point
+  std::string message;      ///< the broken rule
 };
 
-/// Returns all segments on which the spline through the points of `path` (legopt/dynamics/path_spline.h) breaks a rule
-/// of the solver between its points: planted feet, balance, collisions, joint limits. `stances`: one per waypoint.
+/// Returns all pieces on which the spline through the points of `path` (legopt/dynamics/path_spline.h) breaks a rule of
+/// the solver: planted feet, balance, collisions, joint limits. In the order of time. `stances`: one per waypoint.
 std::vector<CurveFault> FindCurveFaults(const RobotModel& robot, PathSolver& paths, const TimedPath& path,
                                         std::span<const Stance* const> stances);
 
-/// Moves the times of the points between the waypoints of one segment, so that a curve through them is slow at both
-/// waypoints and overshoots less where the direction changes there. The point at the share f of the segment gets the
-/// time t with f = h(t), where the cubic h has the slope kSlowStart at both ends (1: equal intervals in time).
-void SlowDownAtWaypoints(std::size_t segment, TimedPath* path);
-inline constexpr double kSlowStart = 0.1;
+/// Inserts `points` into the piece that starts at point `piece`, at equal intervals in time.
+void InsertPoints(std::size_t piece, std::span<const Eigen::VectorXd> points, TimedPath* path);
 
 }  // namespace legopt

@@ -124,6 +124,9 @@ constexpr int kMaxTries = 4;
 /// Minimum number of pieces per segment of a path with several segments.
 constexpr int kMinPiecesOfSeveral = 4;
 
+/// Returns the largest number of pieces of a segment.
+int MostPieces(Task task) { return HasTimeLaw(task) ? kMostEqualPieces : kMaxPieces; }
+
 }  // namespace
 
 PathSolver::PathSolver(const Dataset& dataset, CollisionQuery& query, Solver& solver, Task task,
@@ -213,9 +216,9 @@ bool PathSolver::IsFree(const Eigen::VectorXd& points) {
 /// Returns the number of pieces per segment for the first try; 1 if the straight segment may be acceptable as it is.
 int PathSolver::InitialPieces(const WaypointPath& start, const Eigen::VectorXd& ends, int least_pieces) {
   if (start.num_segments() > 1 || least_pieces > 1) {
-    int most = std::max(least_pieces, kMinPiecesOfSeveral);
+    int most = start.num_segments() > 1 ? std::max(least_pieces, kMinPiecesOfSeveral) : least_pieces;
     for (const auto& way : start.ways) most = std::max(most, static_cast<int>(way.size()) + 1);
-    return std::min(kMaxPieces, most);
+    return std::min(MostPieces(task_), most);
   }
   const double drift = Drift(ends);
   if (drift <= kMaxDrift && ComDeviation(ends) <= kMaxComDeviation_m) return 1;
@@ -272,11 +275,11 @@ WaypointPath PathSolver::PathThroughPoints(const WaypointPath& start, const Eige
   return waypoint_path;
 }
 
-void PathSolver::BindPath(const WaypointPath& start) {
+void PathSolver::Bind(std::span<const Stance* const> stances) {
   planted_.clear();
   polygons_.clear();
-  for (std::size_t w = 0; w < start.num_segments(); ++w) {
-    planted_.push_back(PlantedContacts(*dataset_, *start.stances[w], *start.stances[w + 1]));
+  for (std::size_t w = 0; w + 1 < stances.size(); ++w) {
+    planted_.push_back(PlantedContacts(*dataset_, *stances[w], *stances[w + 1]));
     polygons_.emplace_back();
     if (!planted_.back().contacts.empty()) polygons_.back() = BalancePolygon(*dataset_, planted_.back());
   }
@@ -297,8 +300,7 @@ bool PathSolver::SolvePieces(const MultiStartSettings& attempts, Program& progra
   return result.best.feasible;
 }
 
-std::string PathSolver::FaultOf(std::span<const Stance* const> stances, std::span<const Eigen::VectorXd> samples) {
-  BindPath({.stances = {stances.begin(), stances.end()}, .waypoints = {samples.front(), samples.back()}, .ways = {}});
+std::string PathSolver::FaultOf(std::span<const Eigen::VectorXd> samples) {
   const Eigen::Index size = dataset_->robot().configuration_size();
   Eigen::VectorXd points(std::ssize(samples) * size);
   for (Eigen::Index i = 0; i < std::ssize(samples); ++i) {
@@ -311,7 +313,7 @@ std::string PathSolver::FaultOf(std::span<const Stance* const> stances, std::spa
 PathSolution PathSolver::Solve(const WaypointPath& start, const std::function<MultiStartSettings()>& attempts,
                                int least_pieces) {
   const bool balanced = IsBalanced(task_);
-  BindPath(start);
+  Bind(start.stances);
   PathSolution solution;
   solution.waypoint_path = start;
   for (const Stance& planted : planted_) {
@@ -331,7 +333,7 @@ PathSolution PathSolver::Solve(const WaypointPath& start, const std::function<Mu
     const auto program =
         MakePathProgram(*dataset_, *query_, start.stances, start.ends, pieces, balanced, proximity, step_m, sweep);
     solution.feasible = SolvePieces(attempts(), *program, points, &solution) && IsAcceptable(points, &solution);
-    pieces = std::min(kMaxPieces, 2 * pieces);
+    pieces = std::min(MostPieces(task_), 2 * pieces);
     step_m *= kFinerStep;
     proximity.margin_m =
         std::min(proximity_.margin_m + kWiderMargin_m, 0.5 * (proximity_.margin_m + proximity_.range_m));

@@ -93,6 +93,10 @@ struct PathSolution {
   std::string message;                                   ///< reason of a failure: the largest violation
 };
 
+/// Largest number of pieces of a segment that PathSolver uses if a spline joins the points. More are added where the
+/// spline needs them.
+inline constexpr int kMostEqualPieces = kMaxPieces / 2;
+
 /// Plans the path between the waypoints of a motion: planted feet stay on their targets, nothing collides and, for
 /// Between::kBalanced, the centre of mass stays over the planted feet (docs/explanation/judge.md#continuous-motions).
 ///
@@ -114,9 +118,11 @@ class PathSolver {
   PathSolution Solve(const WaypointPath& start, const std::function<MultiStartSettings()>& attempts,
                      int least_pieces = 1);
 
-  /// Returns what the samples of a curve from one waypoint to the next violate; empty if they are acceptable.
-  /// `stances`: of both waypoints; `samples`: configurations so dense that they may be joined by straight pieces.
-  std::string FaultOf(std::span<const Stance* const> stances, std::span<const Eigen::VectorXd> samples);
+  /// Selects the segments that FaultOf examines; `stances`: of their waypoints, at least two.
+  void Bind(std::span<const Stance* const> stances);
+  /// Returns what the samples of a curve on the only segment of the last Bind violate; empty if they are acceptable.
+  /// `samples`: configurations so dense that they may be joined by straight pieces.
+  std::string FaultOf(std::span<const Eigen::VectorXd> samples);
 
   /// Returns the number of term evaluations so far, including those of a running solve.
   std::int64_t Evaluations() const;
@@ -134,7 +140,6 @@ class PathSolver {
   Eigen::VectorXd Subdivided(const Eigen::VectorXd& points, int pieces) const;
   Eigen::VectorXd PointsOf(const WaypointPath& waypoint_path, int pieces) const;
   WaypointPath PathThroughPoints(const WaypointPath& start, const Eigen::VectorXd& points) const;
-  void BindPath(const WaypointPath& start);
 
   const Dataset* dataset_;
   CollisionQuery* query_;

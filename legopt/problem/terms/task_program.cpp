@@ -188,8 +188,8 @@ void AddTransitions(const TermInputs& of, WaypointProgram& program) {
   }
 }
 
-/// Adds balance over the planted feet to a waypoint, if they are fewer than its own: they carry the robot on the
-/// adjacent segment.
+/// Adds balance on the planted contacts to a waypoint, if they are fewer than its own: they carry the robot on the
+/// adjacent segment. With Physics::kEffort, within effort limits.
 void AddBalanceOnSegment(const Dataset& dataset, WaypointProgram& program, int waypoint, const Stance& own,
                          const Stance& planted, Physics physics) {
   if (planted.contacts.empty()) return;
@@ -198,7 +198,11 @@ void AddBalanceOnSegment(const Dataset& dataset, WaypointProgram& program, int w
   };
   const bool same_size = planted.contacts.size() == own.contacts.size();
   if (same_size && std::ranges::all_of(planted.contacts, is_own)) return;  // same as the waypoint's own constraint
-  program.Append(std::make_unique<ComTerm>(waypoint, program.state(waypoint), BalanceEdges(dataset, planted, physics)));
+  WaypointState& state = program.state(waypoint);
+  program.Append(std::make_unique<ComTerm>(waypoint, state, BalanceEdges(dataset, planted, physics)));
+  if (physics != Physics::kEffort) return;
+  program.Append(std::make_unique<FreeTorqueTerm>(waypoint, state, dataset, planted));
+  program.Append(std::make_unique<LoadedTorqueTerm>(waypoint, state, dataset, planted));
 }
 
 void AddBalancedTransitions(const TermInputs& of, WaypointProgram& program) {
