@@ -8,7 +8,7 @@
 #include "legopt/problem/terms/task_program.h"
 #include "legopt/solvers/methods/method.h"
 #include "tests/dataset/synthetic_dataset.h"
-#include "tests/folders.h"
+#include "tests/temporary_folder.h"
 
 namespace legopt {
 namespace {
