@@ -40,6 +40,11 @@ if(LEGOPT_SANITIZE)
   add_compile_options(-fsanitize=${LEGOPT_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${LEGOPT_SANITIZE})
 endif()
+if(LEGOPT_FUZZ)
+  # AddressSanitizer finds what these checks of pointers find, and they take long to compile. The preset asan-ubsan has
+  # them.
+  add_compile_options(-fno-sanitize=null,object-size,pointer-overflow,vptr)
+endif()
 
 # Flags that may change the bits of a result; displayed to users and part of the build's id.
 string(TOUPPER "${CMAKE_BUILD_TYPE}" build_type)

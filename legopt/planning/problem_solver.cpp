@@ -105,6 +105,7 @@ class ProblemSolver::Run {
     if (HasTimeLaw(task_.task)) {  // demands equilibrium everywhere, whatever the method asks for
       if (method_.physics == Physics::kNone) proximity.physics = Physics::kBalance;
       proximity.segment_physics = proximity.physics;
+      proximity.prefer_middle = true;
     }
     return proximity;
   }

@@ -56,6 +56,7 @@ void WaypointProgram::AddConstraints(const Dataset& dataset, const WaypointConst
   if (demand.balanced) {
     terms_.push_back(std::make_unique<ComTerm>(waypoint, state, BalanceEdges(dataset, stance, proximity.physics)));
   }
+  if (demand.balanced && proximity.prefer_middle) PreferMiddle(dataset, stance, waypoint);
   if (proximity.physics != Physics::kNone && stance.push_N) {
     terms_.push_back(std::make_unique<PushTerm>(waypoint, state, PushHalfSpaces(dataset, stance)));
   }
@@ -74,6 +75,14 @@ void WaypointProgram::AddAxis(const Contact& contact, const ContactTarget& targe
   if (slide_m > 0.0) {
     terms_.push_back(std::make_unique<ContactSlideTerm>(waypoint, state, contact, target, slide_m));
   }
+}
+
+void WaypointProgram::PreferMiddle(const Dataset& dataset, const Stance& stance, int waypoint) {
+  constexpr BalanceInset kMiddle = {.most_m = 0.1, .share = 1.5};
+  constexpr double kWeight = 5.0;  // per metre
+  if (!StandsOnFeet(dataset, stance)) return;
+  terms_.push_back(std::make_unique<ComTerm>(waypoint, state(waypoint),
+                                             BalanceEdges(dataset, stance, Physics::kBalance, kMiddle), kWeight));
 }
 
 void WaypointProgram::AddTorqueLimits(const Dataset& dataset, const Stance& stance, int waypoint) {
@@ -191,7 +200,8 @@ void AddTransitions(const TermInputs& of, WaypointProgram& program) {
 /// Adds balance on the planted contacts to a waypoint, if they are fewer than its own: they carry the robot on the
 /// adjacent segment. With Physics::kEffort, within effort limits.
 void AddBalanceOnSegment(const Dataset& dataset, WaypointProgram& program, int waypoint, const Stance& own,
-                         const Stance& planted, Physics physics) {
+                         const Stance& planted, const ProgramOptions& proximity) {
+  const Physics physics = proximity.segment_physics;
   if (planted.contacts.empty()) return;
   const auto is_own = [&](const ContactTarget& target) {
     return std::ranges::find(own.contacts, target) != own.contacts.end();
@@ -200,6 +210,7 @@ void AddBalanceOnSegment(const Dataset& dataset, WaypointProgram& program, int w
   if (same_size && std::ranges::all_of(planted.contacts, is_own)) return;  // same as the waypoint's own constraint
   WaypointState& state = program.state(waypoint);
   program.Append(std::make_unique<ComTerm>(waypoint, state, BalanceEdges(dataset, planted, physics)));
+  if (proximity.prefer_middle) program.PreferMiddle(dataset, planted, waypoint);
   if (physics != Physics::kEffort) return;
   program.Append(std::make_unique<FreeTorqueTerm>(waypoint, state, dataset, planted));
   program.Append(std::make_unique<LoadedTorqueTerm>(waypoint, state, dataset, planted));
@@ -211,8 +222,8 @@ void AddBalancedTransitions(const TermInputs& of, WaypointProgram& program) {
     const Stance& from = *of.demands[static_cast<std::size_t>(t)].stance;
     const Stance& to = *of.demands[static_cast<std::size_t>(t) + 1].stance;
     const Stance planted = PlantedContacts(of.dataset, from, to);
-    AddBalanceOnSegment(of.dataset, program, t, from, planted, of.proximity.segment_physics);
-    AddBalanceOnSegment(of.dataset, program, t + 1, to, planted, of.proximity.segment_physics);
+    AddBalanceOnSegment(of.dataset, program, t, from, planted, of.proximity);
+    AddBalanceOnSegment(of.dataset, program, t + 1, to, planted, of.proximity);
   }
 }
 
@@ -310,8 +321,7 @@ std::unique_ptr<WaypointProgram> MakePathProgram(const Dataset& dataset, Collisi
   for (std::size_t w = 0; balanced && w < ways; ++w) {
     for (const std::size_t end : {w, w + 1}) {
       if (!moves(end)) continue;
-      AddBalanceOnSegment(dataset, *program, static_cast<int>(end) * pieces, *stances[end], planted[w],
-                          proximity.segment_physics);
+      AddBalanceOnSegment(dataset, *program, static_cast<int>(end) * pieces, *stances[end], planted[w], proximity);
     }
   }
   for (int t = 0; t + 1 < program->num_waypoints(); ++t) {

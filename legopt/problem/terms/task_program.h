@@ -28,6 +28,7 @@ struct ProgramOptions {
   double continuous_weight = 1e2;                                    ///< weight of the preference, per metre, > 0
   Physics physics = Physics::kNone;          ///< physics at waypoints, beyond the task's balance
   Physics segment_physics = Physics::kNone;  ///< balance of waypoints on the contacts of their segments
+  bool prefer_middle = false;  ///< on feet, the centre of mass should be far from the edges of its polygon
 };
 
 /// Constraints of one waypoint of a chain besides its joint limits.
@@ -59,6 +60,10 @@ class WaypointProgram : public Program {
   void Keep(const std::function<bool(const Term&)>& kept) {
     std::erase_if(terms_, [&](const std::unique_ptr<Term>& term) { return !kept(*term); });
   }
+
+  /// Adds the preference that the centre of mass is in the middle of the stance's equilibrium polygon, if it stands on
+  /// feet: near its edges, contact forces hardly accelerate the robot, which makes a motion slow.
+  void PreferMiddle(const Dataset& dataset, const Stance& stance, int waypoint);
 
   int num_waypoints() const override { return static_cast<int>(states_.size()); }
   int tangent_size() const override { return robot_->tangent_size(); }

@@ -18,7 +18,8 @@ constexpr double kBalanceSlack = 1e-4;
 
 }  // namespace
 
-std::vector<HalfPlane> BalanceEdges(const Dataset& dataset, const Stance& stance, Physics physics) {
+std::vector<HalfPlane> BalanceEdges(const Dataset& dataset, const Stance& stance, Physics physics,
+                                    const BalanceInset& inset) {
   const bool on_feet = StandsOnFeet(dataset, stance);
   const std::vector<Eigen::Vector2d> support = TargetSupportPolygon(dataset, stance);
   const auto of_support = [&] { return support.empty() ? std::vector<HalfPlane>() : Edges(support); };
@@ -26,17 +27,17 @@ std::vector<HalfPlane> BalanceEdges(const Dataset& dataset, const Stance& stance
   const EquilibriumPolygon polygon = ComputeEquilibriumPolygon(StanceForces(SurfacesOf(dataset, stance)));
   if (polygon.corners.empty()) return of_support();
   std::vector<HalfPlane> edges = Edges(polygon.corners);
-  constexpr double kInset_m = 1e-3, kShareOfWidth = 0.25;
   double perimeter = 0.0;
   for (size_t i = 0; i < polygon.corners.size(); ++i) {
     perimeter += (polygon.corners[(i + 1) % polygon.corners.size()] - polygon.corners[i]).norm();
   }
-  // Twice the area by the perimeter is at most the radius of a circle inside.
-  const double radius = perimeter > 0.0 ? 2.0 * PolygonArea(polygon.corners) / perimeter : 0.0;
-  for (HalfPlane& edge : edges) edge.offset += std::min(kInset_m, kShareOfWidth * radius);
+  // The area by the perimeter is at most the radius of the largest circle inside.
+  const double radius_m = perimeter > 0.0 ? PolygonArea(polygon.corners) / perimeter : 0.0;
+  const double inset_m = std::min(inset.most_m, inset.share * radius_m);
+  for (HalfPlane& edge : edges) edge.offset += inset_m;
   if (!on_feet) return edges;
   const bool inside = std::ranges::all_of(polygon.corners, [&](const Eigen::Vector2d& corner) {
-    return SignedDistanceToPolygon(support, corner) <= std::min(kInset_m, kShareOfWidth * radius);
+    return SignedDistanceToPolygon(support, corner) <= inset_m;
   });
   if (!inside) std::ranges::copy(Edges(support), std::back_inserter(edges));
   return edges;

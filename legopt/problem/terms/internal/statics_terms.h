@@ -21,10 +21,18 @@ inline constexpr double kEffortShare = 0.98;
 /// Share of an effort limit above which a torque becomes a row.
 inline constexpr double kNearEffortShare = 0.7;
 
+/// Distance from the edges of an equilibrium polygon: the smaller one of most_m and `share` times its area by its
+/// perimeter, which is at most the radius of a circle inside. By default, forces with a margin hold all of it.
+struct BalanceInset {
+  double most_m = 1e-3;
+  double share = 0.5;
+};
+
 /// Returns half-planes in which the centre of mass must be. On feet (StandsOnFeet) without physics: the edges of the
-/// support polygon. Else those of the equilibrium polygon, moved inwards by up to 1 mm, so that forces with a margin
-/// hold the whole of it, and on feet also those of the support polygon. None for a stance that nothing balances.
-std::vector<HalfPlane> BalanceEdges(const Dataset& dataset, const Stance& stance, Physics physics);
+/// support polygon. Else those of the equilibrium polygon, moved inwards, and on feet also those of the support polygon
+/// if it is smaller. None for a stance that nothing balances.
+std::vector<HalfPlane> BalanceEdges(const Dataset& dataset, const Stance& stance, Physics physics,
+                                    const BalanceInset& inset = {});
 
 /// Inequality: torques of joints that no contact of the stance loads, which gravity alone determines:
 /// +-g_j / limit_j - kEffortShare <= 0, 1. A joint has a row if it needs more than kNearEffortShare of its limit.

@@ -216,8 +216,10 @@ void ContactSlideTerm::ComputeModel(LinearModel& model) {
   }
 }
 
-ComTerm::ComTerm(int waypoint, WaypointState& state, std::vector<HalfPlane> edges)
-    : Term({"centre of mass", TermKind::kInequality, waypoint, 1}), state_(&state), edges_(std::move(edges)) {
+ComTerm::ComTerm(int waypoint, WaypointState& state, std::vector<HalfPlane> edges, double weight)
+    : Term({"centre of mass", weight > 0.0 ? TermKind::kPreference : TermKind::kInequality, waypoint, 1, -1, weight}),
+      state_(&state),
+      edges_(std::move(edges)) {
   jacobian_.setZero(3, state.kinematics().model().tangent_size());
 }
 

@@ -199,7 +199,8 @@ class ContactSlideTerm : public Term {
 class ComTerm : public Term {
  public:
   /// `edges`: half-planes in the world's xy plane, such as those of the support polygon of the waypoint's targets.
-  ComTerm(int waypoint, WaypointState& state, std::vector<HalfPlane> edges);
+  /// `weight`: 0 for an inequality; > 0: a preference of this weight, per metre.
+  ComTerm(int waypoint, WaypointState& state, std::vector<HalfPlane> edges, double weight = 0.0);
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
 
