@@ -119,5 +119,55 @@ TEST(Terms, TorquesFarFromTheirLimitsHaveNoRows) {
   EXPECT_TRUE(rows.empty());
 }
 
+/// Returns the names of the terms of one waypoint of a motion with three stances: both feet, the left foot, both feet.
+std::vector<std::string> NamesAt(const Dataset& dataset, int waypoint, const ProgramOptions& options) {
+  CollisionQuery query(dataset.collision_model());
+  const auto program =
+      MakeTaskProgram(Task::kTimed, dataset, query, dataset.problems(Task::kMotion)[0].stances, options);
+  std::vector<std::string> names;
+  for (const auto& term : program->terms()) {
+    const TermShape& shape = term->shape();
+    if (shape.waypoint == waypoint && shape.num_waypoints == 1) names.push_back(shape.name);
+  }
+  return names;
+}
+
+// The second waypoint stands on both feet, and the segment after it on the left one.
+TEST(Terms, WaypointsKeepEffortLimitsWithTheContactsOfTheirSegments) {
+  const test::TemporaryFolder temporary;
+  const auto dataset = Dataset::Load(test::SyntheticFolder(temporary.path() / "dataset").path());
+  const auto count = [&](const std::string& name, Physics on_segment) {
+    return std::ranges::count(NamesAt(*dataset, 1, {.physics = Physics::kEffort, .segment_physics = on_segment}), name);
+  };
+  EXPECT_EQ(count("torques of loaded joints", Physics::kBalance), 1);
+  EXPECT_EQ(count("torques of loaded joints", Physics::kEffort), 2);
+  EXPECT_EQ(count("torques of free joints", Physics::kEffort), 2);
+  EXPECT_EQ(count("centre of mass", Physics::kEffort), 2);
+}
+
+TEST(Terms, TheMiddleOfThePolygonIsPreferredOnFeet) {
+  const test::TemporaryFolder temporary;
+  const auto dataset = Dataset::Load(test::SyntheticFolder(temporary.path() / "dataset").path());
+  CollisionQuery query(dataset->collision_model());
+  const auto program = MakeTaskProgram(Task::kPosture, *dataset, query, dataset->problems(Task::kPosture)[0].stances,
+                                       {.physics = Physics::kBalance, .prefer_middle = true});
+  program->Keep([](const Term& term) { return term.shape().kind == TermKind::kPreference; });
+  ASSERT_EQ(program->terms().size(), 1u);
+  const auto penalty = [&](const Eigen::VectorXd& x) {
+    program->SetPoint(x);
+    std::vector<double> rows;
+    program->terms()[0]->Evaluate(rows);
+    double sum = 0.0;
+    for (const double row : rows) sum += std::max(0.0, row);
+    return sum;
+  };
+  Eigen::VectorXd near_edge = test::StandingUpright(), at_edge = near_edge;
+  near_edge[test::kBaseX] += 0.1;
+  at_edge[test::kBaseX] += 0.12;
+  EXPECT_LT(penalty(test::StandingUpright()), penalty(near_edge));
+  EXPECT_LT(penalty(near_edge), penalty(at_edge));
+  TermDerivatives(*program).CheckAt(test::Leaning(0.05));
+}
+
 }  // namespace
 }  // namespace legopt
