@@ -37,10 +37,7 @@ std::vector<std::string> KnownKeys(const std::string& shape) {
 
 std::string ReadShapeName(const YAML::Node& node, const std::string& file, const std::string& place) {
   const std::vector<std::string> shapes = {"box", "sphere", "cylinder", "capsule", "mesh", "plane", "heightmap"};
-  // Only `shape` is read here; the other keys depend on it and are checked later.
-  YAML::Node head(YAML::NodeType::Map);
-  if (node.IsMap() && node["shape"]) head["shape"] = node["shape"];
-  const YamlFields fields(node.IsMap() ? head : node, file, place, {"shape"});
+  const YamlFields fields(node, file, place);  // the other keys depend on the shape and are checked later
   const std::string shape = fields.RequireText("shape");
   if (std::find(shapes.begin(), shapes.end(), shape) == shapes.end()) {
     fields.Fail("shape", shape, "unknown shape", SuggestName(shape, shapes));

@@ -301,13 +301,19 @@ TimedPath ProblemSolver::Run::RefineCurve(const ProblemDefinition& problem) {
     }
   }
   TimedPath path = MakePath(outcome_.waypoints, segments_);
-  for (bool failed = false; !failed;) {
-    const std::vector<CurveFault> faults = FindCurveFaults(dataset_.robot(), *paths_, path, stances);
-    if (faults.empty()) break;
+  std::vector<CurveFault> faults;
+  for (bool divided = true; divided;) {
+    divided = false;
+    faults = FindCurveFaults(dataset_.robot(), *paths_, path, stances);
     // From the end, so that the indices before stay.
-    for (auto fault = faults.rbegin(); fault != faults.rend() && !failed; ++fault) {
-      failed = !DividePiece(problem, *fault, &path);
+    for (auto fault = faults.rbegin(); fault != faults.rend() && !Stopped(); ++fault) {
+      if (DividePiece(problem, *fault, &path)) divided = true;
     }
+  }
+  for (const CurveFault& fault : faults) {
+    PathSolution failed;
+    failed.message = "the curve through the points fails: " + fault.message;
+    Account(failed, static_cast<int>(fault.segment));
   }
   return path;
 }
@@ -326,20 +332,17 @@ bool ProblemSolver::Run::SolveFiner(const ProblemDefinition& problem, int segmen
 bool ProblemSolver::Run::DividePiece(const ProblemDefinition& problem, const CurveFault& fault, TimedPath* path) {
   const int segment = static_cast<int>(fault.segment);
   const size_t pieces = path->waypoints[fault.segment + 1] - path->waypoints[fault.segment];
+  if (pieces >= kMaxPieces) return false;
+  const WaypointPath piece{.stances = {StanceAt(problem, segment), StanceAt(problem, segment + 1)},
+                           .waypoints = {path->points[fault.piece], path->points[fault.piece + 1]},
+                           .ways = {{}}};
+  const std::string identity = Identity(problem, outcome_.windows + segment) + std::to_string(fault.piece) + "/";
   PathSolution solution;
-  solution.message = "the curve through the points fails: " + fault.message;
-  if (pieces < kMaxPieces) {
-    const WaypointPath piece{.stances = {StanceAt(problem, segment), StanceAt(problem, segment + 1)},
-                             .waypoints = {path->points[fault.piece], path->points[fault.piece + 1]},
-                             .ways = {{}}};
-    SolvePath(Identity(problem, outcome_.windows + segment) + std::to_string(fault.piece) + "/", piece, 2, &solution,
-              true);
-    const std::vector<Eigen::VectorXd>& inner = solution.waypoint_path.ways.front();
-    solution.feasible = solution.feasible && pieces + inner.size() <= kMaxPieces;
-    if (solution.feasible) InsertPoints(fault.piece, inner, path);
-  }
-  Account(solution, segment);
-  return solution.feasible;
+  if (!SolvePath(identity, piece, 2, &solution, true)) return false;
+  const std::vector<Eigen::VectorXd>& inner = solution.waypoint_path.ways.front();
+  if (pieces + inner.size() > kMaxPieces) return false;
+  InsertPoints(fault.piece, inner, path);
+  return true;
 }
 
 void ProblemSolver::Run::Account(const PathSolution& solution, int way) {

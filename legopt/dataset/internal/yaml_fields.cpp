@@ -34,10 +34,14 @@ std::optional<Eigen::Vector3d> AsVector3(const YAML::Node& node) {
   return vector;
 }
 
-YamlFields::YamlFields(const YAML::Node& map, std::string file, std::string place,
-                       const std::vector<std::string>& known)
+YamlFields::YamlFields(const YAML::Node& map, std::string file, std::string place)
     : map_(map), file_(std::move(file)), place_(std::move(place)) {
   if (!map_.IsMap()) Fail("", DescribeNode(map_), "must be a map of keys and values", "write 'key: value' lines");
+}
+
+YamlFields::YamlFields(const YAML::Node& map, std::string file, std::string place,
+                       const std::vector<std::string>& known)
+    : YamlFields(map, std::move(file), std::move(place)) {
   for (const auto& entry : map_) {
     const std::string key = DescribeNode(entry.first);
     if (std::find(known.begin(), known.end(), key) == known.end()) {

@@ -9,7 +9,7 @@
 
 namespace legopt {
 
-/// Typed access to a YAML map with a fixed set of keys; errors contain file, key and value. Internal to this module.
+/// Typed access to a YAML map; errors contain file, key and value. Internal to this module.
 ///
 /// Every getter throws InputError if the value has the wrong type, and the Require getters if the key is missing; the
 /// others then return nullopt.
@@ -18,6 +18,8 @@ class YamlFields {
   /// `place` is a prefix for keys in messages, e.g. "objects[3]"; may be empty. Throws if `map` is not a map or has a
   /// key that is not in `known` (with the nearest valid key).
   YamlFields(const YAML::Node& map, std::string file, std::string place, const std::vector<std::string>& known);
+  /// The same without a check of the keys, for maps whose keys depend on a value in them.
+  YamlFields(const YAML::Node& map, std::string file, std::string place);
 
   std::string RequireText(const std::string& key) const;                 ///< returns a non-empty text
   double RequireNumber(const std::string& key) const;                    ///< returns a finite number

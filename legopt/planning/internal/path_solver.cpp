@@ -124,8 +124,10 @@ constexpr int kMaxTries = 4;
 /// Minimum number of pieces per segment of a path with several segments.
 constexpr int kMinPiecesOfSeveral = 4;
 
-/// Returns the largest number of pieces of a segment.
-int MostPieces(Task task) { return HasTimeLaw(task) ? kMostEqualPieces : kMaxPieces; }
+/// Returns the largest number of pieces of a segment. Long programs of paths that a spline joins would take minutes.
+int MostPieces(Task task, std::size_t num_segments) {
+  return HasTimeLaw(task) && num_segments > 1 ? kMostEqualPieces : kMaxPieces;
+}
 
 }  // namespace
 
@@ -218,7 +220,7 @@ int PathSolver::InitialPieces(const WaypointPath& start, const Eigen::VectorXd& 
   if (start.num_segments() > 1 || least_pieces > 1) {
     int most = start.num_segments() > 1 ? std::max(least_pieces, kMinPiecesOfSeveral) : least_pieces;
     for (const auto& way : start.ways) most = std::max(most, static_cast<int>(way.size()) + 1);
-    return std::min(MostPieces(task_), most);
+    return std::min(MostPieces(task_, start.num_segments()), most);
   }
   const double drift = Drift(ends);
   if (drift <= kMaxDrift && ComDeviation(ends) <= kMaxComDeviation_m) return 1;
@@ -333,7 +335,7 @@ PathSolution PathSolver::Solve(const WaypointPath& start, const std::function<Mu
     const auto program =
         MakePathProgram(*dataset_, *query_, start.stances, start.ends, pieces, balanced, proximity, step_m, sweep);
     solution.feasible = SolvePieces(attempts(), *program, points, &solution) && IsAcceptable(points, &solution);
-    pieces = std::min(MostPieces(task_), 2 * pieces);
+    pieces = std::min(MostPieces(task_, start.num_segments()), 2 * pieces);
     step_m *= kFinerStep;
     proximity.margin_m =
         std::min(proximity_.margin_m + kWiderMargin_m, 0.5 * (proximity_.margin_m + proximity_.range_m));

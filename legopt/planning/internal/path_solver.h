@@ -93,7 +93,7 @@ struct PathSolution {
   std::string message;                                   ///< reason of a failure: the largest violation
 };
 
-/// Largest number of pieces of a segment that PathSolver uses if a spline joins the points. More are added where the
+/// Largest number of equal pieces of a segment for the sake of a spline that joins the points. More are added where the
 /// spline needs them.
 inline constexpr int kMostEqualPieces = kMaxPieces / 2;
 
