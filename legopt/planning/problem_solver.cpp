@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <map>
 #include <memory>
 #include <optional>
 #include <random>
@@ -285,19 +286,32 @@ void ProblemSolver::Run::SolveSegments(const ProblemDefinition& problem) {
 }
 
 /// Adds points where the spline through all points breaks a rule, until it does not. Segments with such a piece are
-/// solved again with twice the pieces, up to kMostEqualPieces. After that, only the pieces at fault are divided: where
-/// the direction changes at a waypoint, the curve then stays near the straight pieces, which satisfy all rules.
+/// solved again with twice the pieces. If the most equal pieces do not suffice, the segment is taken with half of them,
+/// and only its pieces at fault are divided: where the direction changes at a waypoint, the curve then stays near the
+/// straight pieces, which satisfy all rules. This comes last because sharp turns take time.
 TimedPath ProblemSolver::Run::RefineCurve(const ProblemDefinition& problem) {
   std::vector<const Stance*> stances;
   for (int w = 0; w < std::ssize(outcome_.waypoints); ++w) stances.push_back(StanceAt(problem, w));
-  for (std::set<size_t> coarse = {0}; !coarse.empty();) {
-    coarse.clear();
+  std::map<size_t, std::vector<Eigen::VectorXd>> halves;  // inner points of segments with kMostEqualPieces
+  for (bool solved = true; solved;) {
+    solved = false;
     const TimedPath path = MakePath(outcome_.waypoints, segments_);
+    std::set<size_t> at_fault;
     for (const CurveFault& fault : FindCurveFaults(dataset_.robot(), *paths_, path, stances)) {
-      if (segments_[fault.segment].size() + 1 < static_cast<size_t>(kMostEqualPieces)) coarse.insert(fault.segment);
+      at_fault.insert(fault.segment);
     }
-    for (const size_t segment : coarse) {
-      if (!SolveFiner(problem, static_cast<int>(segment))) return MakePath(outcome_.waypoints, segments_);
+    for (const size_t segment : at_fault) {
+      std::vector<Eigen::VectorXd>& inner = segments_[segment];
+      const auto half = halves.find(segment);
+      if (inner.size() + 1 < kMaxPieces) {
+        if (half != halves.end()) continue;  // to be divided
+        if (inner.size() + 1 == kMostEqualPieces) halves[segment] = inner;
+        if (!SolveFiner(problem, static_cast<int>(segment))) return MakePath(outcome_.waypoints, segments_);
+        solved = true;
+      } else if (half != halves.end()) {
+        inner = half->second;
+        solved = true;
+      }
     }
   }
   TimedPath path = MakePath(outcome_.waypoints, segments_);

@@ -93,8 +93,8 @@ struct PathSolution {
   std::string message;                                   ///< reason of a failure: the largest violation
 };
 
-/// Largest number of equal pieces of a segment for the sake of a spline that joins the points. More are added where the
-/// spline needs them.
+/// Number of equal pieces of a segment to which points are added where a spline that joins the points needs them. Also
+/// the largest number in programs of several segments that a spline joins.
 inline constexpr int kMostEqualPieces = kMaxPieces / 2;
 
 /// Plans the path between the waypoints of a motion: planted feet stay on their targets, nothing collides and, for

@@ -78,7 +78,7 @@ void WaypointProgram::AddAxis(const Contact& contact, const ContactTarget& targe
 }
 
 void WaypointProgram::PreferMiddle(const Dataset& dataset, const Stance& stance, int waypoint) {
-  constexpr BalanceInset kMiddle = {.most_m = 0.1, .share = 1.5};
+  constexpr BalanceInset kMiddle = {.most_m = 0.03, .share = 1.5};
   constexpr double kWeight = 5.0;  // per metre
   if (!StandsOnFeet(dataset, stance)) return;
   terms_.push_back(std::make_unique<ComTerm>(waypoint, state(waypoint),
