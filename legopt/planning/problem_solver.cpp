@@ -1,10 +1,7 @@
 #include "legopt/planning/problem_solver.h"
 
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <map>
 #include <memory>
 #include <optional>
@@ -19,38 +16,12 @@
 #include "legopt/planning/internal/curve_faults.h"
 #include "legopt/planning/internal/multi_start.h"
 #include "legopt/planning/internal/path_solver.h"
+#include "legopt/planning/internal/solve_timer.h"
 #include "legopt/problem/terms/initial_guess.h"
 #include "legopt/problem/terms/task_program.h"
 #include "legopt/types/number_text.h"
 
 namespace legopt {
-namespace {
-
-std::int64_t Now_us(clockid_t clock) {
-  constexpr std::int64_t kMicrosPerSecond = 1'000'000;
-  constexpr std::int64_t kNanosPerMicro = 1'000;
-  timespec time{};
-  clock_gettime(clock, &time);
-  return time.tv_sec * kMicrosPerSecond + time.tv_nsec / kNanosPerMicro;
-}
-
-std::int64_t Switches() {
-  rusage usage{};
-  getrusage(RUSAGE_THREAD, &usage);
-  return usage.ru_nivcsw;
-}
-
-}  // namespace
-
-SolveTimer::SolveTimer()
-    : wall_start_us_(Now_us(CLOCK_MONOTONIC)),
-      cpu_start_us_(Now_us(CLOCK_THREAD_CPUTIME_ID)),
-      switches_start_(Switches()) {}
-
-std::int64_t SolveTimer::wall_us() const { return Now_us(CLOCK_MONOTONIC) - wall_start_us_; }
-std::int64_t SolveTimer::cpu_us() const { return Now_us(CLOCK_THREAD_CPUTIME_ID) - cpu_start_us_; }
-std::int64_t SolveTimer::involuntary_context_switches() const { return Switches() - switches_start_; }
-
 namespace {
 
 constexpr double kRadiansPerDegree = M_PI / 180.0;
@@ -132,6 +103,8 @@ class ProblemSolver::Run {
   bool SolvePath(const std::string& identity, const WaypointPath& start, int least_pieces, PathSolution* solution,
                  bool restarts);
   TimedPath RefineCurve(const ProblemDefinition& problem);
+  bool SolveSegmentsAtFault(const ProblemDefinition& problem, std::span<const Stance* const> stances);
+  void DividePiecesAtFault(const ProblemDefinition& problem, std::span<const Stance* const> stances, TimedPath* path);
   bool SolveFiner(const ProblemDefinition& problem, int segment);
   bool DividePiece(const ProblemDefinition& problem, const CurveFault& fault, TimedPath* path);
   int SolveSegment(const ProblemDefinition& problem, int way);
@@ -285,16 +258,23 @@ void ProblemSolver::Run::SolveSegments(const ProblemDefinition& problem) {
   outcome_.waypoints = FormatPath(path);
 }
 
-/// Adds points where the spline through all points breaks a rule, until it does not. Segments with such a piece are
-/// solved again with twice the pieces. If the most equal pieces do not suffice, the segment is taken with half of them,
-/// and only its pieces at fault are divided: where the direction changes at a waypoint, the curve then stays near the
-/// straight pieces, which satisfy all rules. This comes last because sharp turns take time.
+/// Adds points where the spline through all points breaks a rule, until it does not.
 TimedPath ProblemSolver::Run::RefineCurve(const ProblemDefinition& problem) {
   std::vector<const Stance*> stances;
   for (int w = 0; w < std::ssize(outcome_.waypoints); ++w) stances.push_back(StanceAt(problem, w));
-  std::map<size_t, std::vector<Eigen::VectorXd>> halves;  // inner points of segments with kMostEqualPieces
-  for (bool solved = true; solved;) {
-    solved = false;
+  const bool solved = SolveSegmentsAtFault(problem, stances);
+  TimedPath path = MakePath(outcome_.waypoints, segments_);
+  if (solved) DividePiecesAtFault(problem, stances, &path);
+  return path;
+}
+
+/// Solves segments on which the spline breaks a rule again, with twice the pieces. If the most pieces do not suffice,
+/// the segment is left with kPiecesToDivide. Returns false if a segment has no solution.
+bool ProblemSolver::Run::SolveSegmentsAtFault(const ProblemDefinition& problem,
+                                              std::span<const Stance* const> stances) {
+  std::map<size_t, std::vector<Eigen::VectorXd>> to_divide;  // inner points
+  for (bool changed = true; changed;) {
+    changed = false;
     const TimedPath path = MakePath(outcome_.waypoints, segments_);
     std::set<size_t> at_fault;
     for (const CurveFault& fault : FindCurveFaults(dataset_.robot(), *paths_, path, stances)) {
@@ -302,34 +282,41 @@ TimedPath ProblemSolver::Run::RefineCurve(const ProblemDefinition& problem) {
     }
     for (const size_t segment : at_fault) {
       std::vector<Eigen::VectorXd>& inner = segments_[segment];
-      const auto half = halves.find(segment);
-      if (inner.size() + 1 < kMaxPieces) {
-        if (half != halves.end()) continue;  // to be divided
-        if (inner.size() + 1 == kMostEqualPieces) halves[segment] = inner;
-        if (!SolveFiner(problem, static_cast<int>(segment))) return MakePath(outcome_.waypoints, segments_);
-        solved = true;
-      } else if (half != halves.end()) {
-        inner = half->second;
-        solved = true;
+      const auto kept = to_divide.find(segment);
+      if (inner.size() + 1 >= kMaxPieces) {
+        if (kept == to_divide.end()) continue;
+        inner = kept->second;
+      } else {
+        if (kept != to_divide.end()) continue;
+        if (inner.size() + 1 == kPiecesToDivide) to_divide[segment] = inner;
+        if (!SolveFiner(problem, static_cast<int>(segment))) return false;
       }
+      changed = true;
     }
   }
-  TimedPath path = MakePath(outcome_.waypoints, segments_);
+  return true;
+}
+
+/// Divides the pieces on which the spline breaks a rule, until none does or no more can be divided. Where the direction
+/// changes at a waypoint, the curve then stays near the straight pieces, which satisfy all rules; but it turns sharply,
+/// which takes time.
+void ProblemSolver::Run::DividePiecesAtFault(const ProblemDefinition& problem, std::span<const Stance* const> stances,
+                                             TimedPath* path) {
   std::vector<CurveFault> faults;
   for (bool divided = true; divided;) {
     divided = false;
-    faults = FindCurveFaults(dataset_.robot(), *paths_, path, stances);
+    faults = FindCurveFaults(dataset_.robot(), *paths_, *path, stances);
     // From the end, so that the indices before stay.
     for (auto fault = faults.rbegin(); fault != faults.rend() && !Stopped(); ++fault) {
-      if (DividePiece(problem, *fault, &path)) divided = true;
+      if (DividePiece(problem, *fault, path)) divided = true;
     }
   }
   for (const CurveFault& fault : faults) {
     PathSolution failed;
+    failed.status = Stopped().value_or(failed.status);
     failed.message = "the curve through the points fails: " + fault.message;
     Account(failed, static_cast<int>(fault.segment));
   }
-  return path;
 }
 
 /// Solves one segment again, with twice the pieces. Returns false if there is no solution.

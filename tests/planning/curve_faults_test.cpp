@@ -48,7 +48,7 @@ class ArmAtLimit : public ::testing::Test {
 TEST_F(ArmAtLimit, OvershootBetweenPointsIsFound) {
   const std::vector<CurveFault> faults = Faults();
   ASSERT_FALSE(faults.empty());
-  EXPECT_EQ(faults.front().piece, 2u);  // from the second waypoint
+  EXPECT_EQ(faults.front().piece, 2u);  // the piece after the second waypoint
   EXPECT_EQ(faults.front().segment, 1u);
   EXPECT_THAT(faults.front().message, HasSubstr("r_shoulder exceeds its limit"));
 }

@@ -166,6 +166,18 @@ TEST_F(EmbeddedPaths, EffortLimitIsReported) {
   }
 }
 
+// Also while points are added for the sake of the spline.
+TEST_F(EmbeddedPaths, EffortLimitIsReportedForCurves) {
+  const std::int64_t straight = Solve(Task::kBalanced, Initialization::kGood).outcome.term_evaluations;
+  const std::int64_t whole = Solve(Task::kTimed, Initialization::kGood).outcome.term_evaluations;
+  for (const int part : {1, 2, 3}) {
+    SolveSettings settings;
+    settings.effort_limit = straight / 2 + (whole - straight / 2) * part / 4;
+    const auto [outcome, evaluation] = Solve(Task::kTimed, Initialization::kGood, {}, settings);
+    EXPECT_EQ(outcome.status, SolveStatus::kEffortLimit) << part;
+  }
+}
+
 // The robot is not balanced during a jump.
 TEST(PathSolver, FailedSegmentIsNamed) {
   const test::TemporaryFolder folder;

@@ -126,7 +126,7 @@ constexpr int kMinPiecesOfSeveral = 4;
 
 /// Returns the largest number of pieces of a segment. Long programs of paths that a spline joins would take minutes.
 int MostPieces(Task task, std::size_t num_segments) {
-  return HasTimeLaw(task) && num_segments > 1 ? kMostEqualPieces : kMaxPieces;
+  return HasTimeLaw(task) && num_segments > 1 ? kPiecesToDivide : kMaxPieces;
 }
 
 }  // namespace

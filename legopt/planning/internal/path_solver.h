@@ -93,9 +93,9 @@ struct PathSolution {
   std::string message;                                   ///< reason of a failure: the largest violation
 };
 
-/// Number of equal pieces of a segment to which points are added where a spline that joins the points needs them. Also
-/// the largest number in programs of several segments that a spline joins.
-inline constexpr int kMostEqualPieces = kMaxPieces / 2;
+/// Number of equal pieces of a segment that are divided further where a spline that joins the points needs it. Also the
+/// largest number in programs of several segments that a spline joins.
+inline constexpr int kPiecesToDivide = kMaxPieces / 2;
 
 /// Plans the path between the waypoints of a motion: planted feet stay on their targets, nothing collides and, for
 /// Between::kBalanced, the centre of mass stays over the planted feet (docs/explanation/judge.md#continuous-motions).
@@ -120,8 +120,8 @@ class PathSolver {
 
   /// Selects the segments that FaultOf examines; `stances`: of their waypoints, at least two.
   void Bind(std::span<const Stance* const> stances);
-  /// Returns what the samples of a curve on the only segment of the last Bind violate; empty if they are acceptable.
-  /// `samples`: configurations so dense that they may be joined by straight pieces.
+  /// Returns the first rule that a curve on the only segment of the last Bind breaks; empty if there is none.
+  /// `samples`: configurations on it, so dense that they may be joined by straight pieces.
   std::string FaultOf(std::span<const Eigen::VectorXd> samples);
 
   /// Returns the number of term evaluations so far, including those of a running solve.

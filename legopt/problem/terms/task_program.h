@@ -61,8 +61,8 @@ class WaypointProgram : public Program {
     std::erase_if(terms_, [&](const std::unique_ptr<Term>& term) { return !kept(*term); });
   }
 
-  /// Adds the preference that the centre of mass is in the middle of the stance's equilibrium polygon, if it stands on
-  /// feet: near its edges, contact forces hardly accelerate the robot, which makes a motion slow.
+  /// Adds the preference that the centre of mass is away from the edges of the stance's equilibrium polygon, if all its
+  /// contacts are feet: near an edge, contact forces hardly accelerate the robot, which makes a motion slow.
   void PreferMiddle(const Dataset& dataset, const Stance& stance, int waypoint);
 
   int num_waypoints() const override { return static_cast<int>(states_.size()); }

@@ -132,7 +132,7 @@ std::vector<std::string> NamesAt(const Dataset& dataset, int waypoint, const Pro
   return names;
 }
 
-// The second waypoint stands on both feet, and the segment after it on the left one.
+// The contacts of the second waypoint are both feet, those of the segment after it only the left one.
 TEST(Terms, WaypointsKeepEffortLimitsWithTheContactsOfTheirSegments) {
   const test::TemporaryFolder temporary;
   const auto dataset = Dataset::Load(test::SyntheticFolder(temporary.path() / "dataset").path());
