@@ -6,6 +6,7 @@
 #include "legopt/geometry/internal/convex_shape.h"
 #include "legopt/geometry/internal/exact_collision.h"
 #include "legopt/geometry/internal/mesh_bodies.h"
+#include "legopt/geometry/internal/signed_distance.h"
 #include "legopt/geometry/internal/trimesh_world.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/robot/robot_model.h"
@@ -27,19 +28,32 @@ class LazyBodies {
   mutable std::shared_ptr<const ClosedBodies> bodies_;
 };
 
+/// One vertex of each connected component of a mesh, found when they are first needed. Not thread-safe.
+class LazyRepresentatives {
+ public:
+  /// `mesh` must outlive this object.
+  explicit LazyRepresentatives(const TriangleMesh& mesh) : mesh_(&mesh) {}
+  const std::vector<Eigen::Vector3d>& get() const;
+
+ private:
+  const TriangleMesh* mesh_;
+  mutable std::vector<Eigen::Vector3d> vertices_;
+};
+
 /// The exact triangle meshes of a robot's links in a TrimeshWorld, with their hulls for culling.
 class LinkTrimeshes {
  public:
   /// One geometry of a link.
   struct Geometry {
     int link;
-    int mesh;                    ///< index in the TrimeshWorld
-    ConvexShape hull;            ///< hull of the mesh, link frame
-    LazyBodies bodies;           ///< closed bodies of the mesh, link frame
-    Eigen::Isometry3d pose;      ///< link frame in the world
-    PointArena::Range range;     ///< range of the hull's points
-    SupportSet placed;           ///< hull in the world
-    Eigen::AlignedBox3d bounds;  ///< bounding box of the hull in the world
+    int mesh;                             ///< index in the TrimeshWorld
+    ConvexShape hull;                     ///< hull of the mesh, link frame
+    LazyBodies bodies;                    ///< closed bodies of the mesh, link frame
+    LazyRepresentatives representatives;  ///< of the components of the mesh, link frame
+    Eigen::Isometry3d pose;               ///< link frame in the world
+    PointArena::Range range;              ///< range of the hull's points
+    SupportSet placed;                    ///< hull in the world
+    Eigen::AlignedBox3d bounds;           ///< bounding box of the hull in the world
   };
 
   /// Loads every geometry. `world` must outlive this object. Throws InputError.
@@ -49,6 +63,8 @@ class LinkTrimeshes {
 
   /// Moves all geometries to the link poses of `kinematics`.
   void Place(const Kinematics& kinematics);
+  /// Moves the geometries of one link; those of others keep their poses.
+  void Place(const Kinematics& kinematics, int link);
 
   /// Returns the number of geometries of a link; 0 if it cannot collide.
   int num_geometries(int link) const { return static_cast<int>(by_link_[static_cast<size_t>(link)].size()); }
@@ -70,6 +86,10 @@ class LinkTrimeshes {
   /// none.
   double InsideDepth(const Geometry& a, const Geometry& b) const;
 
+  /// Returns true if ExactDepth or InsideDepth exceeds `depth_m`, m, >= 0. Faster than both: a component whose
+  /// triangles cross no others has all or none of its vertices inside.
+  bool Overlap(const Geometry& a, const Geometry& b, double depth_m) const;
+
   /// Returns the vertices of a geometry's exact mesh, link frame, m.
   const std::vector<Eigen::Vector3d>& vertices(const Geometry& geometry) const {
     return world_.triangles(geometry.mesh).vertices;
@@ -83,7 +103,10 @@ class LinkTrimeshes {
 
  private:
   bool MayTouch(const Geometry& a, const Geometry& b) const;
-  double DeepestVertex(const Geometry& geometry, const Geometry& other) const;
+  /// Returns true, with the signed distance of the hulls, if it is below `distance_m`.
+  static bool AreNear(const Geometry& a, const Geometry& b, double distance_m, PairDistance* hulls);
+  double DeepestVertex(const Geometry& geometry, const std::vector<Eigen::Vector3d>& vertices, const Geometry& other,
+                       const Eigen::Vector3d& to_geometry) const;
 
   TrimeshWorld& world_;
   Culling culling_;

@@ -45,9 +45,7 @@ bool IsFalseOverlap(const LinkTrimeshes& meshes, const LinkPair& pair) {
 }  // namespace
 
 bool Overlap(const LinkTrimeshes& meshes, const LinkPair& pair) {
-  return AnyGeometries(meshes, pair, [&](const auto& a, const auto& b) {
-    return meshes.ExactDepth(a, b) > kNoticeable || meshes.InsideDepth(a, b) > kNoticeable;
-  });
+  return AnyGeometries(meshes, pair, [&](const auto& a, const auto& b) { return meshes.Overlap(a, b, kNoticeable); });
 }
 
 Eigen::VectorXd SamplePosture(const RobotModel& robot, std::mt19937_64& random) {
@@ -72,7 +70,7 @@ std::vector<LinkPair> FindPhantomPairs(const RobotModel& robot, LinkTrimeshes& m
   Kinematics kinematics(robot);
   std::vector<int> count(checked.size(), 0);
   for (int posture = 0; posture < kPostures; ++posture) {
-    kinematics.Update(SamplePosture(robot, random));
+    kinematics.UpdatePoses(SamplePosture(robot, random));
     meshes.Place(kinematics);
     for (size_t i = 0; i < checked.size(); ++i) {
       if (count[i] < kFairShare && IsFalseOverlap(meshes, checked[i])) ++count[i];
@@ -138,7 +136,7 @@ std::vector<LinkPair> FindInseparablePairs(const RobotModel& robot, LinkTrimeshe
   std::mt19937_64 random(kSeed);
   Kinematics kinematics(robot);
   for (int posture = 0; posture < kPostures && !pairs.empty(); ++posture) {
-    kinematics.Update(posture == 0 ? robot.NeutralConfiguration() : SamplePosture(robot, random));
+    kinematics.UpdatePoses(posture == 0 ? robot.NeutralConfiguration() : SamplePosture(robot, random));
     meshes.Place(kinematics);
     std::erase_if(pairs, [&](const LinkPair& pair) { return !Overlap(meshes, pair); });
   }
@@ -152,17 +150,18 @@ bool PiecesMostlyOverlap(const RobotModel& robot, LinkTrimeshes& meshes, LinkPie
   PlacedShapes first(pieces.Pieces(pair.first)), second(pieces.Pieces(pair.second));
   std::mt19937_64 random(kSeed);
   Kinematics kinematics(robot);
-  int apart = 0, phantom = 0;
+  int excess = 0;  // of postures with overlapping pieces over those without
   for (int posture = 0; posture < kPostures; ++posture) {
-    kinematics.Update(posture == 0 ? robot.NeutralConfiguration() : SamplePosture(robot, random));
-    meshes.Place(kinematics);
+    const int rest = kPostures - posture;
+    if (excess > rest || excess + rest <= 0) break;
+    kinematics.UpdatePoses(posture == 0 ? robot.NeutralConfiguration() : SamplePosture(robot, random));
+    for (const int link : {pair.first, pair.second}) meshes.Place(kinematics, link);
     if (Touch(meshes, pair) || Overlap(meshes, pair)) continue;
-    ++apart;
     first.Place(kinematics.link_pose(pair.first));
     second.Place(kinematics.link_pose(pair.second));
-    if (first.Overlap(second, kNoticeable)) ++phantom;
+    excess += first.Overlap(second, kNoticeable) ? 1 : -1;
   }
-  return 2 * phantom > apart;
+  return excess > 0;
 }
 
 void SetDetail(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces, LinkPairRules& rules) {

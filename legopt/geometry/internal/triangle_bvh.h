@@ -35,6 +35,24 @@ class TriangleBvh {
     return false;
   }
 
+  /// Calls visit(triangle index) for the triangles of all leaves for which near(bounds) is true, and was for all boxes
+  /// around them.
+  template <class Near, class Visitor>
+  void ForEachNear(Near near, Visitor visit) const {
+    int stack[kMaxDepth];
+    int size = 0;
+    if (!nodes_.empty()) stack[size++] = 0;
+    while (size > 0) {
+      const Node& node = nodes_[static_cast<size_t>(stack[--size])];
+      if (!near(node.bounds)) continue;
+      if (node.count == 0) {
+        stack[size++] = node.first;
+        stack[size++] = node.first + 1;
+      }
+      for (int i = node.first; i < node.first + node.count; ++i) visit(order_[static_cast<size_t>(i)]);
+    }
+  }
+
  private:
   static constexpr int kMaxDepth = 64;  ///< sufficient for any mesh, since splits halve
   static constexpr int kLeafSize = 4;

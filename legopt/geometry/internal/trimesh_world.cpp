@@ -130,31 +130,42 @@ double TriangleDepth(const TriangleCorners& a, const TriangleCorners& b) {
 
 namespace {
 
-/// Calls action(triangle of A, triangle of B in the frame of A) for all pairs with overlapping boxes.
+/// Calls action(triangle of A, triangle `t` of B in the frame of A) for the triangles of A whose boxes overlap its box.
 template <class Action>
-void ForEachNearPair(const TriangleMesh& a, const TriangleBvh& bvh_a, const TriangleMesh& b,
-                     const Eigen::Isometry3d& X_AB, Action action) {
-  for (size_t t = 0; t < b.triangles.size(); ++t) {
-    TriangleCorners corners = CornersOf(b, t);
-    Eigen::AlignedBox3d box;
-    for (Vector3d& corner : corners) {
-      corner = X_AB * corner;
-      box.extend(corner);
-    }
-    bvh_a.AnyOverlapping(box, [&](int other) {
-      action(CornersOf(a, static_cast<size_t>(other)), corners);
-      return false;
-    });
+void ForEachNear(const TriangleMesh& a, const TriangleBvh& bvh_a, const TriangleMesh& b, size_t t,
+                 const Eigen::Isometry3d& X_AB, Action action) {
+  TriangleCorners corners = CornersOf(b, t);
+  Eigen::AlignedBox3d box;
+  for (Vector3d& corner : corners) {
+    corner = X_AB * corner;
+    box.extend(corner);
   }
+  bvh_a.AnyOverlapping(box, [&](int other) {
+    action(CornersOf(a, static_cast<size_t>(other)), corners);
+    return false;
+  });
+}
+
+/// Returns a box, in the frame of A, around a box of the frame of B and the rounding of its contents' coordinates.
+Eigen::AlignedBox3d BoxAround(const Eigen::AlignedBox3d& box, const Eigen::Isometry3d& X_AB) {
+  constexpr double kRounding = 1e-9;  // relative and in m
+  const Vector3d centre = X_AB * box.center();
+  const Vector3d half = X_AB.linear().cwiseAbs() * (0.5 * box.sizes());
+  const double slack = kRounding * (1.0 + centre.cwiseAbs().maxCoeff() + half.maxCoeff());
+  return {centre - half - Vector3d::Constant(slack), centre + half + Vector3d::Constant(slack)};
 }
 
 }  // namespace
 
-double MeshDepth(const TriangleMesh& a, const TriangleBvh& bvh_a, const TriangleMesh& b,
+double MeshDepth(const TriangleMesh& a, const TriangleBvh& bvh_a, const TriangleMesh& b, const TriangleBvh& bvh_b,
                  const Eigen::Isometry3d& X_AB) {
   double deepest = kApart;
-  ForEachNearPair(a, bvh_a, b, X_AB, [&](const TriangleCorners& of_a, const TriangleCorners& of_b) {
-    deepest = std::max(deepest, TriangleDepth(of_a, of_b));
+  const auto near = [&](const Eigen::AlignedBox3d& box) {
+    return bvh_a.AnyOverlapping(BoxAround(box, X_AB), [](int) { return true; });
+  };
+  bvh_b.ForEachNear(near, [&](int t) {
+    ForEachNear(a, bvh_a, b, static_cast<size_t>(t), X_AB,
+                [&](const auto& of_a, const auto& of_b) { deepest = std::max(deepest, TriangleDepth(of_a, of_b)); });
   });
   return deepest;
 }
@@ -163,13 +174,15 @@ MeshCrossing DeepestCrossing(const TriangleMesh& a, const TriangleBvh& bvh_a, co
                              const Eigen::Isometry3d& X_AB) {
   MeshCrossing deepest;
   TriangleCorners triangle_a, triangle_b;
-  ForEachNearPair(a, bvh_a, b, X_AB, [&](const TriangleCorners& of_a, const TriangleCorners& of_b) {
-    const double depth = TriangleDepth(of_a, of_b);
-    if (depth <= deepest.depth_m) return;
-    deepest.depth_m = depth;
-    triangle_a = of_a;
-    triangle_b = of_b;
-  });
+  for (size_t t = 0; t < b.triangles.size(); ++t) {
+    ForEachNear(a, bvh_a, b, t, X_AB, [&](const TriangleCorners& of_a, const TriangleCorners& of_b) {
+      const double depth = TriangleDepth(of_a, of_b);
+      if (depth <= deepest.depth_m) return;
+      deepest.depth_m = depth;
+      triangle_a = of_a;
+      triangle_b = of_b;
+    });
+  }
   if (deepest.depth_m < 0.0) return deepest;
   const Plane plane_a(triangle_a), plane_b(triangle_b);
   Vector3d of_a = triangle_a[0], of_b = triangle_b[0];
@@ -323,7 +336,8 @@ double TrimeshWorld::ExactDepth(int mesh_a, int mesh_b) const {
   const bool a_is_larger = impl_->at(mesh_a).triangles.triangles.size() >= impl_->at(mesh_b).triangles.triangles.size();
   const Mesh& large = impl_->at(a_is_larger ? mesh_a : mesh_b);
   const Mesh& small = impl_->at(a_is_larger ? mesh_b : mesh_a);
-  return MeshDepth(large.triangles, large.bvh(), small.triangles, large.pose.inverse(Eigen::Isometry) * small.pose);
+  return MeshDepth(large.triangles, large.bvh(), small.triangles, small.bvh(),
+                   large.pose.inverse(Eigen::Isometry) * small.pose);
 }
 
 std::int64_t TrimeshWorld::ode_failures() const { return impl_->ode_failures; }
