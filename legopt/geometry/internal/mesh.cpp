@@ -2,12 +2,17 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <map>
+#include <mutex>
 #include <numbers>
 #include <optional>
 #include <string_view>
+#include <system_error>
+#include <utility>
 
 #include "legopt/geometry/internal/height_map.h"
 #include "legopt/geometry/internal/mesh_file.h"
@@ -85,6 +90,46 @@ TriangleMesh ReadUnguarded(const std::string& path, const Eigen::Vector3d& scale
   return IsHeightMapFile(path) ? SolidBelow(ReadHeightGrid(path), scale) : ReadMesh(path, scale);
 }
 
+/// Hashes of files, computed again only if the size or the time of change differs: one command loads each mesh of a
+/// robot several times. Thread-safe.
+class FileHashes {
+ public:
+  std::string Of(const std::string& path) {
+    using Clock = std::filesystem::file_time_type::clock;
+    constexpr size_t kMaxFiles = 10'000;
+    constexpr auto kSettled = std::chrono::seconds(1);  // later changes have another time, however coarse the clock
+    std::error_code error;
+    const std::string file = std::filesystem::absolute(path, error).string();
+    const State state{std::filesystem::file_size(path, error), std::filesystem::last_write_time(path, error)};
+    {
+      const std::scoped_lock lock(mutex_);
+      const auto found = files_.find(file);
+      if (found != files_.end() && found->second.first == state) return found->second.second;
+    }
+    std::string hash = Blake2bHex(ReadFileText(path, kMaxMeshBytes));
+    if (error || Clock::now() - state.changed < kSettled) return hash;
+    const std::scoped_lock lock(mutex_);
+    if (files_.size() >= kMaxFiles) files_.clear();
+    files_.insert_or_assign(file, std::pair(state, hash));
+    return hash;
+  }
+
+ private:
+  struct State {
+    std::uintmax_t bytes;
+    std::filesystem::file_time_type changed;
+    bool operator==(const State&) const = default;
+  };
+
+  std::mutex mutex_;
+  std::map<std::string, std::pair<State, std::string>> files_;
+};
+
+std::string HashOfFile(const std::string& path) {
+  static FileHashes hashes;
+  return hashes.Of(path);
+}
+
 /// Returns the key of a mesh in a cache: the file's content and suffix, and the scale. Empty for glTF, whose files may
 /// refer to others.
 std::string KeyOf(const std::string& path, const Eigen::Vector3d& scale) {
@@ -95,7 +140,7 @@ std::string KeyOf(const std::string& path, const Eigen::Vector3d& scale) {
   key.Add(std::string(kVersion));
   key.Add(suffix);
   key.Add(std::array<double, 3>{scale.x(), scale.y(), scale.z()});
-  key.Add(Blake2bHex(ReadFileText(path, kMaxMeshBytes)));
+  key.Add(HashOfFile(path));
   return Blake2bHex(key.Take());
 }
 
