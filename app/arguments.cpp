@@ -174,7 +174,11 @@ std::string UnknownOption(const CLI::App& app, const std::string& word) {
   }
   const std::string typed = word.substr(0, word.find('='));
   const std::string bare = typed.substr(std::min(typed.find_first_not_of('-'), typed.size()));
-  const std::string close = CloseName(bare, names);
+  constexpr std::string_view kFormats[] = {"csv", "json", "latex", "markdown", "text"};
+  const bool has_formats = std::ranges::find(names, "format") != names.end();
+  const std::string close = has_formats && std::ranges::find(kFormats, bare) != std::end(kFormats)
+                                ? "format " + bare
+                                : CloseName(bare, names);
   return "unknown option '" + typed + "'" + (close.empty() ? "" : "; did you mean '--" + close + "'?");
 }
 

@@ -68,6 +68,14 @@ std::vector<std::filesystem::path> EmbeddedDatasetFolders() {
 
 namespace fs = std::filesystem;
 
+fs::path NamedDatasetFolder(const std::string& name) {
+  const bool bare = !name.empty() && name.find('/') == std::string::npos && name != "." && name != "..";
+  std::error_code ignored;
+  if (!bare || fs::is_directory(name, ignored)) return name;
+  const fs::path embedded = DataFolder() / name;
+  return fs::is_regular_file(embedded / "dataset.yaml", ignored) ? embedded : fs::path(name);
+}
+
 bool IsDatasetHash(const std::string& text) {
   constexpr std::size_t kDigits = 64;
   return text.size() == kDigits && text.find_first_not_of("0123456789abcdef") == std::string::npos;

@@ -26,6 +26,10 @@ std::filesystem::path DefaultDatasetFolder();
 /// others. Throws InputError like it.
 std::vector<std::filesystem::path> EmbeddedDatasetFolders();
 
+/// Returns the folder that a user named: an existing folder, or the embedded dataset of that bare name
+/// ("garage-hard"). Any other name is returned as it is. Throws InputError like DataFolder().
+std::filesystem::path NamedDatasetFolder(const std::string& name);
+
 /// Returns whether a text is a content hash of a dataset: 64 lower-case hexadecimal digits. Thread-safe.
 bool IsDatasetHash(const std::string& text);
 

@@ -243,6 +243,12 @@ struct Description<legopt_msg::result_request> {
         .Require(!(m.interpolation_free_share < 0 || m.interpolation_free_share > 1),
                  "interpolation_free_share: must be within 0 .. 1");
   }
+  static void TimingIsPossible(const M& m, FieldCheck& check) {
+    check.Require(!(m.duration_s < 0 || m.reduced_duration_s < 0), "duration_s: a duration is negative");
+    for (const double share : {m.velocity_limited_share, m.torque_limited_share, m.contact_limited_share}) {
+      check.Require(!(share < 0 || share > 1), "contact_limited_share: a share is not within 0 .. 1");
+    }
+  }
   static void WaypointsAreWhole(const M& m, FieldCheck& check) {
     check.Require(std::int64_t{m.num_waypoints} * m.waypoint_size == m.num_values,
                   "num_values: must be num_waypoints * waypoint_size");
@@ -300,6 +306,11 @@ struct Description<legopt_msg::result_request> {
       Field{"halfway_postures", &M::halfway_postures, AtLeast{0}},
       Field{"halfway_without_equilibrium", &M::halfway_without_equilibrium, Range{0, &M::halfway_postures}},
       Field{"halfway_over_torque", &M::halfway_over_torque, Range{0, &M::halfway_postures}},
+      Field{"duration_s", &M::duration_s, NanOrFinite{}},
+      Field{"reduced_duration_s", &M::reduced_duration_s, NanOrFinite{}},
+      Field{"velocity_limited_share", &M::velocity_limited_share, NanOrFinite{}},
+      Field{"torque_limited_share", &M::torque_limited_share, NanOrFinite{}},
+      Field{"contact_limited_share", &M::contact_limited_share, NanOrFinite{}, &TimingIsPossible},
       Field{"windows", &M::windows, AtLeast{0}},
       Field{"windows_solved", &M::windows_solved, Range{0, &M::windows}},
       Field{"num_waypoints", &M::num_waypoints, Range{0, kMaxWaypoints}},

@@ -53,6 +53,13 @@ struct ResultRecord {
   int halfway_postures = 0;
   int halfway_without_equilibrium = 0;
   int halfway_over_torque = 0;
+  // Shortest time law of a timed motion, see MotionTiming; not finite if there is none.
+  double duration_s = std::numeric_limits<double>::quiet_NaN();              ///< T*
+  double reduced_duration_s = std::numeric_limits<double>::quiet_NaN();      ///< T* with reduced friction and efforts
+  double velocity_limited_share = std::numeric_limits<double>::quiet_NaN();  ///< shares of T* by the nearest limit,
+                                                                             ///< 0 .. 1
+  double torque_limited_share = std::numeric_limits<double>::quiet_NaN();
+  double contact_limited_share = std::numeric_limits<double>::quiet_NaN();
   int windows = 0;         ///< number of windows of the motion; 0: not solved by windows
   int windows_solved = 0;  ///< 0 .. windows
   /// For motions with Verdict::kWindowUnsolved: the judge's verdict on the best point of that window.
@@ -173,6 +180,11 @@ inline constexpr std::tuple kResultColumns{
         IsZero<&ResultRecord::halfway_postures>),
     ResultColumn{"halfway_over_torque", &ResultRecord::halfway_over_torque}.AtLeast(0).NullWhen(
         IsZero<&ResultRecord::halfway_postures>),
+    ResultColumn{"duration_s", &ResultRecord::duration_s}.AtLeast(0),
+    ResultColumn{"reduced_duration_s", &ResultRecord::reduced_duration_s}.AtLeast(0),
+    ResultColumn{"velocity_limited_share", &ResultRecord::velocity_limited_share}.Within(0, 1),
+    ResultColumn{"torque_limited_share", &ResultRecord::torque_limited_share}.Within(0, 1),
+    ResultColumn{"contact_limited_share", &ResultRecord::contact_limited_share}.Within(0, 1),
     OtherResultColumn{"attempt"},
     ResultColumn{"trace", &ResultRecord::trace}.NullWhen(HasNoTrace).ShownAs("trace_bytes", "length(trace)")};
 

@@ -368,7 +368,7 @@ std::vector<WorkerStatus> Scheduler::workers() const {
   std::vector<WorkerStatus> list;
   for (const std::int64_t id : shown) {
     const Worker& worker = workers_.at(id);
-    list.push_back({worker.record, worker.online, worker.last_seen, worker.leases, worker.profile});
+    list.push_back({worker.record, worker.online, worker.last_seen, worker.leases, worker.profile, worker.stored});
   }
   return list;
 }

@@ -71,7 +71,7 @@ struct SchedulerOptions {
   std::int64_t max_open_experiments_per_submitter = 5'000;           ///< such experiments of one submitter
   std::size_t max_spec_bytes = std::size_t{128} << 20;               ///< memory for the specs of these experiments
   std::size_t max_spec_bytes_per_submitter = std::size_t{32} << 20;  ///< memory for the specs of one submitter
-  std::size_t max_new_worker_bytes = std::size_t{64} << 20;  ///< memory of workers that never leased a job; above the
+  std::size_t max_new_worker_bytes = std::size_t{16} << 20;  ///< memory of workers that never leased a job; above the
                                                              ///< limit, the workers silent for longest are removed
   microseconds new_worker_kept{600'000'000};        ///< time after which a silent worker that never leased a job is
                                                     ///< removed
@@ -112,6 +112,7 @@ struct WorkerStatus {
   microseconds last_seen{0};  ///< steady time; 0: not seen since this server started
   std::int64_t leases = 0;
   WorkerProfile profile;
+  bool enlisted = false;  ///< it has leased a job at least once
 };
 
 /// Progress of a leased job, as reported by its worker.

@@ -121,6 +121,34 @@ Json WorkerJson(const WorkerStatus& worker, const Instant& now) {
           {"load", std::isfinite(worker.record.load) ? Json(worker.record.load) : Json()}};
 }
 
+/// Workers in a reply.
+struct ListedWorkers {
+  Json list = Json::array();
+  std::size_t omitted = 0;  ///< workers that never leased a job and are not listed
+};
+
+/// Lists all workers that leased jobs, and of the others the last to be heard: any process can say hello as often as it
+/// likes, and the reply has a limit.
+ListedWorkers WorkersJson(const Scheduler& scheduler, const Instant& now) {
+  constexpr std::size_t kMostNew = 1000;
+  std::vector<WorkerStatus> workers = scheduler.workers();
+  std::vector<microseconds> heard;
+  for (const WorkerStatus& worker : workers) {
+    if (!worker.enlisted) heard.push_back(worker.last_seen);
+  }
+  ListedWorkers listed;
+  listed.omitted = heard.size() - std::min(heard.size(), kMostNew);
+  std::ranges::sort(heard);
+  const microseconds first = listed.omitted > 0 ? heard[listed.omitted] : microseconds::min();
+  std::size_t left = std::min(heard.size(), kMostNew);
+  for (const WorkerStatus& worker : workers) {
+    if (!worker.enlisted && (worker.last_seen < first || left == 0)) continue;
+    if (!worker.enlisted) --left;
+    listed.list.push_back(WorkerJson(worker, now));
+  }
+  return listed;
+}
+
 }  // namespace
 
 Json StatusJson(const Scheduler& scheduler, std::int64_t experiment_id, const Instant& now,
@@ -131,8 +159,7 @@ Json StatusJson(const Scheduler& scheduler, std::int64_t experiment_id, const In
     if (experiment_id != 0 && experiment_id != id) continue;
     experiments.push_back(ExperimentJson(summary, scheduler, outlooks, experiment_id != 0, now));
   }
-  Json workers = Json::array();
-  for (const WorkerStatus& worker : scheduler.workers()) workers.push_back(WorkerJson(worker, now));
+  ListedWorkers workers = WorkersJson(scheduler, now);
   Json counters = Json::object();
   for (const auto& [name, value] : scheduler.counters().Listing()) counters[std::string(name)] = value;
   const auto oldest = scheduler.oldest_lease();
@@ -140,8 +167,9 @@ Json StatusJson(const Scheduler& scheduler, std::int64_t experiment_id, const In
               {"leased", scheduler.num_leases()},
               {"oldest_lease_s", oldest ? Json(SecondsOf(now.steady - *oldest)) : Json()},
               {"store_error", store_error},
+              {"workers_not_listed", workers.omitted},
               {"scheduler", std::move(counters)}};
-  return {{"experiments", std::move(experiments)}, {"workers", std::move(workers)}, {"server", std::move(server)}};
+  return {{"experiments", std::move(experiments)}, {"workers", std::move(workers.list)}, {"server", std::move(server)}};
 }
 
 }  // namespace legopt::server

@@ -251,7 +251,10 @@ std::optional<ExitCode> FindDatasets(std::vector<fs::path>& datasets, const Data
                                      const PoolOptions& pool, const DatasetSearchContext& around) {
   for (fs::path& dataset : datasets) {
     const std::string hash = dataset.string();
-    if (!app::IsDatasetHash(hash)) continue;
+    if (!app::IsDatasetHash(hash)) {
+      dataset = app::NamedDatasetFolder(hash);
+      continue;
+    }
     if (const auto embedded = FindEmbedded(hash)) {
       dataset = *embedded;
       continue;

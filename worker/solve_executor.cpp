@@ -93,6 +93,18 @@ void AddViolations(const Evaluation& evaluation, legopt_msg::result_request& res
   result.num_violations = static_cast<std::int32_t>(result.violations.size());
 }
 
+/// Adds the shortest time law of a timed motion; NaN if there is none.
+void AddTiming(const Evaluation& evaluation, legopt_msg::result_request& result) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  const bool timed = evaluation.timing && std::isfinite(evaluation.timing->shortest_s);
+  const MotionTiming timing = timed ? *evaluation.timing : MotionTiming{};
+  result.duration_s = timed ? timing.shortest_s : kNone;
+  result.reduced_duration_s = timed && std::isfinite(timing.reduced_s) ? timing.reduced_s : kNone;
+  result.velocity_limited_share = timed ? timing.limits.velocity : kNone;
+  result.torque_limited_share = timed ? timing.limits.torque : kNone;
+  result.contact_limited_share = timed ? timing.limits.contact : kNone;
+}
+
 }  // namespace
 
 SolveExecutor::SolveExecutor(WorkerInputs inputs) : inputs_(std::move(inputs)) {}
@@ -193,6 +205,7 @@ legopt_msg::result_request ToMessage(const JobResult& job) {
   result.halfway_postures = evaluation.holding_halfway.postures;
   result.halfway_without_equilibrium = evaluation.holding_halfway.without_equilibrium;
   result.halfway_over_torque = evaluation.holding_halfway.over_torque;
+  AddTiming(evaluation, result);
   result.windows = solve.windows;
   result.windows_solved = solve.windows_solved;
   if (OneShape(solve.waypoints)) {

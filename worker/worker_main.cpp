@@ -87,10 +87,11 @@ void Define(app::Program& program, CommandLine& line) {
       .Check(app::WholeNumber(1, kMaxSlots));
   program
       .AddOption("--dataset", line.inputs.datasets,
-                 "Dataset whose jobs this worker takes: a folder, or a content hash ('legopt dataset info'), then "
-                 "the embedded ones, ~/.cache/legopt and the server are asked for it; may be repeated (default: the "
+                 "Dataset whose jobs this worker takes: a folder, the name of an embedded one, or a content hash "
+                 "('legopt dataset info'), then the embedded ones, ~/.cache/legopt and the server are asked for it; "
+                 "may be repeated (default: the "
                  "embedded ones, garage-easier and garage-hard, and those that the server has stored)")
-      .ValueName("FOLDER|HASH");
+      .ValueName("FOLDER|NAME|HASH");
   program.AddOption("--solver", line.inputs.solvers,
                     "Description file of an external solver that jobs may need; may be repeated "
                     "(docs/reference/external-solvers.md)");

@@ -160,7 +160,7 @@ struct PackOptions {
 };
 
 ExitCode Pack(const PackOptions& options) {
-  std::cout << app::Printable(PackInto(options.folder, options.out).archive.string()) << "\n";
+  std::cout << app::Printable(PackInto(app::NamedDatasetFolder(options.folder), options.out).archive.string()) << "\n";
   return ExitCode::kOk;
 }
 

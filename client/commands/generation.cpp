@@ -176,9 +176,9 @@ worldgen::DatasetReport BuildFolder(const DatasetFlags& flags, const std::string
   options.seed = flags.scenario.seed;
   options.pictures = !flags.scenario.no_pictures;
   if (flags.from) {
-    options.robot_folder = *flags.from;
+    options.robot_folder = app::NamedDatasetFolder(*flags.from);
   } else {
-    options.robot_folder = flags.robot ? std::filesystem::path(*flags.robot) : app::DefaultDatasetFolder();
+    options.robot_folder = flags.robot ? app::NamedDatasetFolder(*flags.robot) : app::DefaultDatasetFolder();
     options.scenario = OptionsOf(flags.scenario);
   }
   options.Validate();

@@ -198,9 +198,23 @@ std::string ClockWarning(std::int64_t clock_stopped, std::int64_t experiment_id)
          std::to_string(experiment_id) + " --time-limit' queues " + (clock_stopped == 1 ? "it" : "them") + " again.";
 }
 
-TableCell ShownSuccess(const BenchmarkCell& cell) { return SuccessCell(cell.solved, cell.n, Remarks(cell)); }
+namespace {
+
+// Nothing has been solved or not solved yet.
+TableCell NothingFinished(const BenchmarkCell& cell) {
+  const std::string remarks = Remarks(cell);
+  return TextCell(remarks.empty() ? "-" : "- (" + remarks + ")");
+}
+
+}  // namespace
+
+TableCell ShownSuccess(const BenchmarkCell& cell) {
+  if (cell.finished == 0) return NothingFinished(cell);
+  return SuccessCell(cell.solved, cell.n, Remarks(cell));
+}
 
 TableCell ShownCertifiedSuccess(const BenchmarkCell& cell) {
+  if (cell.finished == 0) return NothingFinished(cell);
   std::string rest;
   for (const Feasibility feasibility : {Feasibility::kOpen, Feasibility::kInfeasible}) {
     const JobCounts& counts = cell.by_feasibility[feasibility];

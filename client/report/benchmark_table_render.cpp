@@ -160,13 +160,14 @@ std::string OtherRuleNote(const BenchmarkTable& table) {
     for (const BenchmarkColumn& column : table.columns) {
       const auto cell = row.cells.find(column);
       text += separator;
-      text += cell == row.cells.end()
+      text += cell == row.cells.end() || cell->second.finished == 0
                   ? "-"
                   : std::to_string(cell->second.solved_by_other_rule) + "/" + std::to_string(cell->second.n);
       separator = ", ";
     }
   }
-  return " Solved by the " + std::string(ToString(*table.other_rule)) + " rule: " + text + ".";
+  return " Solved by the " + std::string(ToString(*table.other_rule)) + " rule" +
+         (table.certified ? ", of all problems: " : ": ") + text + ".";
 }
 
 std::string Note(const BenchmarkTable& table) {

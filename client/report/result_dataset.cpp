@@ -57,10 +57,18 @@ std::optional<fs::path> RecordedDatasetFolder(const std::string& hash) {
 
 namespace {
 
-// A stored dataset and the temporary folder that contains its meshes.
+// Returns `name` if it is the name of one folder entry, else another one.
+std::string FolderName(const std::string& name) {
+  const bool plain = !name.empty() && name != "." && name != ".." && name.size() <= NAME_MAX &&
+                     name.find_first_of(std::string_view("/\0", 2)) == std::string::npos;
+  return plain ? name : "dataset";
+}
+
+// A stored dataset and the temporary folder that contains its meshes. A folder in LegOpt's format has the name of the
+// dataset, because it is not stated elsewhere.
 class UnpackedDataset {
  public:
-  explicit UnpackedDataset(const std::string& archive) {
+  UnpackedDataset(const std::string& archive, const std::string& dataset_name) {
     std::string name = (fs::temp_directory_path() / "legopt-dataset-XXXXXX").string();
     if (::mkdtemp(name.data()) == nullptr) {
       throw ClientError(ExitCode::kUsage, name + ": cannot be created: " + std::generic_category().message(errno) +
@@ -68,8 +76,10 @@ class UnpackedDataset {
     }
     folder_ = name;
     try {
-      UnpackDataset(archive, folder_, GuardedReader());
-      dataset_ = Dataset::Load(folder_, GuardedReader());
+      const fs::path inner = folder_ / FolderName(dataset_name);
+      fs::create_directory(inner);
+      UnpackDataset(archive, inner, GuardedReader());
+      dataset_ = Dataset::Load(inner, GuardedReader());
     } catch (...) {
       Remove();
       throw;
@@ -114,6 +124,12 @@ std::shared_ptr<const Dataset> FindCached(const std::string& hash) {
   return LoadIfContent(folder, hash);
 }
 
+// A folder in LegOpt's format is the only statement of the dataset's name; in the cache it is called by the hash.
+bool StatesItsName(const Dataset& dataset) {
+  std::error_code ignored;
+  return fs::is_regular_file(dataset.folder() / "dataset.yaml", ignored);
+}
+
 std::shared_ptr<const Dataset> FindSubmitted(const std::string& hash) {
   const auto folder = RecordedDatasetFolder(hash);
   return folder ? LoadIfContent(*folder, hash) : nullptr;
@@ -125,9 +141,10 @@ std::shared_ptr<const Dataset> FindStored(ResultSource& source, const std::strin
   if (found.rows.empty()) return nullptr;
   const std::optional<std::string> archive = BlobAt(found, 0, "archive");
   if (!archive) return nullptr;
+  const std::string name = found.At(0, "name").is_string() ? found.At(0, "name").get<std::string>() : "";
   std::string fault;
   try {
-    auto unpacked = std::make_shared<const UnpackedDataset>(*archive);
+    auto unpacked = std::make_shared<const UnpackedDataset>(*archive, name);
     const std::string& content = unpacked->dataset().content_hash();
     if (content == hash) return {unpacked, &unpacked->dataset()};
     fault = "its content is dataset " + content;
@@ -143,9 +160,11 @@ std::shared_ptr<const Dataset> FindStored(ResultSource& source, const std::strin
 
 std::shared_ptr<const Dataset> FindResultDataset(ResultSource& source, const std::string& hash) {
   if (auto embedded = FindEmbedded(hash)) return embedded;
-  if (auto cached = FindCached(hash)) return cached;
+  const auto cached = FindCached(hash);
+  if (cached && StatesItsName(*cached)) return cached;
   if (auto stored = FindStored(source, hash)) return stored;
-  return FindSubmitted(hash);
+  if (auto submitted = FindSubmitted(hash)) return submitted;
+  return cached;
 }
 
 }  // namespace legopt::client

@@ -109,12 +109,7 @@ std::filesystem::path FindSuite(const std::string& name) {
 }
 
 std::filesystem::path ChooseDatasetFolder(const std::optional<std::string>& flag, const Suite* suite) {
-  if (flag) {
-    const bool bare = !flag->empty() && flag->find('/') == std::string::npos && *flag != "." && *flag != "..";
-    if (!bare || IsFolder(*flag)) return *flag;
-    const std::filesystem::path embedded = app::DataFolder() / *flag;
-    return IsFile(embedded / "dataset.yaml") ? embedded : std::filesystem::path(*flag);
-  }
+  if (flag) return app::NamedDatasetFolder(*flag);
   if (suite != nullptr && suite->dataset) return *suite->dataset;
   return app::DefaultDatasetFolder();
 }

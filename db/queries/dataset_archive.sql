@@ -1,2 +1,2 @@
--- The packed dataset of a hash; no row if it is not stored. Parameters: :hash.
-SELECT archive FROM dataset_archives JOIN datasets USING (dataset_id) WHERE hash = :hash
+-- The packed dataset of a hash, and its name; no row if it is not stored. Parameters: :hash.
+SELECT archive, name FROM dataset_archives JOIN datasets USING (dataset_id) WHERE hash = :hash

@@ -189,6 +189,13 @@ CREATE TABLE results (
   halfway_postures INTEGER CHECK (halfway_postures >= 1),  -- since 14
   halfway_without_equilibrium INTEGER CHECK (halfway_without_equilibrium >= 0),  -- since 14
   halfway_over_torque INTEGER CHECK (halfway_over_torque >= 0),  -- since 14
+  -- Shortest duration of a timed motion, the same with 80 % of friction and effort limits, and the shares of it in
+  -- which a velocity, a torque or the force of a contact is nearest its limit. NULL: no timed motion, or no time law.
+  duration_s REAL CHECK (duration_s >= 0),  -- since 15
+  reduced_duration_s REAL CHECK (reduced_duration_s >= 0),  -- since 15
+  velocity_limited_share REAL CHECK (velocity_limited_share BETWEEN 0 AND 1),  -- since 15
+  torque_limited_share REAL CHECK (torque_limited_share BETWEEN 0 AND 1),  -- since 15
+  contact_limited_share REAL CHECK (contact_limited_share BETWEEN 0 AND 1),  -- since 15
   CHECK (cost IS NOT NULL OR (verdict_literal <> 'success' AND verdict_strict <> 'success')),
   FOREIGN KEY (job_id, attempt) REFERENCES attempts (job_id, attempt),
   FOREIGN KEY (job_id, cell_id) REFERENCES jobs (job_id, cell_id)

@@ -165,7 +165,9 @@ SELECT j.job_id, c.experiment_id, m.name AS method, m.multi_starts, m.sample_siz
   (SELECT max(v.value) FROM violations AS v WHERE v.job_id = j.job_id AND v.check_name = 'step') AS longest_step_m,
   r.interpolation_environment_depth_m, r.interpolation_self_depth_m, r.interpolation_free_share,
   r.holding_postures, r.holding_without_equilibrium, r.holding_over_torque, r.halfway_postures,
-  r.halfway_without_equilibrium, r.halfway_over_torque, w.name AS worker, w.hostname, w.processor, w.build_id
+  r.halfway_without_equilibrium, r.halfway_over_torque,
+  r.duration_s, r.reduced_duration_s, r.velocity_limited_share, r.torque_limited_share, r.contact_limited_share,
+  w.name AS worker, w.hostname, w.processor, w.build_id
 FROM jobs AS j
 JOIN cells AS c USING (cell_id)
 JOIN methods AS m USING (method_id)

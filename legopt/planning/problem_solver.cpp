@@ -27,6 +27,9 @@ namespace {
 constexpr double kRadiansPerDegree = M_PI / 180.0;
 /// Least number of pieces per segment of a motion whose points are joined by a spline.
 constexpr int kLeastPiecesOfCurve = 4;
+/// Distance of the points of a curve from joint limits, rad or m: between them, the spline goes beyond its points by
+/// some of it.
+constexpr double kJointReserve = 2e-3;
 
 std::mt19937_64 GeneratorOf(const std::string& identity) {
   constexpr size_t kSeedDigits = 16;
@@ -78,6 +81,7 @@ class ProblemSolver::Run {
       if (method_.physics == Physics::kNone) proximity.physics = Physics::kBalance;
       proximity.segment_physics = proximity.physics;
       proximity.prefer_middle = true;
+      proximity.joint_reserve = kJointReserve;
     }
     return proximity;
   }

@@ -52,7 +52,7 @@ class Arguments : public testing::Test {
     run.WhenChosen([this] { ++runs_; });
     run.AddOption("--host", host_, "Host | address").Group(kNetworkHeading);
     program.AddCommand("cancel", "Cancels").AddOption("ID", id_, "Id").Required();
-    program.AddCommand("list", "Lists");
+    program.AddCommand("list", "Lists").AddOption("--format", format_, "Format");
     program.GroupCommands("Jobs");
     const Command data = program.AddCommand("data", "Data");
     data.RequireCommand();
@@ -80,7 +80,7 @@ class Arguments : public testing::Test {
     EXPECT_EQ(said.err, "prog: error: " + cause + "; see '" + help + " --help'\n");
   }
 
-  std::string suite_, methods_, host_;
+  std::string suite_, methods_, host_, format_;
   int workers_ = 0, id_ = 0;
   double ratio_ = 0;
   std::uint64_t count_ = 0;
@@ -255,6 +255,8 @@ TEST_F(Arguments, MisspeltOptionsGetTheNearestOfTheirCommand) {
   Expect({"run", "quick", "--worker=2"}, "unknown option '--worker'; did you mean '--workers'?", "prog run");
   Expect({"run", "-methods", "x"}, "unknown option '-methods'; did you mean '--methods'?", "prog run");
   Expect({"cancel", "--methods", "x"}, "unknown option '--methods'", "prog cancel");
+  Expect({"list", "--json"}, "unknown option '--json'; did you mean '--format json'?", "prog list");
+  Expect({"run", "--json", "quick"}, "unknown option '--json'", "prog run");
   Expect({"--vresion"}, "unknown option '--vresion'; did you mean '--version'?", "prog");
   Expect({"--qqqqqqqqqqq", "run"}, "unknown option '--qqqqqqqqqqq'", "prog");
 }

@@ -90,7 +90,7 @@ TEST(BenchmarkTable, AllFormatsAreEqualInContent) {
   EXPECT_THAT(text.rows[0], ElementsAre("SQP", "0", "100", "34/35", "396", "1.46", "29/35 (5 left)", "402", "12.4",
                                         "12/35", "0.13", "2.30"));
   EXPECT_THAT(text.rows[1],
-              ElementsAre("I-SQP|80%_a&b", "10", "80", "0/35", "-", "-", "0/35 (35 left)", "-", "-", "-", "-", "-"));
+              ElementsAre("I-SQP|80%_a&b", "10", "80", "0/35", "-", "-", "- (35 left)", "-", "-", "-", "-", "-"));
   const auto markdown = ParseMarkdownTable(RenderBenchmarkTable(table, TableFormat::kMarkdown));
   EXPECT_EQ(markdown.rows, text.rows);
   EXPECT_EQ(markdown.time_unit, text.time_unit);

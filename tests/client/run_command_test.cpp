@@ -236,6 +236,25 @@ TEST_F(RunCommand, AResultCarriesItsDataset) {
   EXPECT_THAT(report.err, Not(HasSubstr("was not found")));
 }
 
+// The name of a dataset in LegOpt's format is that of its folder; the stored one must be called the same.
+TEST_F(RunCommand, AFolderInLegOptsFormatKeepsItsName) {
+  ::setenv("XDG_CACHE_HOME", folder_.path().c_str(), 1);
+  const auto dataset = folder_.path() / "walker";
+  std::filesystem::copy(app::DataFolder() / "biped", dataset);
+  std::filesystem::remove(dataset / "suite.yaml");
+  const auto run = Run({Suite(1), "--dataset", "walker", "--db", Db()});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  std::filesystem::remove_all(dataset);
+  const auto exported = [&] {
+    const auto result = RunLegopt({"export", "1", "--db", Db(), "--out", "-"}, folder_.path());
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.out;
+  };
+  const std::string first = exported();
+  EXPECT_EQ(nlohmann::json::parse(first).at("scenario"), "walker");
+  EXPECT_EQ(exported(), first);
+}
+
 TEST_F(RunCommand, AFullStandardOutputIsOneFaultWhateverTheCommand) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
   ASSERT_EQ(Run({Suite(1), "--db", Db()}).exit_code, 0);

@@ -204,7 +204,8 @@ TEST_F(BenchmarkTable, JobListNamesEverything) {
             "wall_us cpu_us iterations restarts starts term_evaluations collision_queries solid_depth_m longest_step_m "
             "interpolation_environment_depth_m interpolation_self_depth_m interpolation_free_share "
             "holding_postures holding_without_equilibrium holding_over_torque halfway_postures "
-            "halfway_without_equilibrium halfway_over_torque worker hostname "
+            "halfway_without_equilibrium halfway_over_torque duration_s reduced_duration_s velocity_limited_share "
+            "torque_limited_share contact_limited_share worker hostname "
             "processor build_id ");
   EXPECT_EQ(jobs.rows.at(0), (Row{Int(2),
                                   Int(1),
@@ -238,6 +239,11 @@ TEST_F(BenchmarkTable, JobListNamesEverything) {
                                   kNull,
                                   0.0,
                                   0.0,
+                                  kNull,
+                                  kNull,
+                                  kNull,
+                                  kNull,
+                                  kNull,
                                   kNull,
                                   kNull,
                                   kNull,

@@ -104,12 +104,29 @@ TEST_F(ResultColumns, AreNullWhereThereIsNothing) {
     const Value value = RowOf("results", std::string(column.name)).at(0);
     if (std::holds_alternative<std::monostate>(value)) null.insert(std::string(column.name));
   });
-  EXPECT_EQ(null,
-            (std::set<std::string>{
-                "solver_cost", "failed_waypoint", "windows", "windows_solved", "interpolation_environment_depth_m",
-                "interpolation_self_depth_m", "interpolation_free_share", "trace", "starts", "term_evaluations",
-                "collision_queries", "window_verdict", "holding_postures", "holding_without_equilibrium",
-                "holding_over_torque", "halfway_postures", "halfway_without_equilibrium", "halfway_over_torque"}));
+  EXPECT_EQ(null, (std::set<std::string>{"solver_cost",
+                                         "failed_waypoint",
+                                         "windows",
+                                         "windows_solved",
+                                         "interpolation_environment_depth_m",
+                                         "interpolation_self_depth_m",
+                                         "interpolation_free_share",
+                                         "trace",
+                                         "starts",
+                                         "term_evaluations",
+                                         "collision_queries",
+                                         "window_verdict",
+                                         "holding_postures",
+                                         "holding_without_equilibrium",
+                                         "holding_over_torque",
+                                         "halfway_postures",
+                                         "halfway_without_equilibrium",
+                                         "halfway_over_torque",
+                                         "duration_s",
+                                         "reduced_duration_s",
+                                         "velocity_limited_share",
+                                         "torque_limited_share",
+                                         "contact_limited_share"}));
 }
 
 TEST_F(ResultColumns, AreKeptOfALateResult) {
@@ -142,7 +159,8 @@ TEST_F(ResultColumns, AreShownInTheirOrder) {
             "involuntary_context_switches, peak_memory_bytes, windows, windows_solved, window_verdict, "
             "interpolation_environment_depth_m, interpolation_self_depth_m, interpolation_free_share, "
             "holding_postures, holding_without_equilibrium, holding_over_torque, halfway_postures, "
-            "halfway_without_equilibrium, halfway_over_torque, attempt, "
+            "halfway_without_equilibrium, halfway_over_torque, duration_s, reduced_duration_s, "
+            "velocity_limited_share, torque_limited_share, contact_limited_share, attempt, "
             "length(trace) AS trace_bytes");
 }
 

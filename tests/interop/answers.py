@@ -6,6 +6,9 @@ import subprocess
 NAN = float("nan")  # not available
 JUDGES_FIGURES = (
     "cost", "interpolation_environment_depth_m", "interpolation_self_depth_m", "interpolation_free_share")
+TIMING = {  # field: that of the object "timing" in evaluate's JSON
+    "duration_s": "duration_s", "reduced_duration_s": "reduced_s", "velocity_limited_share": "velocity",
+    "torque_limited_share": "torque", "contact_limited_share": "contact"}
 NO_SOLVER = {"solver_status": "not_run", "solver_cost": NAN, "solver_violation": NAN}
 FINISHED = 0
 HELD = {"holding": "holding", "halfway": "holding_halfway"}  # prefix of fields: object in evaluate's JSON
@@ -20,7 +23,7 @@ def dataset_facts(legopt, folder):
 def no_answer(outcome, text):
     """Returns the fields of the result_request of an attempt without a solution."""
     return {"outcome": outcome, "message": text, "failed_waypoint": -1, **NO_SOLVER,
-            **dict.fromkeys(JUDGES_FIGURES, NAN)}
+            **dict.fromkeys([*JUDGES_FIGURES, *TIMING], NAN)}
 
 
 class Answers:
@@ -50,6 +53,7 @@ class Answers:
             "verdict_detail": judged["detail"],
             "failed_waypoint": -1 if failed is None else failed,
             **{name: NAN if judged[name] is None else judged[name] for name in JUDGES_FIGURES},
+            **_timing(judged["timing"]),
             "violations": [
                 {"check": value["check"], "rule": value["rule"], "subject": value["subject"], "value": value["value"],
                  "waypoint": -1 if value["waypoint"] is None else value["waypoint"]}
@@ -59,6 +63,11 @@ class Answers:
             "num_waypoints": len(waypoints), "waypoint_size": len(waypoints[0]),
             "waypoints": [number for waypoint in waypoints for number in waypoint],
         }
+
+
+def _timing(judged):
+    timed = judged is not None and judged["duration_s"] is not None
+    return {field: judged[name] if timed and judged[name] is not None else NAN for field, name in TIMING.items()}
 
 
 def _run(*command):

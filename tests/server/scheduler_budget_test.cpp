@@ -175,6 +175,22 @@ TEST_F(SchedulerBudget, ManyHellosForgetTheLongestSilentWorkers) {
   LeaseOne(100'000);
 }
 
+// A reply has a limit; that a program says hello many times must not take the status from all users.
+TEST_F(SchedulerBudget, ManyHellosDoNotFillTheStatus) {
+  Submit(SampleSpec());
+  Hello(kFirst);
+  LeaseOne(kFirst);
+  now_.steady += seconds(1);
+  constexpr int kSenders = 20'000;
+  for (int i = 0; i < kSenders; ++i) HelloOf(100'000 + i);
+  const nlohmann::json status = StatusJson(*scheduler_, 0, now_, "");
+  EXPECT_LT(status.dump().size(), std::size_t{4} << 20);
+  EXPECT_EQ(status["workers"].size(), 1001U);
+  EXPECT_EQ(status["workers"][0]["id"], worker_ids_[kFirst]) << "it has leased a job";
+  EXPECT_EQ(status["server"]["workers_not_listed"], scheduler_->workers().size() - 1001U);
+  EXPECT_GT(scheduler_->workers().size(), 2000U);
+}
+
 TEST_F(SchedulerBudget, AWorkerThatLeasedIsNotForgottenForOthers) {
   options_.max_new_worker_bytes = 20'000;
   Restart();

@@ -309,7 +309,8 @@ TEST_F(SchedulerTest, StatusHasTheDocumentedKeys) {
       "build build_id datasets draining hostname id leases load memory_bytes name online pid processor processors "
       "silent_s slots solvers ");
   EXPECT_EQ(keys(status["server"]),
-            "leased oldest_lease_s queued scheduler store_error ");  // the server adds store_error and transport
+            "leased oldest_lease_s queued scheduler store_error workers_not_listed ");  // the server adds store_error
+                                                                                        // and transport
 }
 
 }  // namespace

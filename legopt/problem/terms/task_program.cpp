@@ -17,11 +17,23 @@ namespace legopt {
 WaypointProgram::WaypointProgram(const Dataset& dataset, CollisionQuery& query,
                                  std::span<const WaypointConstraints> demands, const ProgramOptions& proximity)
     : dataset_(&dataset), robot_(&dataset.robot()) {
+  SetJointBounds(proximity.joint_reserve);
   for (const WaypointConstraints& demand : demands) {
     stances_.push_back(demand.stance != nullptr ? *demand.stance : Stance{});
     states_.emplace_back(*robot_, query, proximity.range_m);
     fixed_.push_back(demand.fixed);
     if (demand.stance != nullptr) AddConstraints(dataset, demand, num_waypoints() - 1, proximity);
+  }
+}
+
+void WaypointProgram::SetJointBounds(double reserve) {
+  constexpr double kLargestShare = 0.25;  // of a joint's range
+  lower_ = robot_->lower_limits();
+  upper_ = robot_->upper_limits();
+  for (Eigen::Index i = 0; reserve > 0.0 && i < lower_.size(); ++i) {
+    const double kept = std::min(reserve, kLargestShare * (upper_[i] - lower_[i]));
+    lower_[i] += kept;
+    upper_[i] -= kept;
   }
 }
 
@@ -140,8 +152,8 @@ void WaypointProgram::StepBounds(Eigen::Ref<const Eigen::VectorXd> x, Eigen::Ref
       continue;
     }
     const auto joints = x.segment(t * point_size(), n);
-    lower.segment(t * tangent_size(), n) = robot_->lower_limits() - joints;
-    upper.segment(t * tangent_size(), n) = robot_->upper_limits() - joints;
+    lower.segment(t * tangent_size(), n) = lower_ - joints;
+    upper.segment(t * tangent_size(), n) = upper_ - joints;
   }
 }
 
@@ -150,7 +162,7 @@ void WaypointProgram::ProjectOnBounds(Eigen::Ref<Eigen::VectorXd> x) const {
   for (Eigen::Index t = 0; t < num_waypoints(); ++t) {
     if (IsFixed(t)) continue;
     auto joints = x.segment(t * point_size(), n);
-    joints = joints.cwiseMax(robot_->lower_limits()).cwiseMin(robot_->upper_limits());
+    joints = joints.cwiseMax(lower_).cwiseMin(upper_);
   }
 }
 

@@ -28,6 +28,7 @@ struct ProgramOptions {
   double continuous_weight = 1e2;                                    ///< weight of the preference, per metre, > 0
   Physics physics = Physics::kNone;          ///< physics at waypoints, beyond the task's balance
   Physics segment_physics = Physics::kNone;  ///< balance of waypoints on the contacts of their segments
+  double joint_reserve = 0.0;  ///< distance to keep from joint limits, rad or m, where the range of a joint permits
   bool prefer_middle = false;  ///< on feet, the centre of mass should be far from the edges of its polygon
 };
 
@@ -96,10 +97,12 @@ class WaypointProgram : public Program {
                       const ProgramOptions& proximity);
   void AddAxis(const Contact& contact, const ContactTarget& target, int waypoint);
   void AddTorqueLimits(const Dataset& dataset, const Stance& stance, int waypoint);
+  void SetJointBounds(double reserve);
   bool IsFixed(Eigen::Index waypoint) const { return fixed_[static_cast<size_t>(waypoint)]; }
 
   const Dataset* dataset_;
   const RobotModel* robot_;
+  Eigen::VectorXd lower_, upper_;     ///< bounds of the degrees of freedom, with the reserve
   std::vector<bool> fixed_;           ///< one entry per waypoint
   std::vector<Stance> stances_;       ///< one entry per waypoint
   std::deque<WaypointState> states_;  ///< terms point into it
