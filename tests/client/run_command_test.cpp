@@ -240,8 +240,11 @@ TEST_F(RunCommand, AResultCarriesItsDataset) {
 TEST_F(RunCommand, AFolderInLegOptsFormatKeepsItsName) {
   ::setenv("XDG_CACHE_HOME", folder_.path().c_str(), 1);
   const auto dataset = folder_.path() / "walker";
-  std::filesystem::copy(app::DataFolder() / "biped", dataset);
-  std::filesystem::remove(dataset / "suite.yaml");
+  const auto garage = app::DataFolder() / "garage-small";
+  std::filesystem::create_directories(dataset / "robot");
+  std::filesystem::copy(garage / "robot.urdf", dataset / "robot");
+  std::filesystem::copy(garage / "problems-posture.json", dataset / "problemsposture.json");
+  std::filesystem::copy(app::DataFolder() / "biped" / "scene.obj", dataset);
   const auto run = Run({Suite(1), "--dataset", "walker", "--db", Db()});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   std::filesystem::remove_all(dataset);
