@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <array>
-#include <cstdlib>
 #include <iterator>
 #include <memory>
 #include <string_view>
@@ -12,7 +11,7 @@
 #include "db/foreign_keys.h"
 #include "db/migrations.h"
 #include "db/read_only_database.h"
-#include "legopt/files/written_file.h"
+#include "legopt/files/temporary_folder.h"
 
 namespace legopt::db {
 namespace {
@@ -112,14 +111,7 @@ constexpr std::array kRules{
 
 class TemporaryFile {
  public:
-  TemporaryFile() {
-    try {
-      path_ = files::CreateTemporaryFile(std::filesystem::temp_directory_path(), "legopt-audit-");
-    } catch (const files::FileError& error) {
-      throw StoreError(error.shortage() ? StoreErrorCode::kShortage : StoreErrorCode::kUnwritable,
-                       std::string(error.what()) + "; or set TMPDIR to another folder");
-    }
-  }
+  TemporaryFile() : path_(files::CreateTemporaryFile("legopt-audit-")) {}
   ~TemporaryFile() {
     for (const char* suffix : {"", "-journal", "-wal", "-shm"}) ::unlink((path_.string() + suffix).c_str());
   }

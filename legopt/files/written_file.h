@@ -23,8 +23,8 @@ std::string WriteAdvice(const std::string& usual);
 /// Error: a file cannot be created, written or locked. what() is "PATH: CAUSE; FIX", ready to be printed.
 class FileError : public std::runtime_error {
  public:
-  /// "PATH: cannot be written: Permission denied; ..." for `action` "cannot be written".
-  FileError(const std::filesystem::path& path, const std::string& action, int error);
+  /// "PATH: cannot be written: Permission denied; ..." for `action` "cannot be written". `advice` is added at the end.
+  FileError(const std::filesystem::path& path, const std::string& action, int error, const std::string& advice = "");
 
   int error() const { return error_; }                   ///< errno
   const std::string& reason() const { return reason_; }  ///< text after the path
