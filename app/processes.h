@@ -54,6 +54,10 @@ struct Pipe {
 /// Returns whether a file is a regular file that this process may execute.
 bool IsExecutable(const std::filesystem::path& file);
 
+/// Returns " without /dev/null (...)" if /dev/null, which programs get as their standard input, cannot be opened; else
+/// an empty text. To be added to "cannot start PROGRAM": the error alone looks like that of a missing program.
+std::string MissingNullDevice();
+
 /// Returns the program that a shell would run for a name without a slash: the first one in PATH, absolute; empty if
 /// there is none.
 std::filesystem::path FindProgram(const std::string& name);
