@@ -168,8 +168,9 @@ void SetSignals(ProcessKind kind) {
   if (kind == ProcessKind::kJob) return;
   UnblockSignals();
   ::signal(SIGTERM, SIG_DFL);
+  ::signal(SIGPIPE, SIG_IGN);
   if (kind == ProcessKind::kCommand) return;
-  for (const int number : {SIGPIPE, SIGUSR1, SIGUSR2}) ::signal(number, SIG_IGN);
+  for (const int number : {SIGUSR1, SIGUSR2}) ::signal(number, SIG_IGN);
 }
 
 void RaiseOpenFiles() {

@@ -256,7 +256,7 @@ void WriteOutputFile(const std::filesystem::path& path, std::string_view bytes, 
   try {
     files::ReplaceFile(path, bytes, options);
   } catch (const files::FileError& error) {
-    if (error.shortage()) throw;
+    if (error.shortage() || error.error() == EPIPE) throw;
     throw InputError({path.string(), "", "", error.reason(), ""});
   }
 }
