@@ -378,6 +378,7 @@ std::optional<int> ParseCommandLine(const Program& program, int argc, const char
 }
 
 void ReportError(const std::string& program, const std::string& message) {
+  std::cout.exceptions(std::ios_base::goodbit);  // this error is reported, not one of standard output
   std::cout.flush();
   std::cerr << program << ": error: " << Printable(message) << std::endl;
 }

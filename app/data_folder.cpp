@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "app/processes.h"
+#include "legopt/files/temporary_folder.h"
 #include "legopt/types/input_error.h"
 
 namespace legopt::app {
@@ -92,7 +93,7 @@ fs::path DatasetCacheFolder() {
     fs::create_directories(folder, error);
     if (!error && access(folder.c_str(), W_OK) == 0) return folder;
   }
-  return fs::temp_directory_path() / ("legopt-" + std::to_string(getuid())) / "datasets";
+  return files::FolderForTemporaryFiles() / ("legopt-" + std::to_string(getuid())) / "datasets";
 }
 
 std::string ArchiveName(std::string_view hash) { return std::string(hash) + ".legopt-dataset"; }

@@ -79,6 +79,11 @@ bool IsExecutable(const std::filesystem::path& file) {
   return std::filesystem::is_regular_file(file, ignored) && ::access(file.c_str(), X_OK) == 0;
 }
 
+std::string MissingNullDevice() {
+  if (::access("/dev/null", R_OK | W_OK) == 0) return {};
+  return " without /dev/null (create it: 'mknod -m 666 /dev/null c 1 3')";
+}
+
 std::filesystem::path FindProgram(const std::string& name) {
   const char* variable = std::getenv("PATH");
   ClassicInput folders(variable == nullptr ? "" : variable);
@@ -163,8 +168,9 @@ void SetSignals(ProcessKind kind) {
   if (kind == ProcessKind::kJob) return;
   UnblockSignals();
   ::signal(SIGTERM, SIG_DFL);
+  ::signal(SIGPIPE, SIG_IGN);
   if (kind == ProcessKind::kCommand) return;
-  for (const int number : {SIGPIPE, SIGUSR1, SIGUSR2}) ::signal(number, SIG_IGN);
+  for (const int number : {SIGUSR1, SIGUSR2}) ::signal(number, SIG_IGN);
 }
 
 void RaiseOpenFiles() {

@@ -54,6 +54,10 @@ struct Pipe {
 /// Returns whether a file is a regular file that this process may execute.
 bool IsExecutable(const std::filesystem::path& file);
 
+/// Returns " without /dev/null (...)" if /dev/null, which programs get as their standard input, cannot be opened; else
+/// an empty text. To be added to "cannot start PROGRAM": the error alone looks like that of a missing program.
+std::string MissingNullDevice();
+
 /// Returns the program that a shell would run for a name without a slash: the first one in PATH, absolute; empty if
 /// there is none.
 std::filesystem::path FindProgram(const std::string& name);
@@ -78,7 +82,7 @@ std::optional<int> WaitForEnd(pid_t child);
 
 /// Type of a process, which decides how it handles signals.
 enum class ProcessKind {
-  kCommand,  ///< command of a shell: ended by SIGPIPE when its reader has closed
+  kCommand,  ///< command of a shell: RunProgram ends it as SIGPIPE does when the reader of its output has closed
   kService,  ///< runs until a signal stops it
   kJob,      ///< child of a service, which has set the signal mask
 };
@@ -86,8 +90,10 @@ enum class ProcessKind {
 /// Prepares the process. Must be the first statement of every `main`, before any thread starts:
 /// * opens closed descriptors 0 to 2, so that no file or socket gets their numbers; reading and writing them fails as
 ///   if they were closed;
-/// * ignores SIGXFSZ, so that the limit on file sizes causes an ordinary write error (EFBIG); services and jobs also
-///   ignore SIGPIPE, SIGUSR1 and SIGUSR2; batch systems use the latter two as warnings;
+/// * ignores SIGXFSZ, so that the limit on file sizes causes an ordinary write error (EFBIG); commands and services
+/// also
+///   ignore SIGPIPE, so that a closed pipe is a write error (EPIPE); services also ignore SIGUSR1 and SIGUSR2, which
+///   batch systems use as warnings;
 /// * gives SIGTERM its default action in commands and services, even if the parent ignored it;
 /// * gives SIGCHLD its default action and, except for jobs, unblocks all signals, regardless of the parent's settings;
 /// * raises the soft limit on open files (RLIMIT_NOFILE) to the hard one;

@@ -1,6 +1,8 @@
 #include "app/program_main.h"
 
 #include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -10,6 +12,8 @@
 #include <climits>
 #include <exception>
 #include <filesystem>
+#include <ios>
+#include <iostream>
 #include <new>
 #include <system_error>
 
@@ -35,6 +39,19 @@ int ReportInput(const std::string& program, const InputError& error) {
   if (WorkingDirectoryWasRemoved()) return ReportFailure(program, ExitCode::kUsage, error.what());
   ReportError(program, error);
   return StatusOf(ExitCode::kUsage);
+}
+
+// Reports that standard output cannot be written. No other stream throws.
+int ReportOutputFailure(const std::string& program) {
+  RequireReader(STDOUT_FILENO);
+  return ReportFailure(program, ExitCode::kUsage, OutputFault());
+}
+
+// Ends the process as if it had not ignored SIGPIPE.
+void RaiseSigpipe() {
+  ::signal(SIGPIPE, SIG_DFL);
+  UnblockSignals();
+  ::raise(SIGPIPE);
 }
 
 int ReportRefusal(const std::string& program, const std::filesystem::filesystem_error& error) {
@@ -83,14 +100,26 @@ int ReportFailure(const std::string& program, ExitCode code, const std::string& 
   return StatusOf(code);
 }
 
-int ReportException(const std::string& program) {
+void RequireReader(int descriptor) {
+  pollfd state{descriptor, POLLOUT, 0};
+  if (::poll(&state, 1, 0) == 1 && (state.revents & POLLERR) != 0) throw ReaderGone();
+}
+
+namespace {
+
+int ReportUnlessReaderGone(const std::string& program) {
   try {
     throw;
   } catch (const InputError& error) {
     return ReportInput(program, error);
   } catch (const bus::BusError& error) {
     return ReportFailure(program, CodeOf(error), error.what());
+  } catch (const ReaderGone&) {
+    throw;
+  } catch (const std::ios_base::failure&) {
+    return ReportOutputFailure(program);
   } catch (const files::FileError& error) {
+    if (error.error() == EPIPE) throw ReaderGone();
     return ReportFailure(program, error.shortage() ? ExitCode::kMachine : ExitCode::kUsage, error.what());
   } catch (const std::bad_alloc&) {
     return ReportFailure(program, ExitCode::kMachine, "out of memory; give the program more, or less to do");
@@ -110,13 +139,35 @@ int ReportException(const std::string& program) {
   }
 }
 
-int RunProgram(const std::string& program, ProcessKind kind, const std::function<int()>& body) {
+}  // namespace
+
+int ReportException(const std::string& program) {
+  std::cout.exceptions(std::ios_base::goodbit);  // the report itself must not throw
+  try {
+    return ReportUnlessReaderGone(program);
+  } catch (const ReaderGone&) {
+    return kReaderGoneStatus;
+  }
+}
+
+namespace {
+
+int RunBody(const std::string& program, ProcessKind kind, const std::function<int()>& body) {
   try {
     PrepareProcess(kind);
+    if (kind == ProcessKind::kCommand) std::cout.exceptions(std::ios_base::badbit);
     return body();
   } catch (...) {
     return ReportException(program);
   }
+}
+
+}  // namespace
+
+int RunProgram(const std::string& program, ProcessKind kind, const std::function<int()>& body) {
+  const int status = RunBody(program, kind, body);
+  if (status == kReaderGoneStatus) RaiseSigpipe();
+  return status;
 }
 
 }  // namespace legopt::app

@@ -3,15 +3,15 @@
 #include <unistd.h>
 
 #include <array>
-#include <cstdlib>
 #include <iterator>
 #include <memory>
 #include <string_view>
 
 #include "db/connection.h"
+#include "db/foreign_keys.h"
 #include "db/migrations.h"
 #include "db/read_only_database.h"
-#include "legopt/files/written_file.h"
+#include "legopt/files/temporary_folder.h"
 
 namespace legopt::db {
 namespace {
@@ -111,14 +111,7 @@ constexpr std::array kRules{
 
 class TemporaryFile {
  public:
-  TemporaryFile() {
-    try {
-      path_ = files::CreateTemporaryFile(std::filesystem::temp_directory_path(), "legopt-audit-");
-    } catch (const files::FileError& error) {
-      throw StoreError(error.shortage() ? StoreErrorCode::kShortage : StoreErrorCode::kUnwritable,
-                       std::string(error.what()) + "; or set TMPDIR to another folder");
-    }
-  }
+  TemporaryFile() : path_(files::CreateTemporaryFile("legopt-audit-")) {}
   ~TemporaryFile() {
     for (const char* suffix : {"", "-journal", "-wal", "-shm"}) ::unlink((path_.string() + suffix).c_str());
   }
@@ -142,15 +135,8 @@ void CheckIntegrity(Connection& connection, std::vector<AuditDiagnostic>& defect
 }
 
 void CheckForeignKeys(Connection& connection, std::vector<AuditDiagnostic>& defects) {
-  Statement check(connection, "PRAGMA foreign_key_check", false);
-  AuditDiagnostic defect{"foreign_keys", "", 0};
-  while (check.Step()) {
-    if (defect.places++ > 0) continue;
-    defect.detail = "a row refers to one that does not exist: table " + check.column_text(0) + ", row " +
-                    (check.column_type(1) == Statement::Type::kNull ? "?" : std::to_string(check.column_int(1))) +
-                    ", into " + check.column_text(2);
-  }
-  if (defect.places > 0) defects.push_back(std::move(defect));
+  BrokenForeignKeys broken = FindBrokenForeignKeys(connection);
+  if (broken.rows > 0) defects.push_back({"foreign_keys", std::move(broken.first), broken.rows});
 }
 
 void CheckSchema(Connection& connection, std::vector<AuditDiagnostic>& defects) {

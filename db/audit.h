@@ -29,8 +29,8 @@ std::vector<std::string> AuditRules();
 /// and read only while it is copied, and SQLite does not parse, and so does not check, CHECKs on a read-only
 /// connection.
 ///
-/// Throws StoreError: the codes of ReadOnlyDatabase, kFull if the copy does not fit, and SQLite's error if the file is
-/// too damaged to be read.
+/// Throws files::FileError if the copy cannot be created: nothing was checked. Throws StoreError: the codes of
+/// ReadOnlyDatabase, kFull if the copy does not fit, and SQLite's error if the file is too damaged to be read.
 std::vector<AuditDiagnostic> Audit(const std::filesystem::path& file);
 
 /// Checks only the rules about the file; works for databases of any schema version.

@@ -89,12 +89,13 @@ Meaning MeaningOf(sqlite3* handle, int code) {
   }
 }
 
+constexpr int kCommonFlags = SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_PRIVATECACHE | SQLITE_OPEN_EXRESCODE | SQLITE_OPEN_URI;
+
 int FlagsOf(Connection::Mode mode) {
-  constexpr int kCommon = SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_PRIVATECACHE | SQLITE_OPEN_EXRESCODE | SQLITE_OPEN_URI;
   if (mode == Connection::Mode::kReadWriteCreate || mode == Connection::Mode::kMemory) {
-    return kCommon | SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
+    return kCommonFlags | SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
   }
-  return kCommon | SQLITE_OPEN_READONLY;
+  return kCommonFlags | SQLITE_OPEN_READONLY;
 }
 
 // Builds a file URI with every character of the path escaped. The authority is empty; after "file:" alone, a path that
@@ -122,6 +123,35 @@ void RequireShortPath(const std::filesystem::path& path) {
   throw StoreError(StoreErrorCode::kUnwritable, path.string() + ": the path has " + std::to_string(bytes) +
                                                     " bytes, more than the " + std::to_string(kMostBytes) +
                                                     " that SQLite can open; use a folder with a shorter path");
+}
+
+// Returns the file that a connection has opened, with all links followed; side files are beside it.
+std::string FileOf(sqlite3* handle) {
+  const char* file = sqlite3_db_filename(handle, "main");
+  return file == nullptr ? "" : file;
+}
+
+bool HasLog(const std::string& file) {
+  std::error_code error;
+  return std::filesystem::exists(std::filesystem::symlink_status(file + "-wal", error));
+}
+
+bool HasEmptyLog(const std::string& file) {
+  std::error_code error;
+  return std::filesystem::file_size(file + "-wal", error) == 0 && !error;
+}
+
+// Lets SQLite remove the side files that a reader has created: a read-only connection never removes them, while a
+// writing one does when it closes, but only if it is the last connection of all processes. Failures are ignored: empty
+// side files do no harm.
+void RemoveSideFiles(const std::string& uri) {
+  constexpr int kPatience_ms = 50;
+  sqlite3* handle = nullptr;
+  if (sqlite3_open_v2(uri.c_str(), &handle, kCommonFlags | SQLITE_OPEN_READWRITE, nullptr) == SQLITE_OK) {
+    sqlite3_busy_timeout(handle, kPatience_ms);
+    sqlite3_exec(handle, "SELECT count(*) FROM sqlite_schema", nullptr, nullptr, nullptr);  // opens the side files
+  }
+  sqlite3_close(handle);
 }
 
 // Switches off SQLite's unused memory statistics. They take a process-wide lock at every allocation, an eighth of the
@@ -265,6 +295,7 @@ Connection::Connection(const std::filesystem::path& path, Mode mode, std::filesy
       throw StoreError(meaning.code,
                        path.string() + ": cannot open the database: " + sqlite3_errstr(code) + "; " + meaning.advice);
     }
+    if (mode == Mode::kReadOnly && !HasLog(FileOf(handle_))) file_without_log_ = FileOf(handle_);
     Configure();
   } catch (...) {
     sqlite3_close(handle_);
@@ -272,7 +303,11 @@ Connection::Connection(const std::filesystem::path& path, Mode mode, std::filesy
   }
 }
 
-Connection::~Connection() { sqlite3_close(handle_); }
+Connection::~Connection() {
+  sqlite3_close(handle_);
+  if (file_without_log_.empty() || !HasEmptyLog(file_without_log_)) return;
+  RemoveSideFiles(UriOf(file_without_log_, Mode::kReadWriteCreate));
+}
 
 void Connection::Configure() {
   SetBusyTimeout(kBusyTimeout);

@@ -103,7 +103,7 @@ class Connection {
  public:
   enum class Mode {
     kReadWriteCreate,
-    kReadOnly,
+    kReadOnly,   ///< leaves no side files beside a file that had no log before and no other connection
     kImmutable,  ///< read-only, for a file without writers in a folder without write permission: no side files are used
     kMemory,     ///< a private in-memory database; the path is only a label
   };
@@ -142,6 +142,7 @@ class Connection {
  private:
   void Configure();
   std::filesystem::path path_;
+  std::string file_without_log_;  // a file opened read-only that had no log before; its side files are removed
   sqlite3* handle_ = nullptr;
 };
 

@@ -242,13 +242,12 @@ void DatabaseFile::Open(const std::filesystem::path& path) {
   std::error_code unknown;
   created_ = !std::filesystem::exists(path, unknown);
   descriptor_ = files::OpenOrCreate(path);
+  const int refusal = descriptor_ < 0 ? errno : 0;
   // For a read-only file, let SQLite fail: its error message is better.
-  if (descriptor_ < 0 && (errno == EACCES || errno == EROFS)) descriptor_ = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor_ < 0 && files::IsShortage(errno)) {
-    throw StoreError(StoreErrorCode::kShortage, path.string() + ": cannot open the database: " + files::Explain(errno));
-  }
+  if (refusal == EACCES || refusal == EROFS) descriptor_ = open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor_ < 0) {
-    Unwritable(path, "cannot open the database: " + Reason() + "; check that the folder exists and can be written");
+    throw StoreError(files::IsShortage(refusal) ? StoreErrorCode::kShortage : StoreErrorCode::kUnwritable,
+                     path.string() + ": cannot open the database: " + files::Explain(refusal));
   }
   struct stat status {};
   std::error_code error;

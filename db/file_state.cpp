@@ -9,7 +9,6 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <optional>
 #include <span>
@@ -23,6 +22,7 @@
 #include "db/connection.h"
 #include "db/database_file.h"
 #include "db/store_error.h"
+#include "legopt/files/temporary_folder.h"
 #include "legopt/files/written_file.h"
 
 namespace legopt::db {
@@ -271,13 +271,14 @@ std::string CauseOf(const std::error_code& error) {
   throw StoreError(StoreErrorCode::kUnwritable, file.string() + ": cannot be read: " + files::Explain(error.value()));
 }
 
+constexpr char kOnlyInACopy[] =
+    ": its log can only be read in a copy, because its folder cannot be written or its owner is another user; ";
+
 [[noreturn]] void ThrowUncopied(const fs::path& file, const fs::path& folder, const std::error_code& error) {
   const bool full = error == std::errc::no_space_on_device || error == std::errc::file_too_large;
   throw StoreError(full ? StoreErrorCode::kFull : StoreErrorCode::kUnwritable,
-                   file.string() +
-                       ": its log can only be read in a copy, because its folder cannot be written or its owner "
-                       "is another user, and the copy in " +
-                       folder.string() + " failed: " + CauseOf(error) + ", or set TMPDIR to a folder with room");
+                   file.string() + kOnlyInACopy + folder.string() + ": the copy failed: " + CauseOf(error) +
+                       ", or set TMPDIR to a folder with room");
 }
 
 fs::path CopyIn(const fs::path& folder) { return folder / "copy.sqlite"; }
@@ -321,11 +322,11 @@ PrivateCopy::PrivateCopy(const fs::path& file) : folder_(file) {
 fs::path PrivateCopy::path() const { return CopyIn(folder_.path()); }
 
 PrivateCopy::Folder::Folder(const fs::path& file) {
-  std::error_code error;
-  std::string name = (fs::temp_directory_path(error) / "legopt-read-XXXXXX").string();
-  if (error) ThrowUncopied(file, "TMPDIR", error);
-  if (::mkdtemp(name.data()) == nullptr) ThrowUncopied(file, name, {errno, std::generic_category()});
-  path_ = name;
+  try {
+    path_ = files::CreateTemporaryFolder("legopt-read-");
+  } catch (const files::FileError& error) {
+    throw StoreError(StoreErrorCode::kUnwritable, file.string() + kOnlyInACopy + error.what());
+  }
 }
 
 PrivateCopy::Folder::~Folder() {

@@ -107,13 +107,21 @@ JsonRows ToJsonRows(const QueryResult& result) {
   return json;
 }
 
-std::string WriteJsonRows(JsonRows result) {
-  Json rows = Json::array();
+std::string WriteJsonRows(JsonRows result, std::size_t max_bytes) {
+  constexpr std::size_t kEndBytes = sizeof(R"(,],"truncated":false})");
+  std::string text = R"({"columns":)" + Dump(Json(std::move(result.columns))) + R"(,"rows":[)";
+  std::string_view separator;
   for (auto& row : result.rows) {
     for (Json& cell : row) HideInfinity(&cell);
-    rows.push_back(std::move(row));
+    const std::string cells = Dump(Json(std::move(row)));
+    if (text.size() + cells.size() + kEndBytes > max_bytes) {
+      result.truncated = true;
+      break;
+    }
+    text.append(separator).append(cells);
+    separator = ",";
   }
-  return Dump(Json{{"columns", std::move(result.columns)}, {"rows", std::move(rows)}, {"truncated", result.truncated}});
+  return text + R"(],"truncated":)" + (result.truncated ? "true}" : "false}");
 }
 
 std::optional<JsonRows> ReadJsonRows(std::string_view text) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -29,8 +31,9 @@ struct JsonRows {
 JsonRows ToJsonRows(const QueryResult& result);
 
 /// Returns a JSON object with "columns", "rows" and "truncated". Infinite numbers, which JSON cannot represent, become
-/// the object {"infinity": 1} or {"infinity": -1}.
-std::string WriteJsonRows(JsonRows result);
+/// the object {"infinity": 1} or {"infinity": -1}. Rows after the first `max_bytes` bytes of text are left out, and
+/// "truncated" is true; the column names are always written.
+std::string WriteJsonRows(JsonRows result, std::size_t max_bytes = std::numeric_limits<std::size_t>::max());
 
 /// The inverse of WriteJsonRows. Returns nullopt if the text is not such an object, or the length of a row is not
 /// columns.size().

@@ -7,6 +7,7 @@
 
 #include "db/backup.h"
 #include "db/file_state.h"
+#include "db/foreign_keys.h"
 #include "db/migrations.h"
 #include "db/sqlite_statements.h"
 #include "db/sqlite_store_impl.h"
@@ -17,11 +18,27 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "waypoints are stored as little-endian float64");
 
 // Called before the first write: SQLite itself detects a damaged page only when it reads it.
-void RequireSound(Connection& connection) {
+void RequireSoundPages(Connection& connection) {
   const std::string verdict = connection.QueryText("PRAGMA quick_check(1)");
   if (verdict == "ok") return;
   throw StoreError(StoreErrorCode::kCorrupt, connection.path().string() + ": the file is damaged (" + verdict +
                                                  "); restore a backup: 'legopt service restore BACKUP --db FILE'");
+}
+
+// Checks the references of the small tables, for which a start does not take longer. Tables with a row or more for each
+// job (jobs, attempts, results, waypoints, events) may have 10^7 rows: 'legopt service doctor' checks them.
+void RequireSoundReferences(Connection& connection) {
+  Statement tables(connection,
+                   "SELECT name FROM sqlite_schema WHERE type = 'table' AND name IN ('problems', 'experiments', "
+                   "'cells', 'experiment_tags', 'result_workers', 'dataset_archives')",
+                   false);  // older schemas lack some
+  while (tables.Step()) {
+    const std::string table = tables.column_text(0);
+    const BrokenForeignKeys broken = FindBrokenForeignKeys(connection, table);
+    if (broken.rows == 0) continue;
+    throw StoreError(StoreErrorCode::kCorrupt, connection.path().string() + ": " + broken.first +
+                                                   "; restore a backup: 'legopt service restore BACKUP --db FILE'");
+  }
 }
 
 // Checks the log before the connection is opened, because SQLite replays the log with the first read.
@@ -56,7 +73,10 @@ void SqliteStore::OpenForWriting(const std::filesystem::path& path) {
   // Change nothing before the file is identified as a legopt database.
   const Identity identity = Identify(connection_);
   if (identity.version == SchemaVersion()) RequireIntactTables(connection_);
-  if (!identity.empty) RequireSound(connection_);
+  if (!identity.empty) {
+    RequireSoundPages(connection_);
+    RequireSoundReferences(connection_);
+  }
   if (connection_.read_only()) {
     throw StoreError(StoreErrorCode::kUnwritable,
                      path.string() + ": the database file is read-only; check permissions");

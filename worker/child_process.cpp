@@ -267,7 +267,7 @@ ChildProcess::ChildProcess(const std::vector<std::string>& command) {
   const SpawnFiles files(child_socket.get(), child_log.get());
   const int error = posix_spawn(&pid_, command.front().c_str(), &files.value, &attributes.value,
                                 app::Pointers(arguments).data(), app::Pointers(environment).data());
-  if (error != 0) Refuse(("cannot start " + command.front()).c_str(), error);
+  if (error != 0) Refuse(("cannot start " + command.front() + app::MissingNullDevice()).c_str(), error);
   pidfd_ = static_cast<int>(syscall(SYS_pidfd_open, pid_, 0));
   if (pidfd_ < 0) {
     const int open_error = errno;

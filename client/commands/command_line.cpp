@@ -115,7 +115,6 @@ int Execute(const Invocation& invocation) {
   try {
     const ExitCode code = invocation.body();
     std::cout.flush();
-    if (!std::cout) return Report(ExitCode::kUsage, app::OutputFault());
     const bool about_a_file = code == ExitCode::kUsage || code == ExitCode::kDatabaseUnusable;
     if (about_a_file && app::WorkingDirectoryWasRemoved()) return Report(code, "relative paths lead nowhere");
     return static_cast<int>(code);

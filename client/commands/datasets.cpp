@@ -27,6 +27,7 @@
 #include "legopt/dataset/internal/dataset_content.h"
 #include "legopt/dataset/internal/dataset_file.h"
 #include "legopt/dataset/internal/text_file.h"
+#include "legopt/files/temporary_folder.h"
 #include "legopt/files/written_file.h"
 #include "legopt/import/importer.h"
 #include "legopt/import/internal/dataset_check.h"
@@ -306,7 +307,7 @@ std::vector<std::unique_ptr<RereadableFile>> MakeProblemsRereadable(ImportOption
   for (const TaskDescription& task : ProblemTasks()) {
     auto& file = options.files.problems[task.task];
     if (!file || !files::IsStream(InputFile(*file))) continue;
-    copies.push_back(std::make_unique<RereadableFile>(*file, std::filesystem::temp_directory_path()));
+    copies.push_back(std::make_unique<RereadableFile>(*file, files::FolderForTemporaryFiles()));
     file = copies.back()->path().string();
   }
   return copies;

@@ -26,6 +26,7 @@
 #include "db/named_queries.h"
 #include "db/read_only_database.h"
 #include "legopt/dataset/dataset.h"
+#include "legopt/files/written_file.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/number_text.h"
 #include "legopt/types/task.h"
@@ -235,15 +236,24 @@ DoctorDiagnostic Summarise(const std::string& file) {
           {}};
 }
 
+// Returns the finding for a database of which no copy can be made.
+DoctorDiagnostic NotChecked(const std::string& file, const std::string& cause, ExitCode code) {
+  return {"database", State::kFail, file + ": not checked, because the check needs a temporary copy", cause, code};
+}
+
 void CheckDatabase(const std::string& file, std::vector<DoctorDiagnostic>* findings) {
   try {
     const auto defects = CheckInside(file);
     findings->insert(findings->end(), defects.begin(), defects.end());
     if (defects.empty()) findings->push_back(Summarise(file));
+  } catch (const files::FileError& error) {
+    findings->push_back(NotChecked(file, error.what(), error.shortage() ? ExitCode::kMachine : ExitCode::kUsage));
   } catch (const db::StoreError& error) {
     const bool newer = error.code() == db::StoreErrorCode::kNewerSchema;
     findings->push_back(
         {"database", State::kFail, error.what(), "", newer ? ExitCode::kNewerDatabase : ExitCode::kDatabaseUnusable});
+    // The file is only read, so the disk of the copy is full.
+    if (error.code() == db::StoreErrorCode::kFull) findings->back() = NotChecked(file, error.what(), ExitCode::kUsage);
   }
 }
 

@@ -90,7 +90,6 @@ void Write(const std::string& out, const SolutionFile& file, std::size_t num_fil
   const auto path = FileFor(out, file, num_files);
   if (out == kStandardOutput) {
     std::cout << FormatSolutions(file) << std::flush;
-    if (!std::cout) return;  // the caller of the command reports the error, as for every command
   } else {
     WriteSolutions(path, file);
   }

@@ -132,7 +132,7 @@ class TapRun {
   }
   bool Enough() const { return options_.count && printed_ >= *options_.count; }
   bool Over() const {
-    if (Interrupted() || Enough() || !std::cout) return true;
+    if (Interrupted() || Enough()) return true;
     return options_.seconds && transport_.now() - begin_ >= Span(*options_.seconds);
   }
 
@@ -150,7 +150,7 @@ class TapRun {
   void HearWhatHasArrived() {
     const microseconds end = transport_.now() + kLastLook;
     microseconds heard_at = transport_.now();
-    while (Interrupted() && !InterruptedTwice() && !Enough() && std::cout) {
+    while (Interrupted() && !InterruptedTwice() && !Enough()) {
       if (Hear()) heard_at = transport_.now();
       if (transport_.now() >= std::min(end, heard_at + kQuiet)) return;
     }

@@ -1,13 +1,11 @@
 #include "client/pool/packed_dataset.h"
 
-#include <cerrno>
-#include <cstdlib>
 #include <system_error>
 
 #include "app/data_folder.h"
 #include "app/folder_cache.h"
-#include "client/client_error.h"
 #include "legopt/dataset/internal/dataset_content.h"
+#include "legopt/files/temporary_folder.h"
 #include "legopt/files/written_file.h"
 
 namespace legopt::client {
@@ -24,13 +22,7 @@ PackedDataset PackInto(const fs::path& folder, const fs::path& out) {
   return packed;
 }
 
-OfferedFolder::OfferedFolder(const fs::path& dataset) {
-  std::string name = (fs::temp_directory_path() / "legopt-datasets-XXXXXX").string();
-  if (::mkdtemp(name.data()) == nullptr) {
-    throw ClientError(ExitCode::kUsage, name + ": cannot be created: " + std::generic_category().message(errno) +
-                                            "; set TMPDIR to a folder with room");
-  }
-  path_ = name;
+OfferedFolder::OfferedFolder(const fs::path& dataset) : path_(files::CreateTemporaryFolder("legopt-datasets-")) {
   try {
     PackInto(dataset, path_);
   } catch (...) {

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "app/printable.h"
-#include "app/program_main.h"
 #include "client/client_error.h"
 #include "client/report/table_writers.h"
 #include "legopt/input/json.h"
@@ -122,7 +121,6 @@ void ListingWriter::Begin(const std::vector<std::string>& columns) {
 }
 
 void ListingWriter::Row(const std::vector<nlohmann::json>& row) {
-  if (!std::cout) throw ClientError(ExitCode::kUsage, app::OutputFault());
   std::vector<nlohmann::json> cells;
   for (const std::size_t position : positions_) cells.push_back(row[position]);
   if (format_ == TableFormat::kCsv) {

@@ -18,6 +18,7 @@
 
 #include "app/printable.h"
 #include "app/processes.h"
+#include "app/program_main.h"
 #include "client/client_error.h"
 #include "legopt/files/written_file.h"
 
@@ -56,13 +57,6 @@ std::size_t LinesOn(const Terminal& terminal, std::string_view text) {
   return lines;
 }
 
-// Ends the process when the reader, e.g. `head`, has closed the pipe. Usually SIGPIPE does this; the signal may be
-// ignored if the parent process ignored it.
-void RaiseSigpipe() {
-  ::signal(SIGPIPE, SIG_DFL);
-  ::raise(SIGPIPE);
-}
-
 }  // namespace
 
 Terminal StandardOutput() {
@@ -97,9 +91,7 @@ void Print(const std::string& text, const OutputOptions& options) {
   const Terminal terminal = StandardOutput();
   const bool too_long = terminal.is_terminal && terminal.lines > 0 && LinesOn(terminal, text) >= terminal.lines;
   if (too_long && !options.no_pager && ShowInPager(text, ChoosePager(OwnEnvironment))) return;
-  errno = 0;
   std::cout << text << std::flush;
-  if (!std::cout && errno == EPIPE) RaiseSigpipe();
 }
 
 namespace {
@@ -203,6 +195,7 @@ void ReplaceFile(const std::filesystem::path& path, const std::string& text) {
   try {
     files::ReplaceFile(path, text);
   } catch (const files::FileError& error) {
+    if (error.error() == EPIPE) throw app::ReaderGone();
     throw ClientError(error.shortage() ? ExitCode::kMachine : ExitCode::kUsage, error.what());
   }
 }

@@ -43,8 +43,7 @@ TextLayout LayoutOf(const OutputOptions& options);
 /// Returns CSV for `terminal`: unchanged, but with terminal control characters escaped if it is a terminal.
 std::string CsvFor(const Terminal& terminal, const std::string& csv);
 
-/// Writes `text` to standard output, through the pager if it does not fit on a terminal (see output.h). A closed pipe
-/// ends the process like SIGPIPE; other errors set the state of std::cout.
+/// Writes `text` to standard output, through the pager if it does not fit on a terminal (see output.h).
 void Print(const std::string& text, const OutputOptions& options);
 
 /// Returns the command line of the user's pager: LEGOPT_PAGER, else PAGER, else "less -FRX". Empty (no pager) if the

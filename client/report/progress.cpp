@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "app/printable.h"
+#include "app/program_main.h"
 #include "client/report/escaped_text.h"
 #include "legopt/input/json.h"
 #include "legopt/types/number_text.h"
@@ -197,6 +198,11 @@ int TerminalWidth() {
   return size.ws_col;
 }
 
+// Ends a long command whose progress nobody reads any more ('2>&1 | head').
+void RequireReaderOfErrors() {
+  if (std::ferror(stderr) != 0) app::RequireReader(STDERR_FILENO);
+}
+
 }  // namespace
 
 ProgressPrinter::ProgressPrinter()
@@ -230,10 +236,12 @@ void ProgressPrinter::Show(const ExperimentStatus& status) {
     std::fprintf(stderr, "\r\033[K%s", RenderProgressBar(status, rate, note, TerminalWidth() - 1).c_str());
     std::fflush(stderr);
     line_open_ = true;
+    RequireReaderOfErrors();
     return;
   }
   if (!DueAsLine(status, note)) return;
   std::fprintf(stderr, "%s\n", RenderProgressLine(status, rate, note).c_str());
+  RequireReaderOfErrors();
   last_ = status;
   last_note_ = note;
   last_time_ = elapsed();
@@ -367,6 +375,7 @@ void GenerationProgress::Show(const std::string& stage, double done, double tota
   } else {
     std::cerr << line.str() << std::endl;
   }
+  RequireReaderOfErrors();
 }
 
 }  // namespace legopt::client

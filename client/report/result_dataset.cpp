@@ -3,8 +3,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <optional>
@@ -14,9 +12,9 @@
 #include "app/data_folder.h"
 #include "app/folder_cache.h"
 #include "app/printable.h"
-#include "client/client_error.h"
 #include "db/named_queries.h"
 #include "legopt/dataset/internal/dataset_content.h"
+#include "legopt/files/temporary_folder.h"
 #include "legopt/types/input_error.h"
 
 namespace legopt::client {
@@ -68,13 +66,8 @@ std::string FolderName(const std::string& name) {
 // dataset, because it is not stated elsewhere.
 class UnpackedDataset {
  public:
-  UnpackedDataset(const std::string& archive, const std::string& dataset_name) {
-    std::string name = (fs::temp_directory_path() / "legopt-dataset-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) {
-      throw ClientError(ExitCode::kUsage, name + ": cannot be created: " + std::generic_category().message(errno) +
-                                              "; set TMPDIR to a folder with room");
-    }
-    folder_ = name;
+  UnpackedDataset(const std::string& archive, const std::string& dataset_name)
+      : folder_(files::CreateTemporaryFolder("legopt-dataset-")) {
     try {
       const fs::path inner = folder_ / FolderName(dataset_name);
       fs::create_directory(inner);

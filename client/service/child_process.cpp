@@ -28,7 +28,7 @@ constexpr std::size_t kKeptOutputBytes = 1U << 20;
 constexpr off_t kTailBytes = 64 << 10;  // warnings may follow an error
 
 [[noreturn]] void Fail(const std::filesystem::path& program, const std::string& what) {
-  throw ClientError(ExitCode::kMachine, "cannot start " + program.string() + ": " + what);
+  throw ClientError(ExitCode::kMachine, "cannot start " + program.string() + app::MissingNullDevice() + ": " + what);
 }
 
 // Runs between fork and exec, so it uses only async-signal-safe calls. Writes the errno of a failed exec to `failure`,

@@ -63,9 +63,9 @@ std::string WriteAdvice(const std::string& usual) {
   return limit.empty() ? usual : limit;
 }
 
-FileError::FileError(const std::filesystem::path& path, const std::string& action, int error)
-    : std::runtime_error(path.string() + ": " + action + ": " + Explain(error)),
-      reason_(action + ": " + Explain(error)),
+FileError::FileError(const std::filesystem::path& path, const std::string& action, int error, const std::string& advice)
+    : std::runtime_error(path.string() + ": " + action + ": " + Explain(error) + advice),
+      reason_(action + ": " + Explain(error) + advice),
       error_(error) {}
 
 namespace {
@@ -256,7 +256,7 @@ void WriteOutputFile(const std::filesystem::path& path, std::string_view bytes, 
   try {
     files::ReplaceFile(path, bytes, options);
   } catch (const files::FileError& error) {
-    if (error.shortage()) throw;
+    if (error.shortage() || error.error() == EPIPE) throw;
     throw InputError({path.string(), "", "", error.reason(), ""});
   }
 }

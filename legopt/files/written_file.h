@@ -23,8 +23,8 @@ std::string WriteAdvice(const std::string& usual);
 /// Error: a file cannot be created, written or locked. what() is "PATH: CAUSE; FIX", ready to be printed.
 class FileError : public std::runtime_error {
  public:
-  /// "PATH: cannot be written: Permission denied; ..." for `action` "cannot be written".
-  FileError(const std::filesystem::path& path, const std::string& action, int error);
+  /// "PATH: cannot be written: Permission denied; ..." for `action` "cannot be written". `advice` is added at the end.
+  FileError(const std::filesystem::path& path, const std::string& action, int error, const std::string& advice = "");
 
   int error() const { return error_; }                   ///< errno
   const std::string& reason() const { return reason_; }  ///< text after the path
@@ -108,7 +108,7 @@ std::filesystem::path CreateTemporaryFile(const std::filesystem::path& folder, s
 namespace legopt {
 
 /// Writes a file atomically with files::ReplaceFile. Throws InputError with file, cause and fix; files::FileError if
-/// memory or file descriptors are exhausted.
+/// memory or file descriptors are exhausted, or if `path` is a pipe that nobody reads any more (EPIPE).
 void WriteOutputFile(const std::filesystem::path& path, std::string_view bytes,
                      const files::WriteOptions& options = {});
 

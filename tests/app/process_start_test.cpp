@@ -79,7 +79,7 @@ TEST(ProcessStart, SignalsAreThoseOfTheKind) {
         {});
   };
   EXPECT_EQ(after(ProcessKind::kService), "11100");
-  EXPECT_EQ(after(ProcessKind::kCommand), "10000") << "a command ends with the reader of its output";
+  EXPECT_EQ(after(ProcessKind::kCommand), "11000") << "a closed pipe is an error of a write";
   EXPECT_EQ(after(ProcessKind::kJob), "10001") << "the supervisor has set the mask";
 }
 

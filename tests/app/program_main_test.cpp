@@ -7,9 +7,14 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <functional>
+#include <iostream>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -67,6 +72,40 @@ TEST(ProgramMain, ShortagesAreTheMachinesWhateverMetThem) {
                 throw std::filesystem::filesystem_error("open", "a", std::error_code(EACCES, std::generic_category()));
               }),
               StartsWith("2 program: error: a: Permission denied"));
+}
+
+class SaysWhenDestroyed {
+ public:
+  ~SaysWhenDestroyed() { std::fputs("destroyed", stderr); }
+};
+
+TEST(ProgramMainDeathTest, AClosedPipeRunsDestructorsAndEndsAsItsSignalDoes) {
+  const auto run = [](const std::function<void()>& write) {
+    std::array<int, 2> ends{};
+    if (::pipe(ends.data()) != 0 || ::dup2(ends[1], STDOUT_FILENO) < 0) std::abort();
+    for (const int end : ends) ::close(end);
+    RunProgram("program", ProcessKind::kCommand, [&write] {
+      const SaysWhenDestroyed object;
+      write();
+      return 0;
+    });
+  };
+  const std::function<void()> writes[] = {
+      [] { std::cout << "text" << std::flush; },
+      [] { throw files::FileError("/dev/stdout", "cannot be written", EPIPE); },
+      [] { RequireReader(STDOUT_FILENO); },
+      [] { std::cout << std::string(100'000, 'x'); },
+  };
+  for (const auto& write : writes) EXPECT_EXIT(run(write), ::testing::KilledBySignal(SIGPIPE), "^destroyed$");
+}
+
+TEST(ProgramMain, AnOutputWithReaderIsAccepted) {
+  std::array<int, 2> ends{};
+  ASSERT_EQ(::pipe(ends.data()), 0);
+  EXPECT_NO_THROW(RequireReader(ends[1]));
+  ::close(ends[0]);
+  EXPECT_THROW(RequireReader(ends[1]), ReaderGone);
+  ::close(ends[1]);
 }
 
 TEST(ProgramMain, ARemovedWorkingDirectoryIsTheCause) {

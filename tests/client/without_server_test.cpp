@@ -73,6 +73,22 @@ TEST_F(WithoutServer, DoctorWarnsButDoesNotFail) {
   EXPECT_TRUE(server_seen);
 }
 
+TEST_F(WithoutServer, DoctorReportsThatItCouldNotCheckADatabase) {
+  for (const char* folder : {"/nonexistent", "/proc"}) {
+    const auto result =
+        Run({"service", "doctor", "--port", port_, "--timeout", "0.2", "--db", Database()}, {{"TMPDIR", folder}});
+    EXPECT_EQ(result.exit_code, kUsage) << result.err;
+    EXPECT_THAT(result.out, HasSubstr("test.sqlite: not checked"));
+    EXPECT_THAT(result.out, HasSubstr(folder));
+    EXPECT_THAT(result.out, HasSubstr("set TMPDIR to another folder"));
+  }
+}
+
+TEST_F(WithoutServer, ARunWithoutAFolderForTemporaryFilesNamesTmpdir) {
+  const auto result = Run({"run", "quick", "--workers", "1"}, {{"TMPDIR", "/nonexistent"}});
+  ExpectError(result, kUsage, "/nonexistent: cannot be the folder for temporary files (TMPDIR)");
+}
+
 TEST_F(WithoutServer, DoctorFailsForABadDataset) {
   const auto result = Run({"service", "doctor", "--port", port_, "--timeout", "0.2", "--dataset", "/nowhere"});
   EXPECT_NE(result.exit_code, 0);

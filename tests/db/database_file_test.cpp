@@ -67,6 +67,22 @@ TEST_F(OneWriterPerFile, ARefusedSecondServerDisturbsNothing) {
   EXPECT_EQ(first->LoadOpenState().experiments.size(), 1U);
 }
 
+TEST(NewDatabaseFile, AFolderWithoutPermissionIsTheCause) {
+  if (geteuid() != 0) GTEST_SKIP() << "needs two users";
+  const TemporaryFolder folder;
+  fs::permissions(folder.path(), fs::perms::owner_all | fs::perms::others_read | fs::perms::others_exec);
+  constexpr uid_t kOther = 54321;
+  ASSERT_EQ(::seteuid(kOther), 0);
+  try {
+    OpenSqliteStore(folder / "results.sqlite");
+    ADD_FAILURE() << "opened";
+  } catch (const StoreError& error) {
+    EXPECT_EQ(error.code(), StoreErrorCode::kUnwritable);
+    EXPECT_THAT(error.what(), HasSubstr("Permission denied; check the permissions"));
+  }
+  EXPECT_EQ(::seteuid(0), 0);
+}
+
 class DisplacedFile : public testing::Test {
  protected:
   void SetUp() override {

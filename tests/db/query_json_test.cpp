@@ -67,6 +67,19 @@ TEST(QueryJson, InvalidUtf8IsReplaced) {
   EXPECT_EQ(rows.rows[0][0], "a\xEF\xBF\xBD");
 }
 
+TEST(QueryJson, RowsBeyondTheLimitOfBytesAreLeftOut) {
+  const QueryResult result{.columns = {"a"}, .rows = {{std::string("one")}, {std::string("two")}}};
+  const std::string whole = R"({"columns":["a"],"rows":[["one"],["two"]],"truncated":false})";
+  EXPECT_EQ(WriteJsonRows(ToJsonRows(result)), whole);
+  for (std::size_t limit = 0; limit < whole.size(); ++limit) {
+    const std::string cut = WriteJsonRows(ToJsonRows(result), limit);
+    const auto read = ReadJsonRows(cut);
+    ASSERT_TRUE(read) << cut;
+    EXPECT_TRUE(read->truncated) << cut;
+    EXPECT_TRUE(read->rows.empty() || cut.size() <= limit) << cut;
+  }
+}
+
 TEST(QueryJson, WhatIsNoResultIsRefused) {
   for (const char* text :
        {"", "1", "[]", "{}", R"({"columns":["a"]})", R"({"columns":[1],"rows":[]})",

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <fstream>
 #include <functional>
+#include <set>
 #include <thread>
 
 #include "db/audit.h"
@@ -291,7 +293,63 @@ TEST_F(ReadOnly, AnyPathCanBeOpened) {
               StoreErrorCode::kUnwritable);
 }
 
+TEST_F(ReadOnly, AReaderLeavesNoFilesBesideAClosedDatabase) {
+  store_.reset();
+  ASSERT_FALSE(std::filesystem::exists(path_.string() + "-wal"));
+  std::filesystem::create_symlink("results.sqlite", folder_ / "link.sqlite");
+  const auto written = std::filesystem::last_write_time(path_);
+  const std::function<void(const std::filesystem::path&)> readers[] = {
+      [](const auto& file) { ReadOnlyDatabase(file).Query("SELECT 1 FROM experiments"); },
+      [](const auto& file) { Audit(file); },
+      [this](const auto& file) {
+        BackUp(file, folder_ / "copy.sqlite");
+        std::filesystem::remove(folder_ / "copy.sqlite");
+      }};
+  for (const auto& read : readers) {
+    for (const char* name : {"results.sqlite", "link.sqlite"}) {
+      read(folder_ / name);
+      std::set<std::string> names;
+      for (const auto& entry : std::filesystem::directory_iterator(folder_.path())) {
+        names.insert(entry.path().filename().string());
+      }
+      EXPECT_EQ(names, (std::set<std::string>{"link.sqlite", "results.sqlite"}));
+    }
+  }
+  EXPECT_EQ(std::filesystem::last_write_time(path_), written);
+}
+
+TEST_F(ReadOnly, AReaderRemovesTheLogOfNobodyElse) {
+  const auto side_files_exist = [&] {
+    return std::filesystem::exists(path_.string() + "-wal") && std::filesystem::exists(path_.string() + "-shm");
+  };
+  ReadOnlyDatabase(path_).Query("SELECT 1 FROM experiments");
+  EXPECT_TRUE(side_files_exist()) << "a server writes";
+  store_->CheckPlace();
+  store_.reset();
+  {
+    ReadOnlyDatabase database(path_);
+    database.Query("SELECT 1 FROM experiments");
+    store_ = OpenSqliteStore(path_);  // begins while a reader has the file open
+  }
+  EXPECT_TRUE(side_files_exist());
+  store_->Apply(std::vector<StoreOp>{CreateExperiment{SampleExperiment(2, 5, 3)}});
+  EXPECT_EQ(ReadOnlyDatabase(path_).Query("SELECT 1 FROM experiments").rows.size(), 2U);
+  store_.reset();
+  std::ofstream(path_.string() + "-wal");  // left by another program
+  ReadOnlyDatabase(path_).Query("SELECT 1 FROM experiments");
+  EXPECT_TRUE(std::filesystem::exists(path_.string() + "-wal"));
+}
+
 // SQLite cannot create its side file there.
+TEST_F(ReadOnly, ADatabaseInAFolderThatCannotBeWrittenIsRead) {
+  if (geteuid() == 0) GTEST_SKIP() << "root can write everywhere";
+  store_.reset();
+  std::filesystem::permissions(folder_.path(), std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
+  EXPECT_EQ(ReadOnlyDatabase(path_).Query("SELECT 1 FROM experiments").rows.size(), 1U);
+  EXPECT_FALSE(std::filesystem::exists(path_.string() + "-shm"));
+  std::filesystem::permissions(folder_.path(), std::filesystem::perms::owner_all);
+}
+
 TEST_F(ReadOnly, ALogInAFolderThatCannotBeWrittenIsReadInACopy) {
   const auto folder = folder_ / "closed";
   std::filesystem::create_directory(folder);

@@ -64,6 +64,31 @@ TEST_F(SqliteStoreFile, ADamagedPageIsNoticedBeforeAnythingIsWritten) {
   EXPECT_EQ(std::string(std::istreambuf_iterator<char>(after_file), {}), before);
 }
 
+TEST_F(SqliteStoreFile, ABrokenReferenceBetweenExperimentsMethodsAndProblemsIsRefused) {
+  OpenSqliteStore(path_)->Apply(std::vector<StoreOp>{CreateExperiment{SampleExperiment(1, 1, 1)}});
+  const auto sound = folder_ / "sound.sqlite";
+  std::filesystem::copy_file(path_, sound);
+  const std::pair<const char*, const char*> breaks[] = {{"DELETE FROM methods", "table cells, row 1, into methods"},
+                                                        {"UPDATE cells SET experiment_id = 99", "into experiments"},
+                                                        {"DELETE FROM datasets", "into datasets"}};
+  for (const auto& [sql, words] : breaks) {
+    std::filesystem::copy_file(sound, path_, std::filesystem::copy_options::overwrite_existing);
+    {
+      Connection connection(path_, Connection::Mode::kReadWriteCreate);
+      connection.Execute("PRAGMA foreign_keys = OFF");
+      connection.Execute(sql);
+    }
+    try {
+      OpenSqliteStore(path_);
+      ADD_FAILURE() << "opened after " << sql;
+    } catch (const StoreError& error) {
+      EXPECT_EQ(error.code(), StoreErrorCode::kCorrupt) << error.what();
+      EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find("legopt service restore"), std::string::npos) << error.what();
+    }
+  }
+}
+
 TEST_F(SqliteStoreFile, ADatasetIsStoredOnceAndGoesWithItsLastExperiment) {
   const auto store = OpenSqliteStore(path_);
   const NewExperiment experiment = SampleExperiment(1, 1, 1);

@@ -2,7 +2,7 @@
 """Policy: in every environment (surroundings.py), each program and command
 1. ends with a documented exit code: the usual one, or one that the environment explains;
 2. names the true cause in its message if the code differs;
-3. leaves only the requested files behind, and those only on success;
+3. leaves only the requested files behind, and those only on success; none in TMPDIR;
 4. needs less than 2 % of a core when idle (servers, workers, the live page);
 5. ends within 10 s of SIGTERM: servers, workers, the live page, and waiting commands (STOPPED).
 
@@ -48,7 +48,7 @@ GROUPS = {
     "file_size": ("usual", "file_size_",),
     "resources": ("usual", "memory_", "processes_"),
     "signals": ("usual", "ignored_", "blocked_"),
-    "places": ("usual", "no_proc", "no_sys", "read_only", "removed", "leftover", "umask", "full_output", "no_route"),
+    "places": ("usual", "no_proc", "no_sys", "no_dev_null", "reader_gone", "read_only", "removed", "leftover", "umask", "full_output", "no_route"),
     "variables": ("usual", "no_home", "empty_", "home_", "foreign_", "unknown_", "dumb_", "large_", "clock_"),
 }
 
@@ -102,6 +102,7 @@ def commands(dataset):
         Command("view", "view", "1", *stored, *of_dataset, "--out", "view.html", creates=["view.html"], writes=True),
         Command("export", "export", "1", *stored, *of_dataset, "--out", "solutions.json", creates=["solutions.json"],
                 often=True, writes=True),
+        Command("export to output", "export", "1", *stored, "--out", "-", often=True),
         Command("evaluate", "evaluate", "given.json", *of_dataset),
         Command("replay", "replay", "1", *stored, *of_dataset),
         Command("dataset info", "dataset", "info", dataset, often=True),
@@ -163,13 +164,15 @@ class Trial:
     def __init__(self, bench, surrounding, everything):
         self.bench, self.surrounding, self.everything = bench, surrounding, everything
         self.faults = []
+        self.temporary = tempfile.mkdtemp(dir=bench.scratch)
+        os.chmod(self.temporary, 0o777)
 
     def fault(self, name, text):
         self.faults.append(f"{self.surrounding.name}: {name}: {text}")
 
     def start(self, command, folder):
         program = os.path.join(self.bench.build, command[0])
-        environment = self.surrounding.variables(self.bench.environment())
+        environment = self.surrounding.variables({**self.bench.environment(), "TMPDIR": self.temporary})
         return subprocess.Popen(self.surrounding.wrap([program, *command[1:]]), cwd=folder, env=environment,
                                 stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                 preexec_fn=self.surrounding.prepare, start_new_session=True)
@@ -181,6 +184,8 @@ class Trial:
 
     def judge_end(self, name, code, message, usual):
         expected = self.surrounding.codes
+        if -code in self.surrounding.signals:
+            return None
         if code < 0:
             meaning = signal.Signals(-code).name
             return self.fault(name, f"was ended by {meaning}")
@@ -202,11 +207,17 @@ class Trial:
             if not any(re.fullmatch(pattern, file) for pattern in patterns):
                 self.fault(name, f"exit code {code} leaves {file}")
         for file in created:
-            path = os.path.join(folder, file)
-            if os.path.isdir(path):
-                shutil.rmtree(path)
-            elif os.path.exists(path):  # reading a database removes its side files
-                os.remove(path)
+            self.remove(os.path.join(folder, file))
+        for file in sorted(os.listdir(self.temporary)):
+            self.fault(name, f"exit code {code} leaves {file} in TMPDIR")
+            self.remove(os.path.join(self.temporary, file))
+
+    @staticmethod
+    def remove(path):
+        if os.path.isdir(path):
+            shutil.rmtree(path)
+        elif os.path.exists(path):  # reading a database removes its side files
+            os.remove(path)
 
     @staticmethod
     def holds_results(database):

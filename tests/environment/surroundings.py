@@ -14,6 +14,7 @@ class Surrounding:
 
     cause = ""
     codes = ()
+    signals = ()       # that may end a run without leaving anything behind
     mute = False       # standard error is closed
     needs_root = False
     services = True    # whether servers and workers are tried as well
@@ -47,6 +48,24 @@ class Closed(Surrounding):
     def prepare(self):
         for number in self.descriptors:
             os.close(number)
+
+
+class ReaderGone(Surrounding):
+    """The reader of these descriptors, e.g. `head`, has closed the pipe."""
+
+    cause, signals = "standard output", (signal.SIGPIPE,)
+
+    def __init__(self, descriptors):
+        super().__init__("reader_gone_" + "".join(map(str, descriptors)))
+        self.descriptors = descriptors
+
+    def prepare(self):
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # Python ignores it
+        reading, writing = os.pipe()
+        os.close(reading)
+        for number in self.descriptors:
+            os.dup2(writing, number)
+        os.close(writing)
 
 
 class Limited(Surrounding):
@@ -198,7 +217,9 @@ def all_surroundings(clock_library):
     list_of += [Ignored(name, signals) for name, signals in names.items()]
     list_of += [Ignored("all", sorted(signal.valid_signals() - {signal.SIGKILL, signal.SIGSTOP}))]
     list_of += [Blocked("blocked_signals")]
+    list_of += [ReaderGone([1]), ReaderGone([1, 2])]
     list_of += [Mounted("no_proc", "mount -t tmpfs none /proc"), Mounted("no_sys", "mount -t tmpfs none /sys"),
+                Mounted("no_dev_null", "mount -t tmpfs none /dev", "/dev/null", (71,)),
                 Mounted("read_only_folder", 'mount --bind "$PWD" "$PWD" && mount -o remount,ro,bind "$PWD" && cd "$PWD"',
                         "[Rr]ead-only|readonly|unable to open|cannot be (written|created|made)|cannot open", (2, 6))]
     list_of += [Variables("no_home", {"HOME": None}), Variables("empty_environment", {}, keep=False),

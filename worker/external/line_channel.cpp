@@ -9,7 +9,6 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <ctime>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -18,6 +17,7 @@
 
 #include "app/printable.h"
 #include "app/processes.h"
+#include "legopt/files/temporary_folder.h"
 #include "legopt/files/written_file.h"
 #include "legopt/input/json.h"
 #include "legopt/types/number_text.h"
@@ -203,11 +203,7 @@ std::string ReadSolutionFile(const fs::path& file) {
 
 }  // namespace
 
-fs::path MakeScratchFolder() {
-  std::string name = (fs::temp_directory_path() / "legopt-solver-XXXXXX").string();
-  if (::mkdtemp(name.data()) == nullptr) throw std::system_error(errno, std::generic_category(), name);
-  return name;
-}
+fs::path MakeScratchFolder() { return files::CreateTemporaryFolder("legopt-solver-"); }
 
 fs::path ProblemFile(const fs::path& scratch) { return scratch / "problem.json"; }
 
