@@ -74,9 +74,10 @@ TEST_F(WithoutServer, DoctorWarnsButDoesNotFail) {
 }
 
 TEST_F(WithoutServer, DoctorReportsThatItCouldNotCheckADatabase) {
+  const std::string database = Database();
   for (const char* folder : {"/nonexistent", "/proc"}) {
     const auto result =
-        Run({"service", "doctor", "--port", port_, "--timeout", "0.2", "--db", Database()}, {{"TMPDIR", folder}});
+        Run({"service", "doctor", "--port", port_, "--timeout", "0.2", "--db", database}, {{"TMPDIR", folder}});
     EXPECT_EQ(result.exit_code, kUsage) << result.err;
     EXPECT_THAT(result.out, HasSubstr("test.sqlite: not checked"));
     EXPECT_THAT(result.out, HasSubstr(folder));

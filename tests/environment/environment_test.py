@@ -200,7 +200,7 @@ class Trial:
     def judge_files(self, name, folder, before, command, code):
         created = sorted(set(os.listdir(folder)) - before - {"gone"})
         only_report_failed = self.surrounding.cause.startswith("standard output")
-        patterns = command.keeps | (command.creates if code in (0, 4) or only_report_failed else set())
+        patterns = command.keeps | self.surrounding.keeps | (command.creates if code in (0, 4) or only_report_failed else set())
         for file in created:
             if file == "new.sqlite" and not self.holds_results(os.path.join(folder, file)):
                 self.fault(name, f"exit code {code} leaves {file} without an experiment")

@@ -15,6 +15,7 @@ class Surrounding:
     cause = ""
     codes = ()
     signals = ()       # that may end a run without leaving anything behind
+    keeps = frozenset()  # patterns of files from which a run that was stopped here continues
     mute = False       # standard error is closed
     needs_root = False
     services = True    # whether servers and workers are tried as well
@@ -54,6 +55,7 @@ class ReaderGone(Surrounding):
     """The reader of these descriptors, e.g. `head`, has closed the pipe."""
 
     cause, signals = "standard output", (signal.SIGPIPE,)
+    keeps = {r"generated\.partial"}
 
     def __init__(self, descriptors):
         super().__init__("reader_gone_" + "".join(map(str, descriptors)))

@@ -98,7 +98,8 @@ TEST_F(Queries, AnAnswerThatIsTooLargeIsCutAsByALimitOfRows) {
     ASSERT_EQ(StatusOf(reply), QueryStatus::kOk) << reply.message;
     const Json answer = Json::parse(reply.json);
     EXPECT_EQ(answer["truncated"], true);
-    EXPECT_EQ(answer["rows"].size(), (std::size_t{48} << 20U) / 200'005) << "rows that fit, with quotes, brackets and commas";
+    EXPECT_EQ(answer["rows"].size(), (std::size_t{48} << 20U) / 200'005)
+        << "rows that fit, with quotes, brackets and commas";
   }
   const Json answer = Json::parse(Ask("SELECT zeroblob(30000000)").json);
   EXPECT_EQ(answer["rows"].size(), 0U);
