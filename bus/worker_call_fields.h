@@ -244,10 +244,12 @@ struct Description<legopt_msg::result_request> {
                  "interpolation_free_share: must be within 0 .. 1");
   }
   static void TimingIsPossible(const M& m, FieldCheck& check) {
-    check.Require(!(m.duration_s < 0 || m.reduced_duration_s < 0), "duration_s: a duration is negative");
-    for (const double share : {m.velocity_limited_share, m.torque_limited_share, m.contact_limited_share}) {
-      check.Require(!(share < 0 || share > 1), "contact_limited_share: a share is not within 0 .. 1");
-    }
+    const auto is_share = [](double share) { return !(share < 0 || share > 1); };
+    check.Require(!(m.duration_s < 0), "duration_s: must not be negative")
+        .Require(!(m.reduced_duration_s < 0), "reduced_duration_s: must not be negative")
+        .Require(is_share(m.velocity_limited_share), "velocity_limited_share: must be within 0 .. 1")
+        .Require(is_share(m.torque_limited_share), "torque_limited_share: must be within 0 .. 1")
+        .Require(is_share(m.contact_limited_share), "contact_limited_share: must be within 0 .. 1");
   }
   static void WaypointsAreWhole(const M& m, FieldCheck& check) {
     check.Require(std::int64_t{m.num_waypoints} * m.waypoint_size == m.num_values,

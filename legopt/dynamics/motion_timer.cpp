@@ -141,7 +141,7 @@ void MotionTimer::Report(const std::vector<double>& grid, const TimeLaw& law, Mo
     double& share = kind == TimeLimit::kVelocity ? timing->limits.velocity
                     : kind == TimeLimit::kTorque ? timing->limits.torque
                                                  : timing->limits.contact;
-    share += width_s / law.duration_s;
+    share = std::min(share + width_s / law.duration_s, 1.0);  // the sum of many rounded terms may exceed 1
   }
 }
 

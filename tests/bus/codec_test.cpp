@@ -112,8 +112,10 @@ std::string WhyRefused(const Message& message) {
 TEST(Result, FiguresMayBeNanButNotInfinite) {
   using Figure = double legopt_msg::result_request::*;
   using M = legopt_msg::result_request;
-  for (const Figure figure : {&M::solver_cost, &M::solver_violation, &M::cost, &M::interpolation_environment_depth_m,
-                              &M::interpolation_self_depth_m, &M::interpolation_free_share}) {
+  for (const Figure figure :
+       {&M::solver_cost, &M::solver_violation, &M::cost, &M::interpolation_environment_depth_m,
+        &M::interpolation_self_depth_m, &M::interpolation_free_share, &M::duration_s, &M::reduced_duration_s,
+        &M::velocity_limited_share, &M::torque_limited_share, &M::contact_limited_share}) {
     M message = Sample<M>();
     message.*figure = std::nan("");
     EXPECT_TRUE(Decode<M>(RawEncode(message)).has_value());
@@ -270,6 +272,10 @@ TEST(Ranges, FirstFaultIsReported) {
   EXPECT_EQ(Validate(result), "waypoints: nan: must be finite");
   result.num_trace_bytes = 9;
   EXPECT_EQ(Validate(result), "num_trace_bytes: 9: must be the size of its array, 3");
+  result.torque_limited_share = 1.5;
+  EXPECT_EQ(Validate(result), "torque_limited_share: must be within 0 .. 1");
+  result.reduced_duration_s = -1;
+  EXPECT_EQ(Validate(result), "reduced_duration_s: must not be negative");
   result.interpolation_free_share = 2;
   EXPECT_EQ(Validate(result), "interpolation_free_share: must be within 0 .. 1");
   result.interpolation_self_depth_m = -1;

@@ -76,6 +76,10 @@ TEST_F(Schema, FiguresOfMotionsHaveRanges) {
   ExpectRefused("UPDATE results SET interpolation_free_share = 1.1");
   ExpectRefused("UPDATE results SET interpolation_self_depth_m = -1e-9");
   ExpectRefused("UPDATE results SET interpolation_environment_depth_m = -1e-9");
+  connection_->Execute("UPDATE results SET duration_s = 0, velocity_limited_share = 1, contact_limited_share = 0");
+  ExpectRefused("UPDATE results SET duration_s = -1e-9");
+  ExpectRefused("UPDATE results SET reduced_duration_s = -1e-9");
+  ExpectRefused("UPDATE results SET torque_limited_share = 1.1");
   ExpectRefused("UPDATE cells SET wall_limit_us = 0");
 }
 

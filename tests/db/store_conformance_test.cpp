@@ -120,6 +120,8 @@ TEST_P(StoreConformance, IllegalResultsAreRefused) {
   };
   ExpectRefused(with([](ResultRecord& r) { r.interpolation_self_depth_m = -1e-9; }));
   ExpectRefused(with([](ResultRecord& r) { r.interpolation_free_share = 1.5; }));
+  ExpectRefused(with([](ResultRecord& r) { r.duration_s = -1e-9; }));
+  ExpectRefused(with([](ResultRecord& r) { r.torque_limited_share = 1.1; }));
   ExpectRefused(with([](ResultRecord& r) { r.windows_solved = 1; }));
   ExpectRefused(with([](ResultRecord& r) { r.cost = std::nan(""); }));
   ExpectRefused(with([](ResultRecord& r) { r.wall_us = -1; }));

@@ -27,6 +27,9 @@ TEST_F(MotionTimerTest, PlantedMotionsHaveTimeLawsInTheRightOrder) {
     ++finite;
     EXPECT_LE(timing.shortest_s, timing.greedy_s);
     EXPECT_GE(timing.reduced_s, timing.shortest_s);
+    for (const double share : {timing.limits.velocity, timing.limits.torque, timing.limits.contact}) {
+      EXPECT_LE(share, 1.0) << "also after rounding";
+    }
     EXPECT_NEAR(timing.limits.velocity + timing.limits.torque + timing.limits.contact, 1.0, 1e-9);
     ASSERT_EQ(timing.times_s.size(), timing.parameters.size());
     EXPECT_NEAR(timing.times_s.back(), timing.shortest_s, 1e-9 * timing.shortest_s);

@@ -63,6 +63,11 @@ TEST(ResultMessage, EveryColumnComesFromTheFieldOfItsName) {
   EXPECT_EQ(record.interpolation_environment_depth_m, request.interpolation_environment_depth_m);
   EXPECT_EQ(record.interpolation_self_depth_m, request.interpolation_self_depth_m);
   EXPECT_EQ(record.interpolation_free_share, request.interpolation_free_share);
+  EXPECT_EQ(record.duration_s, request.duration_s);
+  EXPECT_EQ(record.reduced_duration_s, request.reduced_duration_s);
+  EXPECT_EQ(record.velocity_limited_share, request.velocity_limited_share);
+  EXPECT_EQ(record.torque_limited_share, request.torque_limited_share);
+  EXPECT_EQ(record.contact_limited_share, request.contact_limited_share);
   ASSERT_EQ(record.violations.size(), 1U);
   EXPECT_EQ(record.violations[0].check, Verdict::kContainment);
   EXPECT_EQ(record.violations[0].rule, Rule::kSolid);

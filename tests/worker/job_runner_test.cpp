@@ -161,6 +161,7 @@ TEST_F(JobRunnerTest, AMotionTellsItsWindowsAndHasItsInterpolationScored) {
   EXPECT_EQ(message.windows, 3);
   EXPECT_EQ(message.windows_solved, result.solve.windows_solved);
   EXPECT_EQ(std::isnan(message.interpolation_free_share), result.solve.waypoints.size() < 2);
+  EXPECT_TRUE(std::isnan(message.duration_s)) << "no timed motion";
 }
 
 TEST_F(JobRunnerTest, AMotionOutOfTimeKeepsTheWindowsItSolved) {
