@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/command_line.h"
+#include "app/data_folder.h"
 #include "app/folder_cache.h"
 #include "app/printable.h"
 #include "client/client_error.h"

@@ -85,7 +85,7 @@ void CheckSize(const Suite& suite, const Submission& submission) {
 
 // Reports how the dataset's path is resolved for a suite from a pipe, which has no folder.
 void ReportPlaceOfDataset(const Suite& suite) {
-  if (!suite.dataset || suite.dataset->is_absolute() || !files::IsStream(suite.file)) return;
+  if (!suite.dataset || !files::IsStream(suite.file)) return;
   std::cerr << "legopt: " << app::Printable(suite.file) << ": the dataset is relative to the working directory: "
             << app::Printable(std::filesystem::absolute(*suite.dataset).lexically_normal().string()) << "\n";
 }

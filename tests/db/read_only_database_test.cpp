@@ -213,8 +213,8 @@ TEST_F(ReadOnly, ADatabaseThatLacksSomethingIsNotIntact) {
 // objects of a user are accepted.
 TEST_F(ReadOnly, ASchemaThatSaysSomethingElseIsNotIntact) {
   struct Case {
-    const char* change;
-    const char* word;
+    const char* change = nullptr;
+    const char* word = nullptr;
     const char* word_of_server = word;
   };
   for (const auto& [change, word, word_of_server] :
@@ -335,7 +335,7 @@ TEST_F(ReadOnly, AReaderRemovesTheLogOfNobodyElse) {
   store_->Apply(std::vector<StoreOp>{CreateExperiment{SampleExperiment(2, 5, 3)}});
   EXPECT_EQ(ReadOnlyDatabase(path_).Query("SELECT 1 FROM experiments").rows.size(), 2U);
   store_.reset();
-  std::ofstream(path_.string() + "-wal");  // left by another program
+  { const std::ofstream left_by_another_program(path_.string() + "-wal"); }
   ReadOnlyDatabase(path_).Query("SELECT 1 FROM experiments");
   EXPECT_TRUE(std::filesystem::exists(path_.string() + "-wal"));
 }

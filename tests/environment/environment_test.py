@@ -204,13 +204,20 @@ class Trial:
         for file in created:
             if file == "new.sqlite" and not self.holds_results(os.path.join(folder, file)):
                 self.fault(name, f"exit code {code} leaves {file} without an experiment")
+            if self.surrounding.side_files and self.is_empty_side_file(os.path.join(folder, file)):
+                continue
             if not any(re.fullmatch(pattern, file) for pattern in patterns):
                 self.fault(name, f"exit code {code} leaves {file}")
         for file in created:
             self.remove(os.path.join(folder, file))
         for file in sorted(os.listdir(self.temporary)):
-            self.fault(name, f"exit code {code} leaves {file} in TMPDIR")
+            if not any(re.fullmatch(pattern, file) for pattern in self.surrounding.in_tmpdir):
+                self.fault(name, f"exit code {code} leaves {file} in TMPDIR")
             self.remove(os.path.join(self.temporary, file))
+
+    @staticmethod
+    def is_empty_side_file(path):
+        return re.search(r"\.sqlite-(wal|shm)$", path) and os.path.getsize(path) == 0
 
     @staticmethod
     def remove(path):

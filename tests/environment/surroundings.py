@@ -16,6 +16,8 @@ class Surrounding:
     codes = ()
     signals = ()       # that may end a run without leaving anything behind
     keeps = frozenset()  # patterns of files from which a run that was stopped here continues
+    side_files = False   # whether readers leave the empty side files of a database: SQLite's index needs 32 KiB
+    in_tmpdir = frozenset()  # patterns of files that belong into TMPDIR
     mute = False       # standard error is closed
     needs_root = False
     services = True    # whether servers and workers are tried as well
@@ -74,6 +76,7 @@ class Limited(Surrounding):
     def __init__(self, name, limit, amount, cause, codes, hard=None):
         super().__init__(name)
         self.limit, self.amount, self.hard = limit, amount, amount if hard is None else hard
+        self.side_files = limit == resource.RLIMIT_FSIZE and amount < 32 << 10
         self.cause, self.codes = cause, codes
 
     def prepare(self):
@@ -132,6 +135,8 @@ class Mounted(Surrounding):
 
 
 class Variables(Surrounding):
+    in_tmpdir = {rf"legopt-{os.getuid()}"}  # the cache of datasets, without a home
+
     def __init__(self, name, change, keep=True):
         super().__init__(name)
         self.change, self.keep = change, keep
