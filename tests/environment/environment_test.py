@@ -204,7 +204,7 @@ class Trial:
         for file in created:
             if file == "new.sqlite" and not self.holds_results(os.path.join(folder, file)):
                 self.fault(name, f"exit code {code} leaves {file} without an experiment")
-            if self.surrounding.side_files and self.is_empty_side_file(os.path.join(folder, file)):
+            if self.surrounding.side_files and self.is_side_file(os.path.join(folder, file)):
                 continue
             if not any(re.fullmatch(pattern, file) for pattern in patterns):
                 self.fault(name, f"exit code {code} leaves {file}")
@@ -216,8 +216,8 @@ class Trial:
             self.remove(os.path.join(self.temporary, file))
 
     @staticmethod
-    def is_empty_side_file(path):
-        return re.search(r"\.sqlite-(wal|shm)$", path) and os.path.getsize(path) == 0
+    def is_side_file(path):
+        return path.endswith(".sqlite-shm") or path.endswith(".sqlite-wal") and os.path.getsize(path) == 0
 
     @staticmethod
     def remove(path):

@@ -16,7 +16,7 @@ class Surrounding:
     codes = ()
     signals = ()       # that may end a run without leaving anything behind
     keeps = frozenset()  # patterns of files from which a run that was stopped here continues
-    side_files = False   # whether readers leave the empty side files of a database: SQLite's index needs 32 KiB
+    side_files = False   # whether readers leave the log's index and an empty log: SQLite's index needs 32 KiB
     in_tmpdir = frozenset()  # patterns of files that belong into TMPDIR
     mute = False       # standard error is closed
     needs_root = False
