@@ -90,10 +90,9 @@ enum class ProcessKind {
 /// Prepares the process. Must be the first statement of every `main`, before any thread starts:
 /// * opens closed descriptors 0 to 2, so that no file or socket gets their numbers; reading and writing them fails as
 ///   if they were closed;
-/// * ignores SIGXFSZ, so that the limit on file sizes causes an ordinary write error (EFBIG); commands and services
-/// also
-///   ignore SIGPIPE, so that a closed pipe is a write error (EPIPE); services also ignore SIGUSR1 and SIGUSR2, which
-///   batch systems use as warnings;
+/// * ignores SIGXFSZ, so that the limit on file sizes causes an ordinary write error (EFBIG);
+/// * in commands and services, ignores SIGPIPE, so that a closed pipe is a write error (EPIPE); in services, also
+///   SIGUSR1 and SIGUSR2, which batch systems use as warnings;
 /// * gives SIGTERM its default action in commands and services, even if the parent ignored it;
 /// * gives SIGCHLD its default action and, except for jobs, unblocks all signals, regardless of the parent's settings;
 /// * raises the soft limit on open files (RLIMIT_NOFILE) to the hard one;

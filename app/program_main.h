@@ -21,7 +21,7 @@ class ReaderGone : public std::exception {
 /// Exit status of a program whose reader has gone: that with which shells report SIGPIPE.
 inline constexpr int kReaderGoneStatus = 141;
 
-/// Throws ReaderGone if `descriptor` is a pipe or socket that nobody reads any more.
+/// Throws ReaderGone if `descriptor` is a pipe or socket whose reading end is closed.
 void RequireReader(int descriptor);
 
 /// Prepares the process (PrepareProcess), runs `body` and returns its exit status. An exception is printed as one line

@@ -86,13 +86,6 @@ std::string CountersText(const nlohmann::json& status, const TextLayout& layout)
          "\nOther counters (zeros are omitted):\n" + RenderListing(counters, TableFormat::kText, layout);
 }
 
-// Names the number of workers that the server does not list: any process can say that it is a worker.
-std::string UnlistedText(const nlohmann::json& status) {
-  const auto unlisted = status.value(nlohmann::json::json_pointer("/server/workers_not_listed"), std::int64_t{0});
-  if (unlisted <= 0) return {};
-  return "and " + std::to_string(unlisted) + (unlisted == 1 ? " worker" : " workers") + " that took no job yet\n";
-}
-
 std::string TextForPeople(const std::vector<ExperimentStatus>& experiments, const nlohmann::json& status,
                           const StatusOptions& options) {
   const TextLayout layout = LayoutOf(options.output);
@@ -107,8 +100,7 @@ std::string TextForPeople(const std::vector<ExperimentStatus>& experiments, cons
     text += "\n";
     text += workers.empty() ? "No workers; start some with 'legopt-worker'\n"
                             : RenderTable(WorkerTable(workers), TableFormat::kText, layout);
-    text += UnlistedText(status);
-    text += UnlistedText(status);
+    text += UnlistedWorkers(status);
   }
   return options.counters ? text + CountersText(status, layout) : text;
 }

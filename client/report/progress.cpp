@@ -198,7 +198,7 @@ int TerminalWidth() {
   return size.ws_col;
 }
 
-// Ends a long command whose progress nobody reads any more ('2>&1 | head').
+// Ends a long command if the reader of its progress has closed the pipe ('2>&1 | head').
 void RequireReaderOfErrors() {
   if (std::ferror(stderr) != 0) app::RequireReader(STDERR_FILENO);
 }

@@ -195,4 +195,10 @@ Table WorkerTable(const nlohmann::json& workers) {
   return table;
 }
 
+std::string UnlistedWorkers(const nlohmann::json& status) {
+  const auto unlisted = status.value(nlohmann::json::json_pointer("/server/workers_not_listed"), std::int64_t{0});
+  if (unlisted <= 0) return {};
+  return "and " + std::to_string(unlisted) + (unlisted == 1 ? " worker" : " workers") + " that took no job yet\n";
+}
+
 }  // namespace legopt::client

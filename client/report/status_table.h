@@ -22,4 +22,7 @@ Listing ExperimentListing(std::span<const ExperimentStatus> experiments);
 /// Returns the workers of a status reply in the same way.
 Table WorkerTable(const nlohmann::json& workers);
 
+/// Returns a line with the number of workers that a status reply does not list; empty if it lists all.
+std::string UnlistedWorkers(const nlohmann::json& status);
+
 }  // namespace legopt::client

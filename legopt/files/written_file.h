@@ -108,7 +108,7 @@ std::filesystem::path CreateTemporaryFile(const std::filesystem::path& folder, s
 namespace legopt {
 
 /// Writes a file atomically with files::ReplaceFile. Throws InputError with file, cause and fix; files::FileError if
-/// memory or file descriptors are exhausted, or if `path` is a pipe that nobody reads any more (EPIPE).
+/// memory or file descriptors are exhausted, or if `path` is a pipe whose reading end is closed (EPIPE).
 void WriteOutputFile(const std::filesystem::path& path, std::string_view bytes,
                      const files::WriteOptions& options = {});
 

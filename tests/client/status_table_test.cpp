@@ -99,5 +99,11 @@ TEST(StatusTable, OtherFormatsHaveEveryColumn) {
   EXPECT_TRUE(listing.At(0, "eta_s").is_null());
 }
 
+TEST(StatusTable, WorkersThatAreNotListedAreCounted) {
+  EXPECT_EQ(UnlistedWorkers({{"server", {{"workers_not_listed", 0}}}}), "");
+  EXPECT_EQ(UnlistedWorkers({{"server", {{"workers_not_listed", 1}}}}), "and 1 worker that took no job yet\n");
+  EXPECT_EQ(UnlistedWorkers({{"server", {{"workers_not_listed", 30}}}}), "and 30 workers that took no job yet\n");
+}
+
 }  // namespace
 }  // namespace legopt::client

@@ -49,7 +49,7 @@ class LinkTrimeshes {
     int mesh;                             ///< index in the TrimeshWorld
     ConvexShape hull;                     ///< hull of the mesh, link frame
     LazyBodies bodies;                    ///< closed bodies of the mesh, link frame
-    LazyRepresentatives representatives;  ///< of the components of the mesh, link frame
+    LazyRepresentatives representatives;  ///< one vertex per component of the mesh, link frame
     Eigen::Isometry3d pose;               ///< link frame in the world
     PointArena::Range range;              ///< range of the hull's points
     SupportSet placed;                    ///< hull in the world
@@ -63,7 +63,7 @@ class LinkTrimeshes {
 
   /// Moves all geometries to the link poses of `kinematics`.
   void Place(const Kinematics& kinematics);
-  /// Moves the geometries of one link; those of others keep their poses.
+  /// Moves the geometries of one link; all others keep their poses.
   void Place(const Kinematics& kinematics, int link);
 
   /// Returns the number of geometries of a link; 0 if it cannot collide.

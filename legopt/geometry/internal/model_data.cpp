@@ -150,7 +150,7 @@ bool PiecesMostlyOverlap(const RobotModel& robot, LinkTrimeshes& meshes, LinkPie
   PlacedShapes first(pieces.Pieces(pair.first)), second(pieces.Pieces(pair.second));
   std::mt19937_64 random(kSeed);
   Kinematics kinematics(robot);
-  int excess = 0;  // of postures with overlapping pieces over those without
+  int excess = 0;  // number of postures with overlapping pieces, minus the number without
   for (int posture = 0; posture < kPostures; ++posture) {
     const int rest = kPostures - posture;
     if (excess > rest || excess + rest <= 0) break;

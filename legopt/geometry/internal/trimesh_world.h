@@ -23,7 +23,8 @@ using TriangleCorners = std::array<Eigen::Vector3d, 3>;
 double TriangleDepth(const TriangleCorners& a, const TriangleCorners& b);
 
 /// Returns the largest depth of all pairs of triangles of two meshes, m; negative if none cross. `X_AB`: pose of mesh B
-/// in the frame of A. `bvh_a`, `bvh_b`: the meshes' trees. Unlike ODE, it considers all pairs and merges no contacts.
+/// relative to mesh A. `bvh_a`, `bvh_b`: the trees of `a` and `b`. Unlike ODE, it considers all pairs and merges no
+/// contacts.
 double MeshDepth(const TriangleMesh& a, const TriangleBvh& bvh_a, const TriangleMesh& b, const TriangleBvh& bvh_b,
                  const Eigen::Isometry3d& X_AB);
 

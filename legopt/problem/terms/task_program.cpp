@@ -27,7 +27,7 @@ WaypointProgram::WaypointProgram(const Dataset& dataset, CollisionQuery& query,
 }
 
 void WaypointProgram::SetJointBounds(double reserve) {
-  constexpr double kLargestShare = 0.25;  // of a joint's range
+  constexpr double kLargestShare = 0.25;  // share of a joint's range that the reserve may take at either end
   lower_ = robot_->lower_limits();
   upper_ = robot_->upper_limits();
   for (Eigen::Index i = 0; reserve > 0.0 && i < lower_.size(); ++i) {
