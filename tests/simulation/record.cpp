@@ -12,7 +12,8 @@ std::int64_t AcceptedOf(const StoredState& state, std::int64_t experiment_id) {
 
 void Record::OnSubmitted(const std::string& submission_id, std::int64_t experiment_id, std::int64_t num_jobs) {
   Submission& submission = submissions[submission_id];
-  if (submission.experiment_id && *submission.experiment_id != experiment_id && !MayBeDeleted(submission_id)) {
+  if (submission.experiment_id && *submission.experiment_id != experiment_id && !MayBeDeleted(submission_id) &&
+      !delete_asked.contains(experiment_id)) {
     Violation("duplicated: submission " + submission_id + " was acknowledged as experiment " +
               std::to_string(*submission.experiment_id) + " and as " + std::to_string(experiment_id));
   }
@@ -20,7 +21,8 @@ void Record::OnSubmitted(const std::string& submission_id, std::int64_t experime
     Violation("wrong state: submission " + submission_id + " was acknowledged with " + std::to_string(num_jobs) +
               " jobs instead of " + std::to_string(submission.num_jobs));
   }
-  submission.experiment_id = experiment_id;
+  // Experiments are numbered in order: the answer about one that was deleted may come after that of its successor.
+  if (submission.experiment_id < experiment_id) submission.experiment_id = experiment_id;
 }
 
 std::int64_t AttemptsOf(const StoredState& state, std::int64_t experiment_id) {
