@@ -39,14 +39,25 @@ std::optional<std::string> FolderCache::Read(std::string_view key) const {
   std::error_code error;
   const std::uintmax_t size = fs::is_regular_file(path, error) ? fs::file_size(path, error) : 0;
   if (error || size < kHeader.size() + 2 * kChecksumBytes || size > max_bytes_) return std::nullopt;
+  const fs::file_time_type time = fs::last_write_time(path, error);
   std::string text(size, '\0');
   std::ifstream file(path, std::ios::binary);
   if (!file.read(text.data(), static_cast<std::streamsize>(size)) || !text.starts_with(kHeader)) return std::nullopt;
   const std::string checksum = text.substr(kHeader.size(), 2 * kChecksumBytes);
   text.erase(0, kHeader.size() + 2 * kChecksumBytes);
+  if (IsVerified(key, time)) return text;
   if (Blake2bHex(std::string(key) + text, kChecksumBytes) != checksum) return std::nullopt;
   fs::last_write_time(path, fs::file_time_type::clock::now(), error);  // marks it as used
+  const fs::file_time_type marked = fs::last_write_time(path, error);
+  const std::scoped_lock lock(mutex_);
+  verified_.insert_or_assign(std::string(key), marked);
   return text;
+}
+
+bool FolderCache::IsVerified(std::string_view key, fs::file_time_type time) const {
+  const std::scoped_lock lock(mutex_);
+  const auto known = verified_.find(key);
+  return known != verified_.end() && known->second == time;
 }
 
 void FolderCache::Write(std::string_view key, std::string_view bytes) const {

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <thread>
 
 #include "app/command_line.h"
 #include "app/data_folder.h"
@@ -24,6 +23,7 @@
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/internal/text_file.h"
 #include "legopt/files/name_lock.h"
+#include "legopt/math/parallel.h"
 #include "legopt/planning/certify/certificate.h"
 #include "legopt/types/input_error.h"
 #include "legopt/worldgen/contact_dataset.h"
@@ -129,7 +129,7 @@ app::Option AddStanceFlags(const app::Command& command, DatasetFlags* flags) {
   command.AddOption("--name", flags->name, "Name of the dataset (default: that of the folder)");
   command.AddOption("--radius", options.radius_m, "Largest distance of the feet, m (default: by the robot's size)");
   command.AddOption("--slope", options.slope_rad, "Steepest ground, rad (default: 0.45)");
-  options.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  options.threads = NumProcessors();
   command.AddOption("--threads", options.threads, "Number of threads, same result for any (default: all cores)");
   return command.AddOption("--stances", options.stances, "Stances sampled").ShowDefault();
 }
@@ -390,7 +390,7 @@ void AddCertifyCommand(const app::Command& program, Invocation* invocation) {
   command.AddOption("--starts", flags->options.starts, "Initial guesses for a stance before it is reported as open")
       .ShowDefault()
       .Check(app::WholeNumber(1, kMaxStarts));
-  flags->options.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  flags->options.threads = NumProcessors();
   command.AddOption("--threads", flags->options.threads, "Number of threads, same result for any (default: all cores)")
       .Check(app::WholeNumber(1, kMaxThreads));
   AddFormatOption(command, &flags->format);

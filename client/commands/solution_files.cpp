@@ -3,7 +3,6 @@
 #include <iostream>
 #include <map>
 #include <memory>
-#include <thread>
 
 #include "app/command_line.h"
 #include "app/folder_cache.h"
@@ -20,6 +19,7 @@
 #include "client/report/timing_report.h"
 #include "client/suite/input_files.h"
 #include "legopt/files/written_file.h"
+#include "legopt/math/parallel.h"
 
 namespace legopt::client {
 namespace {
@@ -193,8 +193,6 @@ struct EvaluateOptions {
   OutputOptions output;
 };
 
-int NumThreads() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
-
 [[noreturn]] void RefuseProblemFile(const std::string& file) {
   throw ClientError(ExitCode::kUsage, file + ": no problem has a 'solution'; is it a problem file?");
 }
@@ -205,14 +203,14 @@ void PrintFigures(const EvaluateOptions& options, const Listing& listing) {
 }
 
 ExitCode PrintDurations(const EvaluateOptions& options, const SolutionFile& file, const Dataset& dataset) {
-  const std::vector<TimedSolution> timed = TimeSolutions(file, dataset, NumThreads());
+  const std::vector<TimedSolution> timed = TimeSolutions(file, dataset, NumProcessors());
   if (timed.empty()) RefuseProblemFile(options.file);
   PrintFigures(options, *options.durations == DurationRows::kMotions ? ListingOf(timed) : SummaryOf(timed));
   return ExitCode::kOk;
 }
 
 ExitCode PrintPushes(const EvaluateOptions& options, const SolutionFile& file, const Dataset& dataset) {
-  const std::vector<PushedSolution> pushed = PushSolutions(file, dataset, NumThreads());
+  const std::vector<PushedSolution> pushed = PushSolutions(file, dataset, NumProcessors());
   if (pushed.empty()) RefuseProblemFile(options.file);
   PrintFigures(options, *options.pushes == PushRows::kProblems ? ListingOf(pushed) : SummaryOf(pushed));
   return ExitCode::kOk;

@@ -15,6 +15,7 @@
 #include "legopt/geometry/internal/prepared_geometry.h"
 #include "legopt/geometry/internal/scene_solids.h"
 #include "legopt/geometry/internal/trimesh_world.h"
+#include "legopt/math/parallel.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/number_text.h"
 
@@ -99,26 +100,57 @@ void AddDecomposition(int link, PairResolution detail, LinkPieces& pieces, Impl&
   impl.shapes.insert(impl.shapes.end(), finer.begin(), finer.end());
 }
 
-/// Adds the shapes of a link that are compared with scenes of solids, if it has a concave mesh.
-void AddSceneShapes(const Link& link, int index, const ReadGuard& guard, const CollisionOptions& options, Impl& impl) {
-  const ShapeRun hulls = impl.links[static_cast<size_t>(index)].hulls;
-  ShapeRun run{static_cast<int>(impl.shapes.size()), 0};
-  bool concave = false;
-  for (size_t g = 0; g < link.collision.size(); ++g) {
-    const ConvexShape hull = impl.shapes[static_cast<size_t>(hulls.first) + g];
-    std::vector<ConvexShape> pieces;
-    if (link.collision[g].kind == ShapeSpec::Kind::kMesh) {
-      pieces = PreparedPieces(Tessellate(link.collision[g], guard), hull.hull(), options, guard.cache().get());
+/// A mesh of a link, and its pieces that are compared with scenes of solids.
+struct SceneMesh {
+  size_t link, geometry;
+  TriangleMesh mesh;
+  std::vector<ConvexShape> pieces;
+};
+
+const ConvexShape& HullOf(size_t link, size_t geometry, const Impl& impl) {
+  return impl.shapes[static_cast<size_t>(impl.links[link].hulls.first) + geometry];
+}
+
+/// Returns the meshes of all links in order, with their pieces.
+std::vector<SceneMesh> DecomposeForScenes(const RobotModel& robot, const CollisionOptions& options, const Impl& impl) {
+  std::vector<SceneMesh> meshes;
+  for (size_t i = 0; i < robot.links().size(); ++i) {
+    const std::vector<ShapeSpec>& geometries = robot.links()[i].collision;
+    for (size_t g = 0; g < geometries.size(); ++g) {
+      if (geometries[g].kind == ShapeSpec::Kind::kMesh) {
+        meshes.push_back({i, g, Tessellate(geometries[g], robot.read_guard()), {}});
+      }
     }
-    concave = concave || pieces.size() > 1;
-    if (pieces.empty()) pieces.push_back(hull);
-    impl.shapes.insert(impl.shapes.end(), pieces.begin(), pieces.end());
   }
-  if (concave) {
-    run.count = static_cast<int>(impl.shapes.size()) - run.first;
-    impl.links[static_cast<size_t>(index)].scene = run;
-  } else {
-    impl.shapes.erase(impl.shapes.begin() + run.first, impl.shapes.end());
+  ForEachIndex(NumProcessors(), meshes.size(), [&](int, size_t i) {
+    SceneMesh& entry = meshes[i];
+    entry.pieces = PreparedPieces(entry.mesh, HullOf(entry.link, entry.geometry, impl).hull(), options,
+                                  robot.read_guard().cache().get());
+    entry.mesh = {};
+  });
+  return meshes;
+}
+
+/// Adds the shapes of all links with a concave mesh that are compared with scenes of solids.
+void AddSceneShapes(const RobotModel& robot, const CollisionOptions& options, Impl& impl) {
+  const std::vector<SceneMesh> meshes = DecomposeForScenes(robot, options, impl);
+  auto next = meshes.begin();
+  for (size_t i = 0; i < robot.links().size(); ++i) {
+    ShapeRun run{static_cast<int>(impl.shapes.size()), 0};
+    bool concave = false;
+    for (size_t g = 0; g < robot.links()[i].collision.size(); ++g) {
+      std::vector<ConvexShape> pieces;
+      if (next != meshes.end() && next->link == i && next->geometry == g) pieces = (next++)->pieces;
+      concave = concave || pieces.size() > 1;
+      if (pieces.empty()) pieces.push_back(HullOf(i, g, impl));
+      impl.shapes.insert(impl.shapes.end(), pieces.begin(), pieces.end());
+    }
+    if (concave) {
+      run.count = static_cast<int>(impl.shapes.size()) - run.first;
+      impl.links[i].scene = run;
+    } else {
+      impl.shapes.erase(impl.shapes.begin() + run.first, impl.shapes.end());
+    }
   }
 }
 
@@ -136,11 +168,7 @@ void PrepareRobot(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> ref
     const PairResolution detail = impl.pairs.detail[impl.PairIndex(pair.first, pair.second)];
     for (int link : {pair.first, pair.second}) AddDecomposition(link, detail, pieces, impl);
   }
-  if (options.links == LinkRepresentation::kPieces) {
-    for (size_t i = 0; i < robot.links().size(); ++i) {
-      AddSceneShapes(robot.links()[i], static_cast<int>(i), robot.read_guard(), options, impl);
-    }
-  }
+  if (options.links == LinkRepresentation::kPieces) AddSceneShapes(robot, options, impl);
 }
 
 /// Adds the robot, from the cache of its read guard if it is there.

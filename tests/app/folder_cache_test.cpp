@@ -51,6 +51,15 @@ TEST_F(FolderCacheTest, DamagedFilesAreIgnored) {
   EXPECT_EQ(cache_.Read("ab12"), "some bytes");
 }
 
+TEST_F(FolderCacheTest, AFileThatChangesAfterItWasReadIsCheckedAgain) {
+  cache_.Write("ab12", "some bytes");
+  EXPECT_EQ(cache_.Read("ab12"), "some bytes");
+  EXPECT_EQ(cache_.Read("ab12"), "some bytes");
+  std::fstream file(Files().front(), std::ios::in | std::ios::out | std::ios::binary);
+  file.seekp(-1, std::ios::end).put('X').flush();
+  EXPECT_FALSE(cache_.Read("ab12").has_value());
+}
+
 TEST_F(FolderCacheTest, KeysAreHexadecimal) {
   for (const char* key : {"", "../ab", "AB", "g"}) {
     cache_.Write(key, "bytes");

@@ -15,6 +15,7 @@
 
 #include "legopt/geometry/internal/mesh_bodies.h"
 #include "legopt/geometry/internal/triangle_bvh.h"
+#include "legopt/math/parallel.h"
 
 namespace legopt {
 namespace {
@@ -384,39 +385,65 @@ std::vector<ConvexHull> DecomposeBodies(const TriangleMesh& mesh, const Decompos
 
 namespace {
 
+/// The geometry of a link, with meshes read.
+struct LinkGeometry {
+  explicit LinkGeometry(const RobotModel& robot, int link)
+      : shapes(robot.links()[static_cast<size_t>(link)].collision) {
+    for (const ShapeSpec& shape : shapes) {
+      meshes.push_back(shape.kind == ShapeSpec::Kind::kMesh ? Tessellate(shape, robot.read_guard()) : TriangleMesh());
+    }
+  }
+
+  const std::vector<ShapeSpec>& shapes;
+  std::vector<TriangleMesh> meshes;  ///< by shape; empty for primitives
+};
+
 /// `decompose`: from a mesh to its hulls.
 template <class Decomposition>
-std::vector<ConvexShape> Decompose(const RobotModel& robot, int link, Decomposition decompose) {
+std::vector<ConvexShape> Decompose(const LinkGeometry& link, Decomposition decompose) {
   std::vector<ConvexShape> shapes;
-  for (const ShapeSpec& spec : robot.links()[static_cast<size_t>(link)].collision) {
-    if (spec.kind != ShapeSpec::Kind::kMesh) {
-      shapes.push_back(ConvexShape::FromPrimitive(spec));
+  for (size_t i = 0; i < link.shapes.size(); ++i) {
+    if (link.shapes[i].kind != ShapeSpec::Kind::kMesh) {
+      shapes.push_back(ConvexShape::FromPrimitive(link.shapes[i]));
       continue;
     }
-    for (ConvexHull& hull : decompose(Tessellate(spec, robot.read_guard()))) {
-      shapes.push_back(ConvexShape::FromHull(std::move(hull)));
-    }
+    for (ConvexHull& hull : decompose(link.meshes[i])) shapes.push_back(ConvexShape::FromHull(std::move(hull)));
   }
   return shapes;
 }
 
 }  // namespace
 
-const std::vector<ConvexShape>& LinkPieces::Pieces(int link) {
-  const auto [it, inserted] = pieces_.try_emplace(link);
-  if (inserted) {
-    it->second = Decompose(robot_, link, [this](const TriangleMesh& mesh) {
-      return method_ == DecompositionMethod::kSample ? DecomposeBySample(mesh, limits_)
-                                                     : DecomposeApproximately(mesh, limits_);
-    });
+std::vector<ConvexHull> LinkPieces::DecomposeWhole(const TriangleMesh& mesh) const {
+  return method_ == DecompositionMethod::kSample ? DecomposeBySample(mesh, limits_)
+                                                 : DecomposeApproximately(mesh, limits_);
+}
+
+void LinkPieces::PreparePieces(const std::set<int>& links) {
+  struct Work {
+    LinkGeometry geometry;
+    std::vector<ConvexShape>* pieces;
+  };
+  std::vector<Work> work;
+  for (const int link : links) {
+    const auto [it, inserted] = pieces_.try_emplace(link);
+    if (inserted) work.push_back({LinkGeometry(robot_, link), &it->second});
   }
-  return it->second;
+  ForEachIndex(NumProcessors(), work.size(), [&](int, size_t i) {
+    *work[i].pieces = Decompose(work[i].geometry, [this](const TriangleMesh& mesh) { return DecomposeWhole(mesh); });
+  });
+}
+
+const std::vector<ConvexShape>& LinkPieces::Pieces(int link) {
+  PreparePieces({link});
+  return pieces_.at(link);
 }
 
 const std::vector<ConvexShape>& LinkPieces::Bodies(int link) {
   const auto [it, inserted] = bodies_.try_emplace(link);
   if (inserted) {
-    it->second = Decompose(robot_, link, [this](const TriangleMesh& mesh) { return DecomposeBodies(mesh, limits_); });
+    it->second = Decompose(LinkGeometry(robot_, link),
+                           [this](const TriangleMesh& mesh) { return DecomposeBodies(mesh, limits_); });
   }
   return it->second;
 }

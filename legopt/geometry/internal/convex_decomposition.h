@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -42,19 +43,23 @@ enum class DecompositionMethod {
 };
 
 /// Convex shapes that together cover the geometry of a link, in the link's frame: primitives unchanged, meshes
-/// decomposed. Computed on demand and cached. Not thread-safe.
+/// decomposed. Computed on demand and kept. Not thread-safe.
 class LinkPieces {
  public:
   /// `robot` must outlive this object. `method` decomposes meshes as a whole.
   LinkPieces(const RobotModel& robot, const DecompositionLimits& limits, DecompositionMethod method)
       : robot_(robot), limits_(limits), method_(method) {}
 
+  /// Computes the Pieces() of several links, some at once. Throws InputError.
+  void PreparePieces(const std::set<int>& links);
   /// Returns the pieces with meshes decomposed as a whole. Throws InputError.
   const std::vector<ConvexShape>& Pieces(int link);
   /// Returns the pieces with meshes decomposed body by body (DecomposeBodies). Throws InputError.
   const std::vector<ConvexShape>& Bodies(int link);
 
  private:
+  std::vector<ConvexHull> DecomposeWhole(const TriangleMesh& mesh) const;
+
   const RobotModel& robot_;
   DecompositionLimits limits_;
   DecompositionMethod method_;

@@ -7,6 +7,7 @@
 #include <map>
 #include <numbers>
 #include <random>
+#include <set>
 #include <utility>
 
 #include "legopt/geometry/internal/placed_shapes.h"
@@ -225,7 +226,11 @@ namespace {
 void SetDetailOfListed(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces, LinkPairRules& rules) {
   const size_t n = robot.links().size();
   rules.detail.assign(n * n, PairResolution::kHulls);
-  for (const LinkPair& pair : FindPhantomPairs(robot, meshes, rules.pairs[PairSelection::kReference])) {
+  const std::vector<LinkPair> phantoms = FindPhantomPairs(robot, meshes, rules.pairs[PairSelection::kReference]);
+  std::set<int> links;
+  for (const auto& [a, b] : phantoms) links.insert({a, b});
+  pieces.PreparePieces(links);
+  for (const LinkPair& pair : phantoms) {
     rules.detail[static_cast<size_t>(pair.first) * n + static_cast<size_t>(pair.second)] =
         PiecesMostlyOverlap(robot, meshes, pieces, pair) ? PairResolution::kBodies : PairResolution::kPieces;
     rules.decomposed.push_back(pair);

@@ -5,10 +5,13 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <exception>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 #include "legopt/dataset/internal/text_file.h"
 #include "legopt/dataset/scene_file.h"
@@ -16,6 +19,7 @@
 #include "legopt/geometry/internal/mesh_file.h"
 #include "legopt/import/internal/link_mesh_repair.h"
 #include "legopt/input/json.h"
+#include "legopt/math/parallel.h"
 #include "legopt/robot/internal/urdf_check.h"
 #include "legopt/robot/internal/urdf_reader.h"
 #include "legopt/types/input_error.h"
@@ -119,10 +123,58 @@ std::string Print(const tinyxml2::XMLDocument& document) {
   return printer.CStr();
 }
 
+/// Repairs mesh files, some at once. Holds few meshes at a time.
+class MeshRepairer {
+ public:
+  /// `files`: without duplicates, in the order in which they will be taken. `guard` must outlive this object.
+  MeshRepairer(std::vector<std::string> files, const ReadGuard& guard) : files_(std::move(files)), guard_(guard) {}
+
+  /// Returns a file's repaired mesh. Throws the InputError of LoadMesh.
+  RepairedLinkMesh Take(const std::string& file) {
+    if (!ready_.contains(file)) RepairFrom(std::ranges::find(files_, file));
+    Outcome outcome = std::move(ready_.extract(file).mapped());
+    if (outcome.failure) std::rethrow_exception(outcome.failure);
+    return std::move(outcome.repaired);
+  }
+
+ private:
+  struct Outcome {
+    TriangleMesh mesh;
+    RepairedLinkMesh repaired;
+    std::exception_ptr failure;
+  };
+
+  // This thread alone reads the files, because their reader is forked, and other threads may hold locks then.
+  void RepairFrom(std::vector<std::string>::const_iterator next) {
+    const int threads = NumProcessors();
+    std::vector<Outcome*> batch;
+    for (; next != files_.end() && std::ssize(batch) < threads; ++next) {
+      Outcome& outcome = ready_[*next];
+      try {
+        outcome.mesh = LoadMesh(*next, Eigen::Vector3d::Ones(), guard_);
+        batch.push_back(&outcome);
+      } catch (const InputError&) {
+        outcome.failure = std::current_exception();
+        break;
+      }
+    }
+    ForEachIndex(threads, batch.size(), [&](int, std::size_t i) {
+      batch[i]->repaired = RepairLinkMesh(batch[i]->mesh);
+      batch[i]->mesh = {};
+    });
+  }
+
+  std::vector<std::string> files_;
+  const ReadGuard& guard_;
+  std::map<std::string, Outcome> ready_;
+};
+
 /// Copies meshes under unique names, each file once.
 class MeshCopier {
  public:
-  MeshCopier(const fs::path& folder, const RobotCopyOptions& options) : folder_(folder), options_(options) {}
+  /// `files`: of all meshes, without duplicates, in the order in which they will be copied.
+  MeshCopier(const fs::path& folder, const RobotCopyOptions& options, std::vector<std::string> files)
+      : folder_(folder), options_(options), repairer_(std::move(files), options.read_guard) {}
 
   /// Copies or repairs a mesh and returns the copy's path relative to the folder; empty if it has no triangles or there
   /// is no such file (`mesh` is empty). `link` names the user.
@@ -162,8 +214,7 @@ class MeshCopier {
     };
     if (options_.repair) {
       try {
-        const RepairedLinkMesh repaired =
-            RepairLinkMesh(LoadMesh(mesh.string(), Eigen::Vector3d::Ones(), options_.read_guard));
+        const RepairedLinkMesh repaired = repairer_.Take(mesh.string());
         Count(repaired, link);
         if (repaired.changed()) {
           const std::string file = name(".ply");
@@ -197,11 +248,30 @@ class MeshCopier {
 
   const fs::path& folder_;
   const RobotCopyOptions& options_;
+  MeshRepairer repairer_;
   FileNames names_;
   std::map<std::string, std::string> copies_;
   std::string turned_, welded_, flat_, empty_, absent_;  ///< names of links
   int num_turned_ = 0, num_welded_ = 0;
 };
+
+const Link& LinkOf(const RobotModel& robot, const XMLElement& element) {
+  return robot.links()[static_cast<size_t>(robot.FindLink(element.Attribute("name")))];
+}
+
+/// Returns the mesh files of collision geometries, each once, in the order of the <link> elements.
+std::vector<std::string> MeshFilesOf(const RobotModel& robot, const XMLElement* root) {
+  std::vector<std::string> files;
+  std::set<std::string> known;
+  for (const XMLElement* e = root->FirstChildElement("link"); e != nullptr; e = e->NextSiblingElement("link")) {
+    for (const ShapeSpec& shape : LinkOf(robot, *e).collision) {
+      if (shape.kind == ShapeSpec::Kind::kMesh && !shape.mesh_file.empty() && known.insert(shape.mesh_file).second) {
+        files.push_back(shape.mesh_file);
+      }
+    }
+  }
+  return files;
+}
 
 /// Sets the new file names and scales of a <link>'s collision meshes and removes meshes without triangles. RobotModel
 /// lists shapes in the order of the elements.
@@ -279,11 +349,10 @@ std::vector<DatasetDiagnostic> CopyUrdfRobot(const fs::path& urdf, const fs::pat
   tinyxml2::XMLDocument document;
   document.Parse(checked.text.c_str());  // cannot fail: CheckUrdf wrote this text
   MakeFolder(folder / kRobotMeshFolder);
-  MeshCopier copier(folder, options);
   XMLElement* root = document.FirstChildElement("robot");
+  MeshCopier copier(folder, options, MeshFilesOf(robot, root));
   for (XMLElement* e = root->FirstChildElement("link"); e != nullptr; e = e->NextSiblingElement("link")) {
-    RenameMeshes(robot.links()[static_cast<size_t>(robot.FindLink(e->Attribute("name")))], e, options.mesh_scale,
-                 &copier);
+    RenameMeshes(LinkOf(robot, *e), e, options.mesh_scale, &copier);
   }
   std::error_code ignored;
   fs::remove(folder / kRobotMeshFolder, ignored);  // succeeds only if the folder is empty
