@@ -376,10 +376,12 @@ std::vector<ConvexHull> DecomposeBySample(const TriangleMesh& mesh, const Decomp
 }
 
 std::vector<ConvexHull> DecomposeBodies(const TriangleMesh& mesh, const DecompositionLimits& limits) {
+  const std::vector<TriangleMesh> bodies = SplitIntoComponents(mesh);
+  std::vector<std::vector<ConvexHull>> pieces(bodies.size());
+  ForEachIndex(NumProcessors(), bodies.size(),
+               [&](int, size_t i) { pieces[i] = DecomposeApproximately(bodies[i], limits); });
   std::vector<ConvexHull> hulls;
-  for (const TriangleMesh& body : SplitIntoComponents(mesh)) {
-    std::ranges::move(DecomposeApproximately(body, limits), std::back_inserter(hulls));
-  }
+  for (std::vector<ConvexHull>& some : pieces) std::ranges::move(some, std::back_inserter(hulls));
   return hulls;
 }
 
