@@ -46,6 +46,25 @@ TEST_F(SceneCommandTest, WritesMeshAndPictureAndCounts) {
   EXPECT_TRUE(fs::exists(folder_.path() / "p.png"));
 }
 
+TEST_F(SceneCommandTest, FlagsSetToleranceThicknessAndUpAxis) {
+  const auto report = [&](const std::string& mesh, std::vector<std::string> flags) {
+    std::ofstream(folder_.path() / "open.obj") << mesh;
+    fs::remove(folder_.path() / "made.yaml");
+    flags.insert(flags.end(), {"--out", "made.yaml", "--format", "json"});
+    const ProgramResult result = Repair(flags);
+    EXPECT_EQ(result.exit_code, static_cast<int>(ExitCode::kOk)) << result.err;
+    return ParseJson(result.out, "output");
+  };
+  // Two triangles of a sheet whose common edge is torn by 1 mm.
+  const std::string torn = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1.001 1 0\nv 0.001 0 0\nf 1 2 3\nf 6 5 4\n";
+  EXPECT_EQ(report(torn, {}).at("repairs").at(0).at("welded_vertices"), 0);
+  EXPECT_EQ(report(torn, {"--weld", "0.002"}).at("repairs").at(0).at("welded_vertices"), 2);
+  const std::string sheet = "v 0 0 0\nv 2 0 0\nv 2 3 0\nv 0 3 0\nf 1 2 3 4\n";
+  EXPECT_NEAR(report(sheet, {"--thickness", "0.5"}).at("volume_m3").get<double>(), 3.0, 1e-9);
+  EXPECT_EQ(report(sheet, {}).at("repairs").at(0).at("thickened_ground"), 1);
+  EXPECT_EQ(report(sheet, {"--up", "y"}).at("repairs").at(0).at("thickened_walls"), 1) << "upright then";
+}
+
 TEST_F(SceneCommandTest, MistakesAreReported) {
   EXPECT_THAT(Repair({"--out", "closed.blend"}).err, HasSubstr("NAME.ply"));
   EXPECT_THAT(Repair({"--out", "open.obj"}).err, HasSubstr("--out"));
