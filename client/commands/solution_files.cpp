@@ -255,8 +255,8 @@ void AddEvaluateCommand(const app::Command& program, Invocation* invocation) {
       "motion, instead of verdicts");
   command
       .AddEnum<PushRows>("--pushes", options->pushes,
-                         "Print the largest pushes that postures resist within friction and effort limits, and by "
-                         "contact forces alone, per method or problem, instead of verdicts")
+                         "Print success by the physical rule, shares of effort limits and the largest pushes that are "
+                         "resisted, within effort limits and by contact forces alone, per method or problem")
       .Excludes(durations);
   command.AddFlag("--exhaustive", options->exhaustive,
                   "Compare all meshes exactly, without culling: slow, same results");

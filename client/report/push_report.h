@@ -8,6 +8,7 @@
 #include "client/report/listing.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/judge/solution_file.h"
+#include "legopt/types/check.h"
 #include "legopt/types/enum_names.h"
 
 namespace legopt {
@@ -29,15 +30,19 @@ inline constexpr auto kEnumNames<client::PushRows> = MakeEnumNames<client::PushR
 
 namespace legopt::client {
 
-/// Horizontal pushes at the centre of mass that the waypoints of a solution resist in all of kPushDirections
-/// (docs/explanation/contacts.md#push).
+/// Success of a solution, the effort that its waypoints take, and the horizontal pushes at the centre of mass that they
+/// resist in all of kPushDirections (docs/explanation/contacts.md#push).
 struct PushedSolution {
   static constexpr double kNotHeld = -std::numeric_limits<double>::infinity();
 
   std::string method;
   int problem_id = 0;
   int num_waypoints = 0;
-  std::string fault;  ///< reason why the solution cannot be read; empty if it can
+  std::string fault;                    ///< reason why the solution cannot be read; empty if it can
+  Verdict verdict = Verdict::kSuccess;  ///< by the physical rule
+  /// Largest share of an effort limit over the waypoints, for the contact forces that make it least
+  /// (TorqueRatio::ratio); infinite if a waypoint has no equilibrium.
+  double effort_share = 0.0;
   /// Least push over the waypoints that forces within friction and torques within effort limits resist, N: the figure
   /// of the check `push`. kNotHeld if a waypoint cannot be held as it is.
   double push_N = kNotHeld;
@@ -48,15 +53,15 @@ struct PushedSolution {
   std::optional<double> asked_N;  ///< largest push that a stance of the problem asks for
 };
 
-/// Computes the pushes of all solutions of a file, in its order, on `threads` threads. Joints count as clamped to their
-/// limits, as for the judge. Problems without a definition in the file use the dataset's. Throws InputError for a
-/// problem that neither defines.
+/// Judges all solutions of a file and computes their efforts and pushes, in its order, on `threads` threads. Joints
+/// count as clamped to their limits, as for the judge. Problems without a definition in the file use the dataset's.
+/// Throws InputError for a problem that neither defines.
 std::vector<PushedSolution> PushSolutions(const SolutionFile& file, const Dataset& dataset, int threads);
 
 /// Returns one row per solution. Pushes in N; nulls where a waypoint cannot be held.
 Listing ListingOf(const std::vector<PushedSolution>& solutions);
 
-/// Returns one row per method: solutions, those that are held, and figures of these.
+/// Returns one row per method: solutions, those that succeed, those that are held, and figures of the latter.
 Listing SummaryOf(const std::vector<PushedSolution>& solutions);
 
 }  // namespace legopt::client

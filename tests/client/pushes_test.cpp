@@ -40,6 +40,9 @@ TEST_F(Pushes, OfSolutionsAreWithinEffortsAndByContactsAlone) {
     EXPECT_LE(row["push_N"].get<double>(), row["contacts_N"].get<double>() + 1e-6);
     EXPECT_EQ(row["direction_deg"].get<int>() % 45, 0);
     EXPECT_TRUE(row["fault"].is_null());
+    EXPECT_LE(row["effort_share"].get<double>(), 1.001);
+    EXPECT_GT(row["effort_share"].get<double>(), 0.05);
+    EXPECT_EQ(row["verdict"], row["push_N"].get<double>() < 4.0 && row["problem"] == 0 ? "push" : "success");
   }
 }
 
@@ -66,7 +69,10 @@ TEST_F(Pushes, OfMethodsAreOverThePosturesThatAreHeld) {
   const nlohmann::json methods = Rows("methods");
   ASSERT_EQ(methods.size(), 1U);
   EXPECT_EQ(methods[0]["solutions"], 4);
+  EXPECT_EQ(methods[0]["solved"], 2);
   EXPECT_EQ(methods[0]["held"], 2);
+  EXPECT_EQ(methods[0]["largest_effort_share"].get<double>(),
+            std::max(all[0]["effort_share"].get<double>(), all[3]["effort_share"].get<double>()));
   EXPECT_EQ(methods[0]["least_N"].get<double>(),
             std::min(all[0]["push_N"].get<double>(), all[3]["push_N"].get<double>()));
 }
