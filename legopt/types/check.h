@@ -72,6 +72,9 @@ inline constexpr double kTouchShare = 0.75;
 /// if the foot is 1 mm above it, as at its target, and if the solver leaves another 0.4 mm.
 inline constexpr double kPartHeight_m = 5e-4;
 inline constexpr double kPartOutlineShare = 0.9;
+/// A sole with kTouchShare of its patch within this height of its lowest place is level; others may have parts. A place
+/// at this height is within kTouchTolerance_m, as above.
+inline constexpr double kLevelHeight_m = 6e-4;
 
 /// Maximum movement of any point of the robot between consecutive waypoints under Rule::kSolid, as a fraction of the
 /// robot's size: the diagonal of Dataset::robot_bounds (docs/explanation/judge.md#solid-rule).

@@ -206,6 +206,25 @@ TEST_F(Touch, OneOfTwoBarsDoesNotSuffice) {
   EXPECT_EQ(evaluation.solid, Verdict::kTouch);
 }
 
+// Ribs of 1.6 mm cover three fifths of the sole: most of the rest is not within 2 mm if the ribs are 1 mm above the
+// ground, as at a target.
+TEST_F(Touch, ASoleWithAProfileTouchesWithItsRibs) {
+  std::string sole = "<origin xyz='0.03 0 -0.0292'/><geometry><box size='0.2 0.1 0.0384'/></geometry></collision>";
+  for (const char* place : {"-0.055", "-0.02", "0.03", "0.08", "0.115"}) {
+    sole += "<collision><origin xyz='" + std::string(place) +
+            " 0 -0.045'/><geometry><box size='0.03 0.1 0.01'/></geometry></collision>";
+  }
+  for (int side = 0; side < 2; ++side) {
+    Replace("robot.urdf", "<origin xyz='0.03 0 -0.03'/><geometry><box size='0.2 0.1 0.04'/></geometry></collision>",
+            sole);
+  }
+  Declare(0.051, kSoles);
+  const Evaluation evaluation = Judged(test::StandingUpright());
+  EXPECT_EQ(evaluation.solid, Verdict::kSuccess) << evaluation.detail;
+  EXPECT_NEAR(evaluation.Largest(Verdict::kTouch, Rule::kSolid), 1e-3, 1e-9);
+  EXPECT_NEAR(Judged(Raised(4e-4)).Largest(Verdict::kTouch, Rule::kSolid), 1.4e-3, 1e-9);
+}
+
 TEST_F(TouchWithStuds, AnOutlineThatIsTooLargeKeepsTheWholePatch) {
   Declare(0.051, kSoles);  // 200 x 100 mm
   const Evaluation evaluation = Judged(test::StandingUpright());

@@ -125,7 +125,7 @@ void TouchProbe::KeepTouchingParts(const std::vector<Eigen::Vector2d>& patch, Un
     for (const Place& place : *places) lowest = std::min(lowest, place.height);
   }
   const auto level = static_cast<double>(std::ranges::count_if(
-      underside->grid.places, [&](const Place& place) { return place.height <= lowest + kTouchTolerance_m; }));
+      underside->grid.places, [&](const Place& place) { return place.height <= lowest + kLevelHeight_m; }));
   if (!std::isfinite(lowest) || level >= kTouchShare * static_cast<double>(underside->grid.places.size())) return;
   const double ceiling = lowest + kPartHeight_m;
   const double least_m2 = kPartOutlineShare * PolygonArea(patch);

@@ -30,10 +30,10 @@ inline constexpr double kFarGap_m = 0.25;
 /// is the distance, along the frame's z axis, from the lowest surface of the link to the highest surface of the scene
 /// below it; a surface up to 5 mm above the link's counts as gap 0, because depth is checked separately. A place
 /// touches if its gap is at most kTouchTolerance_m. A foot that cannot touch a plane with kTouchShare of its patch,
-/// such as one on studs or balls, has a patch of those parts that are within kPartHeight_m of its lowest place, if
-/// their hull covers at least kPartOutlineShare of the declared patch; then the hull of what touches must also cover
-/// kTouchShare of the hull of the parts. The frame of the *actual* link pose is used, and nothing else
-/// of the contact's description, so a wrong description does not pass.
+/// such as one on studs, balls or a profile (kLevelHeight_m), has a patch of those parts that are within kPartHeight_m
+/// of its lowest place, if their hull covers at least kPartOutlineShare of the declared patch; then the hull of what
+/// touches must also cover kTouchShare of the hull of the parts. The frame of the *actual* link pose is used, and
+/// nothing else of the contact's description, so a wrong description does not pass.
 ///
 /// The patch of a point contact is a disc with the radius of its ball, at least 5 mm, around the lowest point along the
 /// normal of its target. It touches if a place or a vertex of the link in it, or the lowest point of a
