@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <random>
 
 #include "legopt/geometry/collision_query.h"
 #include "legopt/import/internal/standing_stage.h"
 #include "legopt/judge/judge.h"
+#include "legopt/problem/terms/initial_guess.h"
 #include "legopt/problem/terms/task_program.h"
 #include "legopt/robot/configuration.h"
 #include "legopt/solvers/methods/method.h"
@@ -23,17 +25,31 @@ Eigen::VectorXd Moved(const Eigen::VectorXd& x, const Eigen::Isometry3d& X_WF) {
   return moved;
 }
 
-/// Returns true if a posture satisfies the terms with these names, and the joint limits.
+/// Returns the start of an attempt: `x`, or with random joints near it for later ones.
+Eigen::VectorXd StartOf(int attempt, const RobotModel& robot, const Eigen::VectorXd& x) {
+  constexpr double kNoise_rad = 0.3;
+  Eigen::VectorXd start = x;
+  std::mt19937_64 generator(static_cast<std::uint64_t>(attempt));
+  if (attempt > 0) PerturbJoints(robot, generator, kNoise_rad, start);
+  return start;
+}
+
+/// Returns true if a posture is found that satisfies the terms with these names, and the joint limits.
 bool HasSolution(const Dataset& stage, const Stance& stance, const std::vector<std::string>& names,
                  const Eigen::VectorXd& start) {
+  constexpr int kAttempts = 3;
   if (names.empty()) return true;
   CollisionQuery query(stage.collision_model(SceneRepresentation::kSolid, PairSelection::kAll));
   const WaypointConstraints constraints{.stance = &stance};
   WaypointProgram program(stage, query, {&constraints, 1}, {});
   program.Keep([&](const Term& term) { return std::ranges::find(names, term.shape().name) != names.end(); });
-  Eigen::VectorXd x = start;
-  std::mt19937_64 generator(1);
-  return MakeSolver(Method::Of("best"))->Solve(program, x, {.stop = {}, .generator = &generator}).feasible;
+  const std::unique_ptr<Solver> solver = MakeSolver(Method::Of("best"));
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    Eigen::VectorXd x = StartOf(attempt, stage.robot(), start);
+    std::mt19937_64 generator(1);
+    if (solver->Solve(program, x, {.stop = {}, .generator = &generator}).feasible) return true;
+  }
+  return false;
 }
 
 /// Returns a smallest set of terms without a solution, by leaving out one term after the other; empty if all of them
@@ -59,29 +75,34 @@ std::vector<std::string> FindConflict(const Dataset& stage, const Stance& stance
 }  // namespace
 
 StandingProof ProveStanding(const std::shared_ptr<const Dataset>& stage, const Eigen::VectorXd& nominal, bool on_ramp) {
+  constexpr int kAttempts = 8;
   const Eigen::Isometry3d X_WF = StandingFrame(on_ramp);
   const Stance stance = StanceBelow(*stage, nominal, X_WF);
-  StandingProof proof;
-  proof.x = Moved(nominal, X_WF);
+  const Eigen::VectorXd moved = Moved(nominal, X_WF);
   CollisionQuery query(stage->collision_model(SceneRepresentation::kSolid, PairSelection::kAll));
   const auto program = MakeTaskProgram(Task::kPosture, *stage, query, {&stance, 1}, {});
-  std::mt19937_64 generator(1);
-  const auto begin = std::chrono::steady_clock::now();
-  MakeSolver(Method::Of("best"))->Solve(*program, proof.x, {.stop = {}, .generator = &generator});
-  proof.solve_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const std::unique_ptr<Solver> solver = MakeSolver(Method::Of("best"));
   Judge judge(stage);
   const ProblemDefinition problem{.id = 0, .stances = {stance}};
-  const Evaluation evaluation = judge.Evaluate(Task::kPosture, problem, {&proof.x, 1});
-  proof.stands = evaluation.solid == Verdict::kSuccess;
-  const Eigen::Vector3d com = [&] {
-    Kinematics kinematics(stage->robot());
-    kinematics.Update(proof.x);
-    return kinematics.com();
-  }();
+  StandingProof proof;
+  for (int attempt = 0; attempt < kAttempts && !proof.stands; ++attempt) {
+    Eigen::VectorXd x = StartOf(attempt, stage->robot(), moved);
+    std::mt19937_64 generator(1);
+    const auto begin = std::chrono::steady_clock::now();
+    solver->Solve(*program, x, {.stop = {}, .generator = &generator});
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
+    const Evaluation evaluation = judge.Evaluate(Task::kPosture, problem, {&x, 1});
+    proof.stands = evaluation.solid == Verdict::kSuccess;
+    if (attempt > 0 && !proof.stands) continue;  // the failure from the nominal posture is the one that is reported
+    proof.x = x;
+    proof.solve_s = elapsed.count();
+    proof.detail = proof.stands ? "" : evaluation.detail;
+  }
+  Kinematics kinematics(stage->robot());
+  kinematics.Update(proof.x);
+  const Eigen::Vector3d com = kinematics.com();
   proof.com_margin_m = -SignedDistanceToPolygon(TargetSupportPolygon(*stage, stance), com.head<2>());
-  if (proof.stands) return proof;
-  proof.detail = evaluation.detail;
-  proof.conflict = FindConflict(*stage, stance, Moved(nominal, X_WF));
+  if (!proof.stands) proof.conflict = FindConflict(*stage, stance, moved);
   return proof;
 }
 
