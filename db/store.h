@@ -283,7 +283,7 @@ class Store {
   virtual ArchiveFacts FindArchiveFacts(const std::string& hash) = 0;
 
   /// Returns for each problem of the search the reusable result with the lowest job id. Reusable results are accepted,
-  /// not stopped by the wall-time limit, and judged by all three rules (view reusable_results).
+  /// not stopped by the wall-time limit, and judged by all four rules (view reusable_results).
   virtual std::vector<KnownResult> FindKnownResults(const ResultSearch& search) = 0;
 
   /// Called about once a second and by Apply. Throws StoreError (kDisplaced) while the database is not at the path

@@ -20,7 +20,7 @@ namespace legopt {
 ///     format: legopt-dataset/2            # required
 ///     name: garage-small                  # required, shown in tables
 ///     robot: robot.urdf                   # required, URDF; its collision meshes must be in the folder
-///     scene: scene.yaml                   # required, scene.yaml (scene_file.h) or one mesh: .stl .obj .dae .ply
+///     scene: scene.yaml                   # required, scene.yaml or one mesh (both: scene_file.h)
 ///     problems:                           # required, at least one task; LegOpt JSON (problem_definition.h)
 ///       posture: problems-posture.json
 ///       motion: problems-motion.json
