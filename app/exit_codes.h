@@ -13,10 +13,10 @@ enum class ExitCode : int {
   kOk = 0,     ///< success
   kUsage = 2,  ///< wrong flag, invalid input file (suite, dataset, solution file, SQL), unwritable output (standard
                ///< output or a file), or a worker with another protocol version
-  kUnreachable = 3,  ///< no server answered in time, or waiting timed out
-  kJobsFailed = 4,   ///< the experiment ended, but jobs crashed, died or could not run; or `evaluate` could not read
-                     ///< solutions of the file
-  kDatasetMismatch = 5,       ///< the dataset's content differs from that of the experiment
+  kUnreachable = 3,      ///< no server answered in time, or waiting timed out
+  kJobsFailed = 4,       ///< the experiment ended, but jobs crashed, died or could not run; `evaluate` could not read
+                         ///< solutions of the file; `export` could not sample a motion; or `check-solver` found a fault
+  kDatasetMismatch = 5,  ///< the dataset's content differs from that of the experiment
   kDatabaseUnusable = 6,      ///< missing, unwritable, damaged, or in use by another server
   kNetworkUnusable = 7,       ///< no multicast route, or the port belongs to another deployment
   kInterrupted = 8,           ///< cancelled by the user or interrupted by a signal
