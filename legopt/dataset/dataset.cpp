@@ -84,9 +84,9 @@ class ShapeBoxes {
     try {
       for (const Eigen::Vector3d& vertex : LoadMesh(shape.mesh_file, shape.scale, guard_).vertices) box.extend(vertex);
     } catch (const InputError& error) {
-      InputError::Fault fault = error.fault();
-      fault.field = user + (fault.field.empty() ? "" : ": " + fault.field);
-      throw InputError(std::move(fault));
+      std::vector<InputError::Fault> faults = error.faults();
+      for (InputError::Fault& fault : faults) fault.field = user + (fault.field.empty() ? "" : ": " + fault.field);
+      throw InputError::Of(std::move(faults));
     }
     return box;
   }

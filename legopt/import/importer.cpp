@@ -54,9 +54,9 @@ class Importer {
     try {
       return Make();
     } catch (const InputError& error) {
-      InputError::Fault fault = error.fault();
-      fault.file = OriginOf(fault.file).string();
-      throw InputError(std::move(fault));
+      std::vector<InputError::Fault> faults = error.faults();
+      for (InputError::Fault& fault : faults) fault.file = OriginOf(fault.file).string();
+      throw InputError::Of(std::move(faults));
     }
   }
 
@@ -197,6 +197,11 @@ class Importer {
 
   void GuessStanding() {
     standing_ = robot_->NeutralConfiguration();
+    srdf_ = ReadSrdf(sources_.robot, *robot_);
+    for (const std::string& fault : srdf_.faults) {
+      Note(Severity::kWarning, "SRDF", fault, "", "cannot be read, so its postures, groups and pairs do not count",
+           "correct the file, or remove it");
+    }
     const std::optional<SrdfState> state = FindStandingState(sources_.robot, *robot_);
     if (!state) return;
     for (const auto& [name, value] : state->joints) {
@@ -337,6 +342,7 @@ class Importer {
                                  .sole_offset_m = options_.sole_offset_m,
                                  .known = constants.contacts,
                                  .used = problem_feet_,
+                                 .leg_tips = srdf_.leg_tips,
                                  .file = sources_.robot};
     try {
       description_.contacts = ChooseContacts(*robot_, standing_, request, &report_.findings);
@@ -388,6 +394,9 @@ class Importer {
     description_.self_collision = std::move(found.pairs);
     description_.self_collision_reference.clear();
     for (DatasetDiagnostic& finding : found.findings) report_.findings.push_back(std::move(finding));
+    for (DatasetDiagnostic& finding : ExcludeSrdfPairs(srdf_, *robot_, &*description_.self_collision)) {
+      report_.findings.push_back(std::move(finding));
+    }
   }
 
   bool IsBenchmarkRobot() const { return HasBenchmarkNames(*robot_); }
@@ -418,6 +427,7 @@ class Importer {
   DatasetDescription description_;
   std::unique_ptr<RobotModel> robot_;
   Eigen::VectorXd standing_;  ///< guess of a posture that stands, n + 7: of the SRDF, or joints at 0
+  SrdfContent srdf_;
   bool with_visuals_ = options_.collision_from_visual;        ///< use them for links without collision geometry
   std::pair<std::size_t, std::size_t> robot_findings_{0, 0};  ///< first one and number, in the report
   TriangleMesh triangles_;

@@ -78,9 +78,11 @@ class SceneBuilder {
     try {
       mesh = Tessellate(shape, options_.read_guard);
     } catch (const InputError& error) {
-      InputError::Fault fault = error.fault();
-      fault.field = "scene object '" + source.name + "'" + (fault.field.empty() ? "" : ": " + fault.field);
-      throw InputError(std::move(fault));
+      std::vector<InputError::Fault> faults = error.faults();
+      for (InputError::Fault& fault : faults) {
+        fault.field = "scene object '" + source.name + "'" + (fault.field.empty() ? "" : ": " + fault.field);
+      }
+      throw InputError::Of(std::move(faults));
     }
     for (Eigen::Vector3d& vertex : mesh.vertices) vertex *= scale;
     shape = {};

@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "legopt/files/written_file.h"
+#include "legopt/geometry/internal/mesh_reader.h"
 #include "legopt/input/json.h"
 #include "legopt/input/text.h"
 #include "legopt/types/input_error.h"
@@ -256,8 +257,6 @@ void CheckMeshFile(const std::string& path) {
 
 namespace {
 
-constexpr std::size_t kMaxColladaBytes = std::size_t{1} << 30;
-
 std::string Trimmed(const char* text) {
   constexpr const char* kSpace = " \t\r\n";
   const std::string word = text == nullptr ? "" : text;
@@ -276,7 +275,7 @@ Eigen::Matrix3d RowsOf(const Eigen::RowVector3d& x, const Eigen::RowVector3d& y,
 Eigen::Matrix3d RotationToZUp(const std::string& mesh_file) {
   if (IsGltf(mesh_file)) return RowsOf({1, 0, 0}, {0, 0, -1}, {0, 1, 0});  // y is up by the format
   if (!LooksLikeCollada(mesh_file)) return Eigen::Matrix3d::Identity();
-  const std::string text = ReadFileText(mesh_file, kMaxColladaBytes);
+  const std::string text = ReadFileText(mesh_file, kMaxMeshBytes);
   tinyxml2::XMLDocument document;
   document.Parse(text.c_str(), text.size());  // LoadMesh reports syntax errors
   const tinyxml2::XMLElement* root = document.Error() ? nullptr : document.RootElement();

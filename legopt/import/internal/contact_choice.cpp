@@ -1,5 +1,6 @@
 #include "legopt/import/internal/contact_choice.h"
 
+#include <algorithm>
 #include <numbers>
 
 #include "legopt/dataset/internal/dataset_file.h"
@@ -42,10 +43,16 @@ class ContactChooser {
 
   std::vector<std::string> WantedLinks() const {
     std::vector<std::string> links, ends;
+    const auto add = [&](const std::string& link) {
+      if (std::ranges::find(links, link) != links.end()) {
+        throw InputError({"", "--contacts", link, "is named twice", "name each link once"});
+      }
+      links.push_back(link);
+    };
     for (const std::string& word : request_.wanted) {
       const std::optional<std::size_t> number = ParseInteger<std::size_t>(word);
       if (!number || robot_.FindLink(word) >= 0) {
-        links.push_back(word);
+        add(word);
         continue;
       }
       if (ends.empty()) ends = FindFeet(robot_, standing_).candidates;
@@ -53,14 +60,21 @@ class ContactChooser {
         throw InputError({"", "--contacts", word, "is neither a link nor the number of an end of the robot",
                           "choose of: " + Numbered(ends)});
       }
-      links.push_back(ends[*number - 1]);
+      add(ends[*number - 1]);
     }
     return links;
   }
 
   std::vector<std::string> FindLinks() {
-    const FoundFeet found = FindFeet(robot_, standing_);
-    if (found.links.empty()) {
+    FoundFeet found = FindFeet(robot_, standing_);
+    const bool doubtful = TouchesWithCorners(found);
+    if (found.links.empty() && HaveGeometry(request_.leg_tips)) {
+      std::string names;
+      for (const std::string& link : request_.leg_tips) names += (names.empty() ? "" : ", ") + link;
+      Note("feet", "", names, "found as the ends of the SRDF's legs; others: --contacts LINK,LINK");
+      return request_.leg_tips;
+    }
+    if (found.links.empty() || doubtful) {
       throw UnclearContacts(
           {request_.file.string(), "contacts", "", "are not clear from the robot's geometry",
            found.candidates.empty()
@@ -73,6 +87,28 @@ class ContactChooser {
     for (const std::string& link : found.links) names += (names.empty() ? "" : ", ") + link;
     Note("feet", "", names, "found as the lowest ends of the robot; others: --contacts LINK,LINK");
     return found.links;
+  }
+
+  /// Returns true for two or more links with collision geometry.
+  bool HaveGeometry(const std::vector<std::string>& links) const {
+    return links.size() >= 2 && std::ranges::all_of(links, [&](const std::string& link) {
+             return !robot_.links()[static_cast<std::size_t>(robot_.FindLink(link))].collision.empty();
+           });
+  }
+
+  /// Returns true if all ends that were taken for feet touch with a corner although another end has a sole, as of a
+  /// robot whose hands reach below its feet.
+  bool TouchesWithCorners(const FoundFeet& found) const {
+    constexpr double kSole_m2 = 2e-3;
+    const auto sole_of = [&](const std::string& link) { return MeasureSole(robot_, robot_.FindLink(link), standing_); };
+    const bool corners = std::ranges::all_of(found.links, [&](const std::string& link) {
+      const FoundSole sole = sole_of(link);
+      return sole.contact.kind == ContactKind::kPoint && sole.contact.radius_m == 0.0;
+    });
+    if (found.links.empty() || !corners) return false;
+    return std::ranges::any_of(found.candidates, [&](const std::string& link) {
+      return std::ranges::find(found.links, link) == found.links.end() && sole_of(link).area_m2 >= kSole_m2;
+    });
   }
 
   ContactDescription Measured(const std::string& name) {

@@ -18,6 +18,7 @@ struct ContactRequest {
   std::optional<double> sole_offset_m;    ///< height of the link frames above their targets, for parallel frames
   std::vector<ContactDescription> known;  ///< contacts of the source or of the benchmark's robot
   std::vector<std::string> used;          ///< links that problems name
+  std::vector<std::string> leg_tips;      ///< ends of legs by the SRDF, for robots whose geometry does not show them
   std::filesystem::path file;             ///< the robot's, for errors
 };
 
@@ -29,7 +30,7 @@ class UnclearContacts : public InputError {
 
 /// Chooses the contacts: the known ones, unless the user names others or an offset; else the links that the user names,
 /// those that the problems use, or those found (contact_finder.h), each measured in `standing` (n + 7). Adds what was
-/// found and measured to `findings`.
+/// found and measured to `findings`. Ends that touch with a corner are not clear if another end has a sole.
 ///
 /// Throws UnclearContacts with a numbered list of the robot's ends, and InputError for a number that is not in it.
 std::vector<ContactDescription> ChooseContacts(const RobotModel& robot, const Eigen::VectorXd& standing,

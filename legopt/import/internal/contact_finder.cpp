@@ -13,6 +13,7 @@
 #include "legopt/geometry/internal/convex_shape.h"
 #include "legopt/geometry/internal/mesh.h"
 #include "legopt/import/internal/copied_robot.h"
+#include "legopt/import/internal/lowest_ball.h"
 #include "legopt/import/internal/touching_patch.h"
 #include "legopt/robot/configuration.h"
 #include "legopt/robot/kinematics.h"
@@ -273,49 +274,6 @@ std::vector<Eigen::Vector2d> Simplified(std::vector<Eigen::Vector2d> polygon) {
 /// Rounds to micrometres; never -0.
 double Rounded(double value) { return std::round(value * kPerMetre) / kPerMetre + 0.0; }
 
-/// Returns the ball that fits the points best: least squares of |p - c|^2 - r^2. Nothing for fewer than four points,
-/// and for points in a plane.
-std::optional<Ball> FittedBall(const std::vector<Eigen::Vector3d>& points) {
-  constexpr std::size_t kLeastPoints = 4;
-  if (points.size() < kLeastPoints) return {};
-  Eigen::MatrixXd rows(points.size(), 4);
-  Eigen::VectorXd right(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    const Eigen::Vector3d p = points[i] - points.front();
-    rows.row(row) << 2.0 * p.transpose(), 1.0;
-    right[row] = p.squaredNorm();
-  }
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver(rows);
-  if (solver.rank() < rows.cols()) return {};
-  const Eigen::Vector4d solution = solver.solve(right);
-  const double square = solution[3] + solution.head<3>().squaredNorm();
-  if (!(square > 0.0)) return {};
-  return Ball{.centre = solution.head<3>() + points.front(), .radius_m = std::sqrt(square)};
-}
-
-/// Returns the ball of a rounded end: fitted to the points near the lowest one, if they lie on a ball within 1 mm; else
-/// the lowest point itself. `up`: unit.
-Ball LowestBall(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& up) {
-  constexpr double kLargest_m = 0.1, kDeviation_m = 1e-3;
-  constexpr std::array kBands_m = {0.02, 0.01, 0.005};  // heights above the lowest point
-  const auto height = [&](const Eigen::Vector3d& p) { return up.dot(p); };
-  const Eigen::Vector3d lowest = *std::ranges::min_element(points, {}, height);
-  for (const double band_m : kBands_m) {
-    std::vector<Eigen::Vector3d> near;
-    for (const Eigen::Vector3d& p : points) {
-      if (height(p) < height(lowest) + band_m) near.push_back(p);
-    }
-    const std::optional<Ball> ball = FittedBall(near);
-    if (!ball || ball->radius_m > kLargest_m) continue;
-    const auto fits = [&](const Eigen::Vector3d& p) {
-      return std::abs((p - ball->centre).norm() - ball->radius_m) <= kDeviation_m;
-    };
-    if (std::ranges::all_of(near, fits)) return *ball;
-  }
-  return {.centre = lowest};
-}
-
 /// Returns the ball with the lowest point; nothing without balls.
 std::optional<Ball> LowestOf(const std::vector<Ball>& balls, const Eigen::Vector3d& up) {
   if (balls.empty()) return {};
@@ -332,22 +290,25 @@ struct BallSupport {
 BallSupport SupportOf(const std::vector<Ball>& balls, const Facet& facet, const Eigen::Vector3d& up) {
   BallSupport support;
   support.corners = facet.corners;
-  int touching = 0;
+  std::vector<Eigen::Vector3d> bottoms;
   for (const Ball& ball : balls) {
     const Eigen::Vector3d p = ball.centre + ball.radius_m * facet.normal;
     if (facet.normal.dot(p) + facet.offset < -kPlaneBand_m) continue;
-    ++touching;
     std::erase_if(support.corners, [&](const Eigen::Vector3d& corner) {
       return std::abs((corner - ball.centre).norm() - ball.radius_m) <= kPlaneBand_m;
     });
-    support.corners.push_back(p);
+    bottoms.push_back(p);
   }
+  const bool sole_beside =
+      PolygonArea(Flattened(support.corners, AxesOf(facet.normal, Eigen::Vector3d::UnitX()))) >= kFlatArea_m2;
+  support.corners.insert(support.corners.end(), bottoms.begin(), bottoms.end());
   const double area_m2 = PolygonArea(Flattened(support.corners, AxesOf(facet.normal, Eigen::Vector3d::UnitX())));
-  if (touching < 2 || area_m2 < kFlatArea_m2) support.corners.clear();
+  if (bottoms.size() < 2 || area_m2 < kFlatArea_m2) support.corners.clear();
   if (const std::optional<Ball> ball = LowestOf(balls, up)) {
     double lowest = std::numeric_limits<double>::infinity();
     for (const Eigen::Vector3d& corner : facet.corners) lowest = std::min(lowest, up.dot(corner));
-    support.one = support.corners.empty() && up.dot(ball->centre) - ball->radius_m <= lowest + kPlaneBand_m;
+    support.one =
+        !sole_beside && support.corners.empty() && up.dot(ball->centre) - ball->radius_m <= lowest + kPlaneBand_m;
   }
   return support;
 }
@@ -399,9 +360,8 @@ bool DescribePatch(const FootView& foot, const Underside& underside, FoundSole* 
   return true;
 }
 
-void DescribePoint(const std::vector<Eigen::Vector3d>& points, const std::vector<Ball>& balls,
-                   const Eigen::Vector3d& up, FoundSole* sole) {
-  Ball ball = LowestBall(points, up);
+/// `ball`: LowestBall of the foot.
+void DescribePoint(Ball ball, const std::vector<Ball>& balls, const Eigen::Vector3d& up, FoundSole* sole) {
   const std::optional<Ball> shape = LowestOf(balls, up);
   const auto lowest = [&](const Ball& b) { return up.dot(b.centre) - b.radius_m; };
   if (shape && lowest(*shape) <= lowest(ball) + kPlaneBand_m) ball = *shape;
@@ -419,6 +379,7 @@ FoundSole MeasureSole(const RobotModel& robot, int link, const Eigen::VectorXd& 
   kinematics.UpdatePoses(standing);
   const Eigen::Isometry3d X_LW = kinematics.link_pose(link).inverse(Eigen::Isometry);
   std::vector<Eigen::Vector3d> points;
+  std::vector<Triangle> triangles;
   std::vector<Ball> balls;
   for (int other = 0; other < std::ssize(robot.links()); ++other) {
     if (bodies.of(other) != bodies.of(link)) continue;
@@ -427,7 +388,16 @@ FoundSole MeasureSole(const RobotModel& robot, int link, const Eigen::VectorXd& 
     for (const ShapeSpec& shape : part.collision) {
       for (const Ball& ball : BallsOf(shape, pose)) balls.push_back(ball);
     }
-    for (const Eigen::Vector3d& p : PointsOf(part, robot.read_guard())) points.push_back(pose * p);
+    for (const ShapeSpec& shape : part.collision) {
+      const TriangleMesh mesh = Tessellate(shape, robot.read_guard());
+      for (const Eigen::Vector3d& p : mesh.vertices) points.push_back(pose * p);
+      for (const std::array<int, 3>& t : mesh.triangles) {
+        const auto corner = [&](std::size_t k) -> Eigen::Vector3d {
+          return pose * mesh.vertices[static_cast<std::size_t>(t.at(k))];
+        };
+        triangles.push_back({corner(0), corner(1), corner(2)});
+      }
+    }
   }
   FoundSole sole;
   sole.contact.name = sole.contact.link = robot.links()[static_cast<std::size_t>(link)].name;
@@ -449,14 +419,15 @@ FoundSole MeasureSole(const RobotModel& robot, int link, const Eigen::VectorXd& 
     }
     return columns;
   };
+  const Ball lowest = LowestBall(points, triangles, up);
   const BallSupport support = SupportOf(balls, facet, up);
   const FootView foot{.corners = support.corners.empty() ? facet.corners : support.corners,
                       .normal = facet.normal,
                       .forward = forward,
                       .on_balls = !support.corners.empty(),
-                      .round = LowestBall(points, up).radius_m > 0.0};
+                      .round = lowest.radius_m > 0.0};
   const bool flat = facet.area_m2 >= kFlatArea_m2 && !support.one;
-  if (!flat || !DescribePatch(foot, underside, &sole)) DescribePoint(points, balls, up, &sole);
+  if (!flat || !DescribePatch(foot, underside, &sole)) DescribePoint(lowest, balls, up, &sole);
   return sole;
 }
 

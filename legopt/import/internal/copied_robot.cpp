@@ -343,7 +343,8 @@ std::vector<DatasetDiagnostic> CopyUrdfRobot(const fs::path& urdf, const fs::pat
                                              const RobotCopyOptions& options) {
   std::string text = ReadUrdfFile(urdf.string()), from_visuals;
   if (options.visuals) text = WithVisualsAsCollisions(text, &from_visuals);
-  CheckedUrdf checked = CheckUrdf(text, urdf.string());
+  const MeshPlaces meshes{fs::absolute(urdf).parent_path().lexically_normal(), options.meshes};
+  CheckedUrdf checked = CheckUrdf(text, urdf.string(), &meshes);
   const RobotModel robot =
       BuildUrdfTree(checked, ReadByUrdfdom(checked), urdf.parent_path().string(), &checked.notes, options.meshes);
   tinyxml2::XMLDocument document;

@@ -137,12 +137,16 @@ class NominalSearch {
   }
 
   std::optional<Eigen::VectorXd> Search() {
-    for (const bool below_hips : {false, true}) {
+    // Feet may be too large to stand below their hips.
+    constexpr std::array<std::optional<double>, 4> kSpreads = {std::nullopt, 1.0, 1.5, 2.2};
+    for (const std::optional<double> spread : kSpreads) {
       std::optional<Eigen::VectorXd> best;
       double best_cost = std::numeric_limits<double>::infinity();
-      const Stance stance = StanceOf(below_hips);
+      const Stance stance = StanceOf(spread);
+      const bool large = stage_->robot().num_dofs() > kManyDofs;
       for (const double bend : {0.0, 1.0, -1.0}) {
-        for (int attempt = 0; attempt < kStartsPerBend; ++attempt) {
+        for (int attempt = 0; attempt < (large ? 1 : kStartsPerBend); ++attempt) {
+          if (large && bend != 0.0) continue;
           Eigen::VectorXd x = Start(bend, attempt);
           const std::optional<double> cost = Solve(stance, attempt, &x);
           if (!cost || !(*cost < best_cost) || !Stands(stance, x)) continue;
@@ -156,10 +160,15 @@ class NominalSearch {
   }
 
  private:
-  Stance StanceOf(bool below_hips) const {
+  /// Returns contacts below their places in the reference or, with `spread`, below the first joints of their legs, this
+  /// many times as far from their mean.
+  Stance StanceOf(std::optional<double> spread) const {
     Stance stance = StanceBelow(*stage_, reference_, StandingFrame(false));
-    for (std::size_t i = 0; below_hips && i < legs_.size(); ++i) {
-      stance.contacts[i].position.head<2>() = legs_[i].hip_B.head<2>();
+    if (!spread) return stance;
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+    for (const Leg& leg : legs_) mean += leg.hip_B.head<2>() / static_cast<double>(legs_.size());
+    for (std::size_t i = 0; i < legs_.size(); ++i) {
+      stance.contacts[i].position.head<2>() = mean + *spread * (legs_[i].hip_B.head<2>() - mean);
     }
     return stance;
   }

@@ -8,6 +8,9 @@
 
 namespace legopt {
 
+/// Robots with more degrees of freedom get few starts: each takes seconds to minutes.
+inline constexpr int kManyDofs = 100;
+
 /// Searches a nominal posture for a robot on the stage of standing_stage.h: all contacts on level ground, the centre of
 /// mass over them, no collision, and legs bent by at least an eighth of their length, since straight legs are a bad
 /// start for every solver. Among such postures it has the least squared distance from `reference` (n + 7; joints only).

@@ -56,6 +56,39 @@ SampledDescription SampleSelfCollision(const RobotModel& robot, const std::map<s
   return result;
 }
 
+std::vector<DatasetDiagnostic> ExcludeSrdfPairs(const SrdfContent& srdf, const RobotModel& robot,
+                                                DatasetDescription::SelfCollision* pairs) {
+  const auto has_shape = [&](const std::string& link) {
+    return !robot.links()[static_cast<size_t>(robot.FindLink(link))].collision.empty();
+  };
+  int excluded = 0, left = 0;
+  for (const SrdfPair& pair : srdf.disabled) {
+    if (!has_shape(pair.first) || !has_shape(pair.second)) continue;
+    const auto same = [&](const auto& entry) { return entry.first == pair.first && entry.second == pair.second; };
+    const auto known = std::ranges::find_if(pairs->unchecked, same);
+    if (known != pairs->unchecked.end() && known->reason != UncheckedReason::kNever) continue;
+    if (pair.reason == "adjacent" || pair.reason == "never") {
+      left += known == pairs->unchecked.end() ? 1 : 0;
+      continue;
+    }
+    if (known != pairs->unchecked.end()) pairs->unchecked.erase(known);
+    pairs->unchecked.push_back({pair.first, pair.second, UncheckedReason::kUser});
+    ++excluded;
+  }
+  if (excluded + left == 0) return {};
+  const std::string kept = left == 0 ? ""
+                                     : "; " + std::to_string(left) +
+                                           " that it calls adjacent or never in collision collide in samples, "
+                                           "and are compared";
+  return {{.severity = Severity::kInfo,
+           .check = "SRDF",
+           .file = "",
+           .field = srdf.file.filename().string(),
+           .value = std::to_string(excluded) + (excluded == 1 ? " pair" : " pairs"),
+           .message = "excluded by it, and not compared" + kept,
+           .fix = ""}};
+}
+
 PairCounts CountPairs(const Dataset& dataset) {
   PairCounts counts;
   if (!dataset.unchecked_pairs()) return counts;

@@ -6,6 +6,7 @@
 #include "legopt/dataset/internal/dataset_file.h"
 #include "legopt/geometry/internal/pair_sampling.h"
 #include "legopt/import/internal/dataset_diagnostic.h"
+#include "legopt/import/internal/srdf.h"
 #include "legopt/robot/robot_model.h"
 
 namespace legopt {
@@ -20,6 +21,11 @@ struct SampledDescription {
 /// Throws InputError for a mesh that cannot be read.
 SampledDescription SampleSelfCollision(const RobotModel& robot, const std::map<std::string, double>& nominal_posture,
                                        const PairSamplingOptions& options);
+
+/// Lists the pairs that an SRDF excludes as not compared, except those that it calls adjacent or never in collision,
+/// about which the samples decide. Returns a finding if there are any.
+std::vector<DatasetDiagnostic> ExcludeSrdfPairs(const SrdfContent& srdf, const RobotModel& robot,
+                                                DatasetDescription::SelfCollision* pairs);
 
 /// Numbers of link pairs of a dataset that lists its unchecked pairs.
 struct PairCounts {

@@ -7,7 +7,7 @@
 #include <cctype>
 #include <cmath>
 #include <string_view>
-#include <vector>
+#include <utility>
 
 #include "legopt/types/number_text.h"
 
@@ -72,7 +72,52 @@ std::size_t RankOf(const std::string& name) {
   return static_cast<std::size_t>(found - kStandingNames.begin());
 }
 
+std::string TextOf(const tinyxml2::XMLElement& element, const char* attribute) {
+  const char* text = element.Attribute(attribute);
+  return text == nullptr ? "" : text;
+}
+
+void AddDisabledPairs(const tinyxml2::XMLElement& root, const RobotModel& robot, SrdfContent* content) {
+  constexpr const char* kName = "disable_collisions";
+  for (const auto* e = root.FirstChildElement(kName); e != nullptr; e = e->NextSiblingElement(kName)) {
+    SrdfPair pair{TextOf(*e, "link1"), TextOf(*e, "link2"), Plain(TextOf(*e, "reason"))};
+    const int first = robot.FindLink(pair.first), second = robot.FindLink(pair.second);
+    if (first < 0 || second < 0 || first == second) continue;
+    if (first > second) std::swap(pair.first, pair.second);
+    content->disabled.push_back(std::move(pair));
+  }
+}
+
+void AddLegTips(const tinyxml2::XMLElement& root, const RobotModel& robot, SrdfContent* content) {
+  for (const auto* group = root.FirstChildElement("group"); group != nullptr;
+       group = group->NextSiblingElement("group")) {
+    const std::string name = Plain(TextOf(*group, "name"));
+    const bool is_leg = name.find("leg") != std::string::npos || name.find("foot") != std::string::npos;
+    const tinyxml2::XMLElement* chain = is_leg ? group->FirstChildElement("chain") : nullptr;
+    if (chain == nullptr) continue;
+    const std::string tip = TextOf(*chain, "tip_link");
+    const bool known = std::ranges::find(content->leg_tips, tip) != content->leg_tips.end();
+    if (robot.FindLink(tip) >= 0 && !known) content->leg_tips.push_back(tip);
+  }
+}
+
 }  // namespace
+
+SrdfContent ReadSrdf(const fs::path& urdf, const RobotModel& robot) {
+  SrdfContent content;
+  for (const fs::path& file : SrdfFiles(urdf)) {
+    tinyxml2::XMLDocument document;
+    if (document.LoadFile(file.string().c_str()) != tinyxml2::XML_SUCCESS || document.RootElement() == nullptr) {
+      content.faults.push_back(file.filename().string() + ": not valid XML");
+      continue;
+    }
+    if (!content.file.empty()) continue;
+    AddDisabledPairs(*document.RootElement(), robot, &content);
+    AddLegTips(*document.RootElement(), robot, &content);
+    if (!content.disabled.empty() || !content.leg_tips.empty()) content.file = file;
+  }
+  return content;
+}
 
 std::optional<SrdfState> FindStandingState(const fs::path& urdf, const RobotModel& robot) {
   for (const fs::path& file : SrdfFiles(urdf)) {

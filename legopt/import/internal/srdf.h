@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "legopt/robot/robot_model.h"
 
@@ -15,6 +16,23 @@ struct SrdfState {
   std::string name;                      ///< name of the group state
   std::map<std::string, double> joints;  ///< joint -> rad or m; only joints that the robot has
 };
+
+/// Two links that an SRDF excludes from collision checking.
+struct SrdfPair {
+  std::string first, second;  ///< links of the robot
+  std::string reason;         ///< as in the file, lower case; may be empty
+};
+
+/// What the SRDF files of a robot say besides postures.
+struct SrdfContent {
+  std::filesystem::path file;         ///< first file that has any of these; empty: none
+  std::vector<SrdfPair> disabled;     ///< pairs of links that the robot has
+  std::vector<std::string> leg_tips;  ///< last links of the chains of groups named like legs or feet
+  std::vector<std::string> faults;    ///< files that cannot be read, with the reason
+};
+
+/// Reads `disable_collisions` and `group` of the SRDF files that FindStandingState searches.
+SrdfContent ReadSrdf(const std::filesystem::path& urdf, const RobotModel& robot);
 
 /// Finds the posture in which the authors let a robot stand: in the SRDF files of the URDF's folder and of the folder
 /// `srdf` in it or beside it, the group state whose name begins with the first of half_sitting, standing, stand,

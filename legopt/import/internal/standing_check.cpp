@@ -147,8 +147,9 @@ void StandingCheck::NoteProof(const StandingProof& proof, bool on_ramp) {
   for (const std::string& term : proof.conflict) conflict += (conflict.empty() ? "" : ", ") + term;
   Note(on_ramp ? Severity::kWarning : Severity::kError, "standing", place,
        conflict.empty() ? proof.detail : "in conflict: " + conflict,
-       conflict.empty() ? "no posture that stands was found"
-                        : "no posture within the joint limits satisfies these; of the nearest one: " + proof.detail,
+       conflict.empty()
+           ? "no posture that stands was found"
+           : "no posture within the joint limits was found that satisfies these; of the nearest one: " + proof.detail,
        on_ramp ? "the robot can only be used on gentler slopes"
                : "correct contacts, limits or masses of the robot; --no-proof imports it as it is");
 }

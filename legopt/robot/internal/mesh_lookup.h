@@ -13,6 +13,12 @@ struct MeshSearch {
   bool allow_missing = false;                       ///< leave meshes out whose files do not exist
 };
 
+/// Where the mesh files of a URDF are looked for.
+struct MeshPlaces {
+  std::filesystem::path folder;  ///< absolute path of the URDF's folder
+  MeshSearch search = {};
+};
+
 /// A mesh file named by a URDF.
 struct FoundMesh {
   std::filesystem::path path;  ///< absolute; an existing file

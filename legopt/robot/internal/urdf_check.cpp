@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -27,42 +28,88 @@ using tinyxml2::XMLElement;
 constexpr std::size_t kMostLinks = 2000;
 constexpr std::size_t kMostBytes = std::size_t{16} << 20;
 
-/// Checks the rules that depend on the joint's type, which the table cannot express.
-void CheckJointType(const XMLElement& joint, UrdfFaults* faults) {
-  const std::string place = WithLine(UrdfPlaceOf(joint, "robot"), joint);
-  const std::string_view type = joint.Attribute("type");
-  if (type == "floating" || type == "planar") {
-    faults->Refuse(place + ": type", type, "only the joint of a root link without shape and mass may have this type",
-                   "use revolute, continuous, prismatic or fixed");
-  }
-  if (joint.FirstChildElement("limit") == nullptr && (type == "revolute" || type == "prismatic")) {
-    faults->Refuse(place, "", "has no <limit>", "add lower and upper limits, or use type continuous");
-  }
+bool HasText(const XMLElement* element, const char* attribute) {
+  return element != nullptr && element->Attribute(attribute) != nullptr;
 }
 
-/// Removes root links whose only joint lets the robot move freely: legopt's base moves freely anyway.
+/// Returns true if the copy has everything by which its parts refer to each other, so that later checks can go on
+/// although some parts were refused.
+bool IsConnectable(const XMLElement& robot) {
+  for (const auto* e = robot.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+    if (!HasText(e, "name")) return false;
+    if (e->Name() == std::string_view("joint")) {
+      if (!HasText(e, "type")) return false;
+      for (const char* end : {"parent", "child"}) {
+        if (!HasText(e->FirstChildElement(end), "link")) return false;
+      }
+      const XMLElement* mimic = e->FirstChildElement("mimic");
+      if (mimic != nullptr && !HasText(mimic, "joint")) return false;
+    }
+    for (const auto* c = e->FirstChildElement("collision"); c != nullptr; c = c->NextSiblingElement("collision")) {
+      if (c->FirstChildElement("geometry") == nullptr) return false;
+    }
+  }
+  return true;
+}
+
+/// Returns the links of the tree around `start`, which `joint` connects with the rest of the robot.
+std::set<std::string> LinksBefore(const XMLElement& robot, const XMLElement& joint, const std::string& start) {
+  std::set<std::string> links{start};
+  for (bool grows = true; grows;) {
+    grows = false;
+    for (const auto* j = robot.FirstChildElement("joint"); j != nullptr; j = j->NextSiblingElement("joint")) {
+      if (j == &joint) continue;
+      const std::string parent = j->FirstChildElement("parent")->Attribute("link");
+      const std::string child = j->FirstChildElement("child")->Attribute("link");
+      if (links.contains(parent) == links.contains(child)) continue;
+      links.insert({parent, child});
+      grows = true;
+    }
+  }
+  return links;
+}
+
+/// Returns a checked number; 0 if it is missing.
+double NumberOf(const XMLElement& element, const char* attribute) {
+  const char* text = element.Attribute(attribute);
+  return text == nullptr ? 0.0 : ParseNumber(text).value_or(0.0);
+}
+
+/// Returns true for a link without shape and mass.
+bool IsBare(const XMLElement& link) {
+  if (link.FirstChildElement("collision") != nullptr) return false;
+  const XMLElement* inertial = link.FirstChildElement("inertial");
+  const XMLElement* mass = inertial == nullptr ? nullptr : inertial->FirstChildElement("mass");
+  return mass == nullptr || NumberOf(*mass, "value") == 0.0;
+}
+
+/// Removes everything above a joint that lets the robot move freely, if it has neither shape nor mass: legopt's base
+/// moves freely anyway.
 void RemoveFreeRoots(XMLElement* robot, UrdfFaults* faults) {
+  const auto is_free = [](const XMLElement& joint) {
+    const std::string_view type = joint.Attribute("type");
+    return type == "floating" || type == "planar";
+  };
   while (true) {
-    XMLElement* root_joint = nullptr;
-    for (auto* j = robot->FirstChildElement("joint"); j != nullptr; j = j->NextSiblingElement("joint")) {
-      const std::string_view type = j->Attribute("type");
-      if (type == "floating" || type == "planar") root_joint = j;
+    XMLElement* free = robot->FirstChildElement("joint");
+    while (free != nullptr && !is_free(*free)) free = free->NextSiblingElement("joint");
+    if (free == nullptr) return;
+    const std::string base = free->FirstChildElement("child")->Attribute("link");
+    const std::set<std::string> above =
+        LinksBefore(*robot, *free, free->FirstChildElement("parent")->Attribute("link"));
+    std::vector<XMLElement*> removed;
+    bool bare = !above.contains(base);
+    for (auto* e = robot->FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+      const bool link = e->Name() == std::string_view("link");
+      const std::string place = link ? e->Attribute("name") : e->FirstChildElement("parent")->Attribute("link");
+      if (!above.contains(place)) continue;
+      bare = bare && (!link || IsBare(*e)) && (link || e == free || !is_free(*e));
+      removed.push_back(e);
     }
-    if (root_joint == nullptr) return;
-    const XMLElement *parent = root_joint->FirstChildElement("parent"), *child = root_joint->FirstChildElement("child");
-    const std::string_view root = parent->Attribute("link");
-    int uses = 0;
-    for (auto* j = robot->FirstChildElement("joint"); j != nullptr; j = j->NextSiblingElement("joint")) {
-      for (const char* end : {"parent", "child"}) uses += j->FirstChildElement(end)->Attribute("link") == root ? 1 : 0;
-    }
-    XMLElement* link = robot->FirstChildElement("link");
-    while (link != nullptr && link->Attribute("name") != root) link = link->NextSiblingElement("link");
-    if (uses != 1 || link == nullptr || link->FirstChildElement() != nullptr) return;
-    faults->Note(UrdfSeverity::kInfo, UrdfPlaceOf(*root_joint, "robot"), root_joint->Attribute("type"),
-                 "is left out with its root link: the base, '" + PrintableUrdfText(child->Attribute("link")) +
-                     "', moves freely");
-    robot->DeleteChild(root_joint);
-    robot->DeleteChild(link);
+    if (!bare) return;
+    faults->Note(UrdfSeverity::kInfo, UrdfPlaceOf(*free, "robot"), free->Attribute("type"),
+                 "is left out with its root link: the base, '" + PrintableUrdfText(base) + "', moves freely");
+    for (XMLElement* e : removed) robot->DeleteChild(e);
   }
 }
 
@@ -72,24 +119,27 @@ class UrdfCheck {
     checked_.source = source;
   }
 
-  CheckedUrdf Run() {
+  /// `meshes`: null, or where meshes are looked for if there are other faults.
+  CheckedUrdf Run(const MeshPlaces* meshes) {
     XMLElement& given = Parse();
     NameRobot(&given);
+    NoteLines(given);
     tinyxml2::XMLDocument copy;
     XMLElement* root = copy.NewElement("robot");
     copy.InsertEndChild(root);
     WalkUrdf(given, UrdfRobotRule(), "robot", root, &faults_);
-    faults_.Check();
+    if (!IsConnectable(*root)) faults_.Check();
     RemoveFreeRoots(root, &faults_);
     checked_.robot = root->Attribute("name");
     CollectLinks(*root);
     CollectJoints(*root);
+    if (connected_) CheckTree();
+    if (faults_.refuses() && meshes != nullptr) CheckMeshes(*root, *meshes);
     faults_.Check();
     NoteVisualLinks(given);
     tinyxml2::XMLPrinter printer(nullptr, true);
     copy.Print(&printer);
     checked_.text = printer.CStr();
-    CheckUrdfTree(checked_);
     checked_.notes = faults_.notes();
     return std::move(checked_);
   }
@@ -125,6 +175,71 @@ class UrdfCheck {
     faults_.Note(UrdfSeverity::kInfo, WithLine("robot: name", *robot), "", "missing; named after the file");
   }
 
+  /// The copy has no line numbers.
+  void NoteLines(const XMLElement& robot) {
+    for (const auto* e = robot.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+      if (HasText(e, "name")) lines_.emplace(UrdfPlaceOf(*e, "robot"), e->GetLineNum());
+    }
+  }
+
+  /// Place of a link or joint of the copy, with its line in the file.
+  std::string PlaceOf(const XMLElement& element) const {
+    const std::string place = UrdfPlaceOf(element, "robot");
+    const auto line = lines_.find(place);
+    return line == lines_.end() ? place : place + ", line " + std::to_string(line->second);
+  }
+
+  void CheckTree() {
+    try {
+      CheckUrdfTree(checked_);
+    } catch (const InputError& error) {
+      for (const InputError::Fault& fault : error.faults()) {
+        faults_.Refuse(fault.field, fault.value, fault.message, fault.fix);
+      }
+    }
+  }
+
+  void CheckMeshes(const XMLElement& robot, const MeshPlaces& meshes) {
+    for (const auto* e = robot.FirstChildElement("link"); e != nullptr; e = e->NextSiblingElement("link")) {
+      for (const auto* c = e->FirstChildElement("collision"); c != nullptr; c = c->NextSiblingElement("collision")) {
+        const XMLElement* mesh = c->FirstChildElement("geometry")->FirstChildElement("mesh");
+        if (HasText(mesh, "filename")) ResolveMesh(mesh->Attribute("filename"), e->Attribute("name"), meshes, &faults_);
+      }
+    }
+  }
+
+  /// Checks the rules that depend on the joint's type, which the table cannot express.
+  void CheckJointType(const XMLElement& joint) {
+    const std::string place = PlaceOf(joint);
+    const std::string_view type = joint.Attribute("type");
+    if (type == "floating" || type == "planar") {
+      faults_.Refuse(place + ": type", type, "only the joint of a root link without shape and mass may have this type",
+                     "use revolute, continuous, prismatic or fixed");
+    }
+    const XMLElement* limit = joint.FirstChildElement("limit");
+    const bool limited = type == "revolute" || type == "prismatic";
+    if (limit == nullptr && limited) {
+      faults_.Refuse(place, "", "has no <limit>", "add lower and upper limits, or use type continuous");
+    }
+    if (limit != nullptr && limited && NumberOf(*limit, "lower") > NumberOf(*limit, "upper")) {
+      faults_.Refuse(place + ": limit",
+                     FormatGeneral(NumberOf(*limit, "lower"), 6) + " .. " + FormatGeneral(NumberOf(*limit, "upper"), 6),
+                     "lower must not exceed upper", "swap or correct the limits");
+    }
+    const XMLElement* axis = joint.FirstChildElement("axis");
+    if (type != "fixed" && HasText(axis, "xyz") && !HasDirection(axis->Attribute("xyz"))) {
+      faults_.Refuse(place + ": axis", axis->Attribute("xyz"), "has no direction", "give a non-zero axis");
+    }
+  }
+
+  static bool HasDirection(const char* text) {
+    constexpr double kLeastNorm = 1e-6;
+    ClassicInput numbers{std::string(text)};
+    Eigen::Vector3d axis = Eigen::Vector3d::Zero();
+    numbers >> axis.x() >> axis.y() >> axis.z();
+    return axis.norm() >= kLeastNorm;
+  }
+
   void NoteVisualLinks(const XMLElement& robot) {
     for (const auto* e = robot.FirstChildElement("link"); e != nullptr; e = e->NextSiblingElement("link")) {
       const auto link = std::ranges::find(checked_.links, e->Attribute("name"));
@@ -138,7 +253,7 @@ class UrdfCheck {
   void CollectLinks(const XMLElement& robot) {
     for (const auto* e = robot.FirstChildElement("link"); e != nullptr; e = e->NextSiblingElement("link")) {
       const std::string name = e->Attribute("name");
-      if (!names_.insert(name).second) faults_.Refuse("link", name, "two links have this name", "rename one of them");
+      if (!names_.insert(name).second) RefuseConnection("link", name, "two links have this name", "rename one of them");
       checked_.links.push_back(name);
       std::size_t shapes = 0;
       std::vector<std::size_t>& capsules = checked_.capsules.emplace_back();
@@ -167,16 +282,15 @@ class UrdfCheck {
         faults_.Note(UrdfSeverity::kInfo, UrdfPlaceOf(*e, "robot"), joint.leader,
                      "follows another joint; both are one degree of freedom");
       }
-      CheckJointType(*e, &faults_);
+      CheckJointType(*e);
       if (!joint_names.insert(joint.name).second) {
         faults_.Refuse("joint", joint.name, "two joints have this name", "rename one of them");
       }
       const auto [other, fresh] = parent_joint_.emplace(joint.child, joint.name);
       if (!fresh) {
-        faults_.Refuse("link '" + PrintableUrdfText(joint.child) + "'", "",
-                       "is the child of two joints, '" + PrintableUrdfText(other->second) + "' and '" +
-                           PrintableUrdfText(joint.name) + "' (a kinematic loop)",
-                       "remove one of the joints");
+        RefuseConnection("link '" + PrintableUrdfText(joint.child) + "'",
+                         PrintableUrdfText(other->second) + "' and '" + PrintableUrdfText(joint.name),
+                         "is the child of two joints (a kinematic loop)", "remove one of the joints");
       }
       checked_.joints.push_back(std::move(joint));
     }
@@ -212,10 +326,17 @@ class UrdfCheck {
   std::string JointEnd(const XMLElement& joint, const char* end) {
     const std::string link = joint.FirstChildElement(end)->Attribute("link");
     if (!names_.contains(link)) {
-      faults_.Refuse(UrdfPlaceOf(joint, "robot"), link, std::string(end) + " link does not exist",
-                     "define the link or correct the name");
+      RefuseConnection(PlaceOf(joint), link, std::string(end) + " link does not exist",
+                       "define the link or correct the name");
     }
     return link;
+  }
+
+  /// Adds a fault with which links and joints form no graph whose shape could be checked.
+  void RefuseConnection(const std::string& place, const std::string& value, const std::string& message,
+                        const std::string& fix) {
+    connected_ = false;
+    faults_.Refuse(place, value, message, fix);
   }
 
   const std::string& xml_;
@@ -224,11 +345,31 @@ class UrdfCheck {
   tinyxml2::XMLDocument document_;
   std::set<std::string> names_;
   std::map<std::string, std::string> parent_joint_;  ///< keyed by child link
+  std::map<std::string, int> lines_;                 ///< of links and joints in the file, by place
+  bool connected_ = true;
 };
 
 }  // namespace
 
-CheckedUrdf CheckUrdf(const std::string& xml, const std::string& source) { return UrdfCheck(xml, source).Run(); }
+CheckedUrdf CheckUrdf(const std::string& xml, const std::string& source, const MeshPlaces* meshes) {
+  return UrdfCheck(xml, source).Run(meshes);
+}
+
+std::string ResolveMesh(const std::string& name, const std::string& link, const MeshPlaces& places,
+                        UrdfFaults* faults) {
+  const std::optional<FoundMesh> mesh = FindMesh(name, places.folder, places.search.folders);
+  const std::string place = "link '" + PrintableUrdfText(link) + "': mesh";
+  if (!mesh) {
+    if (places.search.allow_missing) return "";
+    faults->Refuse(place, name, "there is no such mesh file",
+                   "put it there, give its folder with --mesh-path, or import without it: --allow-missing-meshes");
+    return name;
+  }
+  if (!mesh->fallback.empty()) {
+    faults->Note(UrdfSeverity::kWarning, place, name, "the mesh file was found only " + mesh->fallback);
+  }
+  return mesh->path.string();
+}
 
 std::string ReadUrdfFile(const std::string& path) {
   std::string text = ReadFileText(path, kMostBytes);

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "legopt/robot/internal/mesh_lookup.h"
 #include "legopt/robot/internal/urdf_walk.h"
 
 namespace legopt {
@@ -41,8 +42,14 @@ struct CheckedUrdf {
 /// nothing reads (visuals, materials, dynamics) are notes. Other elements (sensors, transmissions, simulator
 /// extensions) are ignored.
 ///
-/// Throws InputError with all faults, each with link or joint, element, attribute, line, value and fix. Thread-safe.
-CheckedUrdf CheckUrdf(const std::string& xml, const std::string& source);
+/// Throws InputError with all faults, each with link or joint, element, attribute, line, value and fix. `meshes`: null,
+/// or where collision meshes are looked for if there are other faults, so that missing ones are reported with them.
+/// Thread-safe.
+CheckedUrdf CheckUrdf(const std::string& xml, const std::string& source, const MeshPlaces* meshes = nullptr);
+
+/// Returns the path of a link's mesh file. One that does not exist is refused, or empty if the search permits that; a
+/// fallback is noted.
+std::string ResolveMesh(const std::string& name, const std::string& link, const MeshPlaces& places, UrdfFaults* faults);
 
 /// Reads a URDF file. Throws InputError if it cannot be read, is empty, or exceeds the size limit of CheckUrdf.
 std::string ReadUrdfFile(const std::string& path);

@@ -189,8 +189,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kMinAxisNorm = 1e-6;
-
 [[noreturn]] void Refuse(const CheckedUrdf& urdf, const std::string& field, const std::string& value,
                          const std::string& message, const std::string& fix) {
   throw InputError({urdf.source, field, value, message, fix});
@@ -236,8 +234,7 @@ class TreeBuilder {
               const MeshSearch& meshes)
       : urdf_(urdf),
         content_(content),
-        mesh_folder_(fs::absolute(mesh_folder).lexically_normal()),
-        meshes_(meshes),
+        meshes_{fs::absolute(mesh_folder).lexically_normal(), meshes},
         tree_(urdf),
         faults_(urdf.source) {}
 
@@ -277,6 +274,12 @@ class TreeBuilder {
 
   /// Throws if the limits of a joint and of those that follow it have no common value.
   void CheckCommonLimits(const RobotModel& robot) {
+    for (const Joint& joint : robot.joints()) {
+      const bool still = joint.leader >= 0 && joint.multiplier == 0.0;
+      if (!still || (joint.lower <= joint.offset && joint.offset <= joint.upper)) continue;
+      Fail("joint '" + joint.name + "': mimic: offset", std::to_string(joint.offset),
+           "is outside of the joint's limits, and the multiplier is 0", "correct the offset or the limits");
+    }
     for (int dof = 0; dof < robot.num_dofs(); ++dof) {
       if (robot.lower_limits()[dof] <= robot.upper_limits()[dof]) continue;
       Fail("joint '" + robot.joints()[static_cast<std::size_t>(robot.dof_joint(dof))].name + "': limit", "",
@@ -322,7 +325,8 @@ class TreeBuilder {
       if (!shape.size.allFinite() || shape.size.minCoeff() <= 0.0 || !shape.pose.matrix().allFinite()) {
         Fail("link '" + link.name + "': collision", "", "sizes must be positive and finite", "correct the geometry");
       }
-      if (shape.kind == ShapeSpec::Kind::kMesh) shape.mesh_file = ResolveMesh(shape.mesh_file, link.name);
+      if (shape.kind == ShapeSpec::Kind::kMesh)
+        shape.mesh_file = ResolveMesh(shape.mesh_file, link.name, meshes_, &faults_);
     }
     return link;
   }
@@ -331,37 +335,13 @@ class TreeBuilder {
     const std::string field = "joint '" + joint.name + "'";
     if (!joint.origin.matrix().allFinite()) Fail(field + ": origin", "", "is not finite", "correct the numbers");
     if (joint.type == JointType::kFixed) return joint;
-    if (!joint.axis.allFinite() || !(joint.axis.norm() >= kMinAxisNorm)) {
-      Fail(field + ": axis", "", "has no direction", "give a non-zero axis");
-      return joint;
-    }
     joint.axis.normalize();
-    if (!(joint.lower <= joint.upper)) {
-      Fail(field + ": limit", std::to_string(joint.lower) + " .. " + std::to_string(joint.upper),
-           "lower must not exceed upper", "swap or correct the limits");
-    }
     return joint;
-  }
-
-  std::string ResolveMesh(const std::string& name, const std::string& link) {
-    const std::optional<FoundMesh> mesh = FindMesh(name, mesh_folder_, meshes_.folders);
-    const std::string place = "link '" + link + "': mesh";
-    if (!mesh) {
-      if (meshes_.allow_missing) return "";
-      Fail(place, name, "there is no such mesh file",
-           "put it there, give its folder with --mesh-path, or import without it: --allow-missing-meshes");
-      return name;
-    }
-    if (!mesh->fallback.empty()) {
-      faults_.Note(UrdfSeverity::kWarning, place, name, "the mesh file was found only " + mesh->fallback);
-    }
-    return mesh->path.string();
   }
 
   const CheckedUrdf& urdf_;
   const UrdfContent& content_;
-  fs::path mesh_folder_;
-  const MeshSearch& meshes_;
+  MeshPlaces meshes_;
   TreeIndex tree_;
   UrdfFaults faults_;
   std::vector<Link> links_;

@@ -109,7 +109,7 @@ Elements JointExtras() {
            .attributes = {{.name = "soft_lower_limit", .value = Value::kNumber},
                           {.name = "soft_upper_limit", .value = Value::kNumber},
                           {.name = "k_position", .value = Value::kNumber},
-                          {.name = "k_velocity", .value = Value::kNumber, .required = kRequired}},
+                          {.name = "k_velocity", .value = Value::kNumber, .required = kRequired, .doubtful = true}},
            .read = false},
           {.name = "calibration",
            .attributes = {{.name = "rising", .value = Value::kNumber},
@@ -144,7 +144,7 @@ UrdfElementRule RobotRule() {
   return {.name = "robot",
           .least = 1,
           .attributes = {{.name = "name", .value = Value::kName, .required = kRequired},
-                         {.name = "version", .value = Value::kVersion, .read = false}},
+                         {.name = "version", .value = Value::kVersion, .read = false, .doubtful = true}},
           .children = {std::move(material), LinkRule(), JointRule()}};
 }
 
@@ -196,7 +196,7 @@ const char* CountFix(std::size_t count) {
     case 1:
       return "write one number, such as 14.2";
     case 3:
-      return "write three numbers, such as 0 0.1 -0.25";
+      return "write three numbers, such as 0.2 0.1 0.05";
     default:
       return "write four numbers, such as 0.8 0.8 0.8 1";
   }
@@ -226,8 +226,7 @@ std::optional<UrdfValueDiagnostic> CheckNumber(std::string_view word, double* va
                                "write a number in SI units, such as 14.2"};
   }
   if (whole && error == std::errc() && !std::isfinite(*value)) {
-    return UrdfValueDiagnostic{"must be a finite number",
-                               "give the true value; a joint without limits has type continuous"};
+    return UrdfValueDiagnostic{"must be a finite number", "give the true value"};
   }
   if (whole && error == std::errc() && std::all_of(word.begin(), word.end(), IsNumberLetter)) return std::nullopt;
   if (word.find(',') != std::string_view::npos) {

@@ -29,6 +29,7 @@ struct UrdfAttributeRule {
   UrdfValue value = UrdfValue::kText;
   bool required = false;
   bool read = true;                   ///< false: checked, but not used
+  bool doubtful = false;              ///< if not used: a fault is a warning, because other programs refuse it
   std::string_view refusal = {};      ///< not empty: the attribute is forbidden, and this is the advice to the user
   std::string_view replacement = {};  ///< not empty: text of a required attribute that is missing
   std::string_view zero = {};         ///< not empty: text instead of a number 0

@@ -106,10 +106,13 @@ class UrdfWalk {
     }
   }
 
+  void Warn(const XMLElement& element, const std::string& place, std::string_view value, const std::string& message) {
+    faults_.Note(UrdfSeverity::kWarning, WithLine(place, element), value, message + "; it is not used");
+  }
+
   void Repair(const XMLElement& element, const std::string& place, std::string_view value, const std::string& message,
               const XMLElement* copy) {
-    if (copy == nullptr) return;  // not used
-    faults_.Note(UrdfSeverity::kRepaired, WithLine(place, element), value, message);
+    if (copy != nullptr) faults_.Note(UrdfSeverity::kWarning, WithLine(place, element), value, message);
   }
 
   void Misspellings(const XMLElement& element, const UrdfElementRule& rule, const std::string& place,
@@ -140,10 +143,11 @@ class UrdfWalk {
       if (target != nullptr) target->SetAttribute(name.c_str(), std::string(rule.replacement).c_str());
       return;
     }
+    const bool warns = target == nullptr && rule.doubtful;
     if (text == nullptr) {
-      Fail(element, place, "", "<" + std::string(element.Name()) + "> without '" + name + "'", "add the attribute",
-           target);
-      return;
+      const std::string message = "<" + std::string(element.Name()) + "> without '" + name + "'";
+      if (warns) return Warn(element, place, "", message);
+      return Fail(element, place, "", message, "add the attribute", target);
     }
     if (!rule.refusal.empty()) {
       Fail(element, place, text, "the attribute is not supported", rule.refusal, target);
@@ -156,14 +160,16 @@ class UrdfWalk {
     }
     std::string repaired = text;
     if (ReplaceSpecialNumbers(rule, &repaired)) {
-      const std::string_view meaning = rule.value == UrdfValue::kNumber ? "no limit" : "0";
-      Repair(element, place, text, "means " + std::string(meaning) + "; written as " + repaired, target);
+      const bool number = rule.value == UrdfValue::kNumber;
+      Repair(element, place, text,
+             number ? "means no limit; written as " + repaired : "means 0; written as " + std::string(rule.zero),
+             target);
     }
     if (RepeatNumber(rule, &repaired)) Note(element, place, "has one number; it counts for all three axes", target);
     const UrdfValueText checked = CheckUrdfValue(repaired, rule.value);
     if (checked.fault) {
-      Fail(element, place, text, checked.fault->message, checked.fault->fix, target);
-      return;
+      if (warns) return Warn(element, place, text, checked.fault->message);
+      return Fail(element, place, text, checked.fault->message, checked.fault->fix, target);
     }
     if (target != nullptr) target->SetAttribute(name.c_str(), checked.text.c_str());
   }
@@ -180,16 +186,17 @@ class UrdfWalk {
         continue;
       }
       const std::string inside = UrdfPlaceOf(*e, place);
+      XMLElement* reader = known->read ? copy : nullptr;
       if (known->may_be_empty && IsEmptyShape(*e)) {
-        Note(*e, inside, "has no shape; left out", copy);
+        Note(*e, inside, "has no shape; left out", reader);
         continue;
       }
       int& count = counts[static_cast<std::size_t>(known - rule.children.begin())];
       if (++count > known->most && !rule.holds_one) {
-        Note(*e, inside, "given twice; the first one counts", copy);
+        Note(*e, inside, "given twice; the first one counts", reader);
         continue;
       }
-      XMLElement* child = copy != nullptr && known->read ? copy->InsertNewChildElement(e->Name()) : nullptr;
+      XMLElement* child = reader != nullptr ? reader->InsertNewChildElement(e->Name()) : nullptr;
       Element(*e, *known, inside, child);
     }
     const auto num_known = std::count_if(counts.begin(), counts.end(), [](int count) { return count > 0; });

@@ -38,6 +38,7 @@ class UrdfFaults {
   void Note(UrdfSeverity severity, const std::string& place, std::string_view value, const std::string& message,
             std::string_view fix = {});
 
+  bool refuses() const { return !refused_.empty(); }  ///< true if Check() will throw
   /// Throws InputError with all refused faults, at most three per kind, if there are any.
   void Check() const;
   /// Returns one entry per group, in the order of the first.
