@@ -11,6 +11,7 @@
 #include "legopt/dataset/dataset.h"
 #include "legopt/import/importer.h"
 #include "tests/dataset/test_data.h"
+#include "tests/import/import_fixture.h"
 #include "tests/import/walker.h"
 
 namespace legopt {
@@ -27,29 +28,7 @@ using test::kSole;
 using test::Link;
 using test::Walker;
 
-class Standing : public testing::Test {
- protected:
-  ImportReport Import(const Walker& walker) { return ImportText(walker.Urdf()); }
-  ImportReport ImportText(const std::string& urdf) {
-    test::WriteText(folder_.path() / "in" / "robot.urdf", urdf);
-    options_.source = folder_.path() / "in";
-    options_.name = "walker";
-    out_ = folder_.path() / "out";
-    fs::create_directory(out_);
-    return ImportDataset(options_, out_);
-  }
-
-  static std::vector<DatasetDiagnostic> Of(const ImportReport& report, const std::string& check) {
-    std::vector<DatasetDiagnostic> found;
-    std::ranges::copy_if(report.findings, std::back_inserter(found),
-                         [&](const DatasetDiagnostic& finding) { return finding.check == check; });
-    return found;
-  }
-
-  test::TemporaryFolder folder_;
-  ImportOptions options_;
-  fs::path out_;
-};
+using Standing = test::RobotImport;
 
 TEST_F(Standing, ABipedGetsBentKneesAndStandsOnLevelAndSlope) {
   const ImportReport report = Import({});
