@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdarg>
 #include <map>
 #include <numbers>
 #include <string>
@@ -94,6 +95,9 @@ class RigidBodyWorld::Impl {
     }
     dInitODE2(0);
     world_ = dWorldCreate();
+    constexpr double kSoftness = 1e-7;  // of all constraints: redundant ones, as of four-point feet, stay solvable
+    dWorldSetCFM(world_, kSoftness);
+    dSetMessageHandler([](int, const char*, va_list) {});  // of steps that are solved with a residual
     dWorldSetGravity(world_, 0.0, 0.0, -dataset.gravity_m_s2());
     contacts_ = dJointGroupCreate(0);
     AddBodies(x);

@@ -8,6 +8,8 @@
 #include "client/tracking/force_distribution.h"
 #include "client/tracking/rigid_body_world.h"
 #include "legopt/dynamics/inverse_dynamics.h"
+#include "legopt/dynamics/motion_forces.h"
+#include "legopt/dynamics/motion_timer.h"
 #include "legopt/robot/configuration.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/statics/stance_forces.h"
@@ -38,6 +40,7 @@ class Tracker {
         kinematics_(dataset.robot()),
         dynamics_(dataset.robot()),
         forces_(dataset.robot(), dataset.gravity_m_s2()),
+        bounded_forces_(dataset.robot(), dataset.gravity_m_s2()),
         world_(dataset, motion->At(0.0).x),
         torques_(Eigen::VectorXd::Zero(dataset.robot().num_dofs())) {}
 
@@ -87,12 +90,20 @@ class Tracker {
     const Eigen::VectorXd acceleration = wanted.acceleration + options_.stiffness_1_s2 * error +
                                          options_.damping_1_s * (wanted.velocity - world_.velocity());
     dynamics_.Compute(kinematics_, world_.velocity(), acceleration, &inertial_);
-    const DistributedForces distributed = forces_.Compute(*surfaces_, kinematics_, inertial_);
     const Eigen::VectorXd& limits = dataset_.robot().effort_limits();
-    torques_ = distributed.torques.cwiseMax(-limits).cwiseMin(limits);
+    const DistributedForces distributed = forces_.Compute(*surfaces_, kinematics_, inertial_);
+    torques_ = distributed.torques;
+    double imbalance = distributed.imbalance;
+    if ((torques_.cwiseAbs() - limits).maxCoeff() > 0.0) {
+      const RealizedForces bounded =
+          bounded_forces_.Compute(*surfaces_, kinematics_, inertial_, MotionTimer::kCurveSlack);
+      torques_ = bounded.torques;
+      imbalance = bounded.imbalance;
+    }
     ++controls_;
-    if (torques_ != distributed.torques) ++saturated_;
-    if (distributed.imbalance > kUnbalanced) ++unbalanced_;
+    if ((torques_.cwiseAbs() - limits).maxCoeff() > 0.0) ++saturated_;
+    if (imbalance > kUnbalanced) ++unbalanced_;
+    torques_ = torques_.cwiseMax(-limits).cwiseMin(limits).eval();
   }
 
   void Record(const MotionSample& wanted, const Eigen::VectorXd& error, double time_s) {
@@ -120,6 +131,7 @@ class Tracker {
   Kinematics kinematics_;
   InverseDynamics dynamics_;
   ForceDistribution forces_;
+  MotionForces bounded_forces_;
   RigidBodyWorld world_;
   InertialForces inertial_;
   std::optional<std::size_t> phase_;

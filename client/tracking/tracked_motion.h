@@ -27,14 +27,15 @@ struct TrackedMotion {
   double base_error_m = 0.0;                                           ///< largest distance of the base from its place
   double joint_error_rad = 0.0;                                        ///< largest deviation of a joint, rad or m
   double slip_m = 0.0;            ///< largest distance of a planted contact from its target
-  double saturated_share = 0.0;   ///< share of the time in which a torque was at its limit
+  double saturated_share = 0.0;   ///< share of the time in which a torque was cut
   double unbalanced_share = 0.0;  ///< share in which no admissible contact forces gave the wanted acceleration
 };
 
 /// Tracks a motion in a RigidBodyWorld by inverse dynamics: the wanted acceleration is that of the motion plus
 /// stiffness times the position error plus damping times the velocity error, for joints and base alike. Torques and
 /// contact forces that give this acceleration come from ForceDistribution, for the contacts that the motion has at that
-/// time; torques are cut at their limits. The robot falls if its base is more than 0.2 m or 0.5 rad from its place.
+/// time, or from MotionForces if torques exceed their limits then; what still exceeds them is cut. The robot falls if
+/// its base is more than 0.2 m or 0.5 rad from its place.
 ///
 /// Deterministic for one build of ODE. Throws InputError as RigidBodyWorld.
 TrackedMotion Track(const Dataset& dataset, TimedMotion* motion, const TrackingOptions& options);

@@ -78,14 +78,14 @@ TEST(UrdfRepair, EverythingAboveAFreeJointIsLeftOutIfItIsBare) {
       "<joint name='stands' type='fixed'><parent link='world'/><child link='stand'/></joint>"
       "<joint name='free' type='floating'><parent link='stand'/><child link='base'/></joint><link name='base'>";
   const auto robot = [&](const std::string& rest) {
-    return RobotModel::FromUrdfText("<robot name='r'>" + above + rest + "</link></robot>", "robot.urdf", "");
+    return RobotModel::FromUrdfText("<robot name='r'>" + above + rest + "</link></robot>", "robot.urdf", ".");
   };
   EXPECT_EQ(robot("").links().size(), 1U);
   const std::string heavy = "<inertial><mass value='0'/></inertial>";
   std::string with_mass = above;
   with_mass.replace(with_mass.find(heavy), heavy.size(), "<inertial><mass value='2'/></inertial>");
   EXPECT_THAT(test::MessageOf([&] {
-                RobotModel::FromUrdfText("<robot name='r'>" + with_mass + "</link></robot>", "robot.urdf", "");
+                RobotModel::FromUrdfText("<robot name='r'>" + with_mass + "</link></robot>", "robot.urdf", ".");
               }),
               testing::HasSubstr("only the joint of a root link"));
 }

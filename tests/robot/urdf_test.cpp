@@ -67,7 +67,8 @@ TEST(Urdf, MissingAndUnconnectedLinks) {
 }
 
 TEST(Urdf, BadJoints) {
-  ExpectFault(kLinks + FixedJoint("0", "a", "b") +
+  ExpectFault(R"(<link name="a"><collision><geometry><sphere radius="1"/></geometry></collision></link>)" +
+                  std::string(R"(<link name="b"/><link name="c"/>)") + FixedJoint("0", "a", "b") +
                   R"(<joint name="1" type="floating"><parent link="b"/><child link="c"/></joint>)",
               "joint '1'", "only the joint of a root link");
   ExpectFault(kLinks + R"(<joint name="1" type="ball"><parent link="a"/><child link="b"/></joint>)", "joint '1'",
@@ -77,7 +78,7 @@ TEST(Urdf, BadJoints) {
               "joint '1'", "direction");
   ExpectFault(R"(<link name="a"/><link name="b"/><joint name="1" type="revolute"><parent link="a"/><child link="b"/>
                <axis xyz="0 0 1"/><limit lower="2" upper="1" effort="1" velocity="1"/></joint>)",
-              "joint '1': limit", "lower");
+              "joint '1'", "lower must not");
   ExpectFault(kLinks + FixedJoint("1", "a", "b") + FixedJoint("1", "a", "c"), "joint", "two joints");
 }
 
