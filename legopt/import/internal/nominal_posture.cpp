@@ -143,10 +143,8 @@ class NominalSearch {
       std::optional<Eigen::VectorXd> best;
       double best_cost = std::numeric_limits<double>::infinity();
       const Stance stance = StanceOf(spread);
-      const bool large = stage_->robot().num_dofs() > kManyDofs;
       for (const double bend : {0.0, 1.0, -1.0}) {
-        for (int attempt = 0; attempt < (large ? 1 : kStartsPerBend); ++attempt) {
-          if (large && bend != 0.0) continue;
+        for (int attempt = 0; attempt < kStartsPerBend; ++attempt) {
           Eigen::VectorXd x = Start(bend, attempt);
           const std::optional<double> cost = Solve(stance, attempt, &x);
           if (!cost || !(*cost < best_cost) || !Stands(stance, x)) continue;
@@ -233,8 +231,17 @@ class NominalSearch {
 
 }  // namespace
 
+StopCheck StopOfLarge(const RobotModel& robot) {
+  if (robot.num_dofs() <= kManyDofs) return {};
+  return [iterations = 0]() mutable -> std::optional<SolveStatus> {
+    constexpr int kMost = 10;
+    return ++iterations > kMost ? std::optional(SolveStatus::kEffortLimit) : std::nullopt;
+  };
+}
+
 std::optional<Eigen::VectorXd> FindNominalPosture(const std::shared_ptr<const Dataset>& stage,
                                                   const Eigen::VectorXd& reference) {
+  if (stage->robot().num_dofs() > kManyDofs) return {};
   return NominalSearch(stage, reference).Search();
 }
 

@@ -5,11 +5,16 @@
 #include <optional>
 
 #include "legopt/dataset/dataset.h"
+#include "legopt/robot/robot_model.h"
+#include "legopt/solvers/solver.h"
 
 namespace legopt {
 
-/// Robots with more degrees of freedom get few starts: each takes seconds to minutes.
+/// For robots with more degrees of freedom no posture is searched, and standing is tried once: a solve takes minutes.
 inline constexpr int kManyDofs = 100;
+
+/// Returns a check that ends a solve of such a robot after 10 iterations; of other robots, one that never does.
+StopCheck StopOfLarge(const RobotModel& robot);
 
 /// Searches a nominal posture for a robot on the stage of standing_stage.h: all contacts on level ground, the centre of
 /// mass over them, no collision, and legs bent by at least an eighth of their length, since straight legs are a bad

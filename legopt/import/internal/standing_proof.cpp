@@ -43,14 +43,14 @@ Eigen::VectorXd StartOf(int attempt, const RobotModel& robot, const Eigen::Vecto
 /// Returns true if a posture is found that satisfies the terms with these names, and the joint limits.
 bool HasSolution(const Dataset& stage, const Stance& stance, const std::vector<std::string>& names,
                  const Eigen::VectorXd& start) {
-  const int attempts = stage.robot().num_dofs() > kManyDofs ? 1 : 3;
+  constexpr int kAttempts = 3;
   if (names.empty()) return true;
   CollisionQuery query(stage.collision_model(SceneRepresentation::kSolid, PairSelection::kAll));
   const WaypointConstraints constraints{.stance = &stance};
   WaypointProgram program(stage, query, {&constraints, 1}, {});
   program.Keep([&](const Term& term) { return std::ranges::find(names, term.shape().name) != names.end(); });
   const std::unique_ptr<Solver> solver = MakeSolver(Method::Of("best"));
-  for (int attempt = 0; attempt < attempts; ++attempt) {
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
     Eigen::VectorXd x = StartOf(attempt, stage.robot(), start);
     std::mt19937_64 generator(1);
     if (solver->Solve(program, x, {.stop = {}, .generator = &generator}).feasible) return true;
@@ -95,22 +95,23 @@ StandingProof ProveStanding(const std::shared_ptr<const Dataset>& stage, const E
     Eigen::VectorXd x = StartOf(attempt, stage->robot(), moved);
     std::mt19937_64 generator(1);
     const auto begin = std::chrono::steady_clock::now();
-    solver->Solve(*program, x, {.stop = {}, .generator = &generator});
+    solver->Solve(*program, x, {.stop = StopOfLarge(stage->robot()), .generator = &generator});
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
     const Evaluation evaluation = judge.Evaluate(Task::kPosture, problem, {&x, 1});
     // Contacts without declared points never fail to touch by the rule.
-    const bool rests = !(evaluation.Largest(Verdict::kCom, Rule::kSolid) > kComTolerance_m);
-    proof.stands = evaluation.solid == Verdict::kSuccess && rests;
+    const bool solid = evaluation.solid == Verdict::kSuccess;
+    proof.stands = solid && !(evaluation.Largest(Verdict::kCom, Rule::kSolid) > kComTolerance_m);
     if (attempt > 0 && !proof.stands) continue;  // the failure from the nominal posture is the one that is reported
     proof.x = x;
     proof.solve_s = elapsed.count();
-    if (!proof.stands) proof.detail = rests ? evaluation.detail : kNotTouching + evaluation.detail;
+    proof.detail = proof.stands ? "" : solid ? kNotTouching + evaluation.detail : evaluation.detail;
   }
   Kinematics kinematics(stage->robot());
   kinematics.Update(proof.x);
   const Eigen::Vector3d com = kinematics.com();
   proof.com_margin_m = -SignedDistanceToPolygon(TargetSupportPolygon(*stage, stance), com.head<2>());
-  if (!proof.stands && !proof.detail.starts_with(kNotTouching)) proof.conflict = FindConflict(*stage, stance, moved);
+  const bool explained = proof.stands || proof.detail.starts_with(kNotTouching);
+  if (!explained && stage->robot().num_dofs() <= kManyDofs) proof.conflict = FindConflict(*stage, stance, moved);
   return proof;
 }
 

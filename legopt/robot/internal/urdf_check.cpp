@@ -35,6 +35,7 @@ bool HasText(const XMLElement* element, const char* attribute) {
 /// Returns true if the copy has everything by which its parts refer to each other, so that later checks can go on
 /// although some parts were refused.
 bool IsConnectable(const XMLElement& robot) {
+  if (!HasText(&robot, "name")) return false;
   for (const auto* e = robot.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
     if (!HasText(e, "name")) return false;
     if (e->Name() == std::string_view("joint")) {
