@@ -1,3 +1,5 @@
+#include <unistd.h>
+
 #include <algorithm>
 #include <cctype>
 #include <charconv>
@@ -321,8 +323,29 @@ std::string NameOf(std::string folder) {
   return folder;
 }
 
+/// Asks at the terminal.
+std::vector<std::string> AskContacts(const std::vector<std::string>& ends) {
+  std::cerr << "Which links touch the ground? Ends of the robot, lowest first:\n";
+  for (std::size_t i = 0; i < ends.size(); ++i) std::cerr << "  " << i + 1 << "  " << app::Printable(ends[i]) << '\n';
+  std::cerr << "Numbers or links, separated by commas (none: stop): " << std::flush;
+  std::string answer;
+  std::getline(std::cin, answer);
+  std::erase_if(answer, [](unsigned char c) { return std::isspace(c) != 0; });
+  std::vector<std::string> words(1);
+  for (const char c : answer) {
+    if (c == ',') {
+      words.emplace_back();
+    } else {
+      words.back() += c;
+    }
+  }
+  std::erase(words, "");
+  return words;
+}
+
 ExitCode Import(const Flags& flags) {
   ImportOptions options = flags.options;
+  if (!flags.json && ::isatty(STDIN_FILENO) == 1 && ::isatty(STDERR_FILENO) == 1) options.ask_contacts = AskContacts;
   options.scene = flags.scene.Options();
   options.scene.repair = flags.repair;
   if (!flags.repair && (flags.scene.weld_m || flags.scene.thickness_m)) {

@@ -78,8 +78,10 @@ std::string PushText(const Dataset& dataset, const SolutionFile& file) {
     }
   }
   if (table.rows.empty()) return {};
-  return "Pushes that planted postures resist within friction and effort limits, N and in weights of the robot, and by "
-         "contact forces alone, N; `legopt evaluate FILE --dataset DATASET --pushes problems` prints each:\n\n" +
+  return "Success of planted postures by the physical rule, shares of effort limits, and pushes that they resist "
+         "within "
+         "friction and effort limits, N and in weights of the robot, and by contact forces alone, N; `legopt evaluate "
+         "FILE --dataset DATASET --pushes problems` prints each:\n\n" +
          FormatSheetTable(table);
 }
 

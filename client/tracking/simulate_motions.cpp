@@ -2,6 +2,7 @@
 // Prints one tab-separated row per solution, and exits with 1 if a robot falls.
 #include <cstdio>
 #include <string>
+#include <utility>
 
 #include "app/folder_cache.h"
 #include "client/report/motion_path.h"
@@ -16,19 +17,26 @@ namespace legopt::client {
 namespace {
 
 void PrintRow(const SolutionItem& item, const TrackedMotion& tracked) {
-  std::printf("%s\t%d\t%zu\t%.3f\t%s\t%.2f\t%.1f\t%.3f\t%.1f\t%.2f\t%.2f\n", item.solution->method.c_str(),
-              item.problem->id, item.problem->stances.size(), tracked.duration_s, tracked.falls ? "falls" : "stays up",
-              tracked.fell_at_waypoint, 1e3 * tracked.base_error_m, tracked.joint_error_rad, 1e3 * tracked.slip_m,
-              tracked.saturated_share, tracked.unbalanced_share);
+  constexpr double kMillimetres = 1e3;
+  std::string row = item.solution->method + '\t' + std::to_string(item.problem->id) + '\t' +
+                    std::to_string(item.problem->stances.size()) + '\t' + FormatFixed(tracked.duration_s, 3) + '\t' +
+                    (tracked.falls ? "falls" : "stays up");
+  for (const auto& [value, digits] :
+       {std::pair(tracked.fell_at_waypoint, 2), std::pair(kMillimetres * tracked.base_error_m, 1),
+        std::pair(tracked.joint_error_rad, 3), std::pair(kMillimetres * tracked.slip_m, 1),
+        std::pair(tracked.saturated_share, 2), std::pair(tracked.unbalanced_share, 2)}) {
+    row += '\t' + FormatFixed(value, digits);
+  }
+  std::puts(row.c_str());
   std::fflush(stdout);
 }
 
 int Simulate(const std::string& folder, const std::string& path, double slowdown) {
   const auto dataset = Dataset::Load(folder, GuardedReader());
   const SolutionFile file = ReadSolutions(path);
-  std::printf(
+  std::puts(
       "method\tproblem\tstances\tduration_s\toutcome\tfell_at_waypoint\tbase_error_mm\tjoint_error_rad\tslip_mm\t"
-      "saturated_share\tunbalanced_share\n");
+      "saturated_share\tunbalanced_share");
   bool falls = false;
   MotionTimer timer(*dataset);
   for (const SolutionItem& item : SolutionItems(file, *dataset)) {
@@ -39,8 +47,9 @@ int Simulate(const std::string& folder, const std::string& path, double slowdown
     if (fault.empty()) timing = timer.Compute(motion.stances, motion.path.times, motion.path.points);
     if (fault.empty() && timing.times_s.empty()) fault = "cannot be executed: " + timing.blocked_by;
     if (!fault.empty()) {
-      std::printf("%s\t%d\t%zu\t\t%s\t\t\t\t\t\t\n", item.solution->method.c_str(), item.problem->id,
-                  item.problem->stances.size(), fault.c_str());
+      std::puts((item.solution->method + '\t' + std::to_string(item.problem->id) + '\t' +
+                 std::to_string(item.problem->stances.size()) + "\t\t" + fault + "\t\t\t\t\t\t")
+                    .c_str());
       continue;
     }
     TimedMotion timed(*dataset, timing, motion.stances, motion.path.times, motion.path.points);

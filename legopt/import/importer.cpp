@@ -338,12 +338,23 @@ class Importer {
       description_.link_shapes = constants.link_shapes;
     }
     if (!options_.nominal_posture.empty()) description_.nominal_posture = options_.nominal_posture;
-    const ContactRequest request{.wanted = options_.contacts,
-                                 .sole_offset_m = options_.sole_offset_m,
-                                 .known = constants.contacts,
-                                 .used = problem_feet_,
-                                 .leg_tips = srdf_.leg_tips,
-                                 .file = sources_.robot};
+    ContactRequest request{.wanted = options_.contacts,
+                           .sole_offset_m = options_.sole_offset_m,
+                           .known = constants.contacts,
+                           .used = problem_feet_,
+                           .leg_tips = srdf_.leg_tips,
+                           .file = sources_.robot};
+    try {
+      FindContacts(request);
+    } catch (const UnclearContacts& unclear) {
+      if (!options_.ask_contacts || unclear.ends().empty()) throw;
+      request.wanted = options_.ask_contacts(unclear.ends());
+      if (request.wanted.empty()) throw;
+      description_.contacts = ChooseContacts(*robot_, standing_, request, &report_.findings);
+    }
+  }
+
+  void FindContacts(const ContactRequest& request) {
     try {
       description_.contacts = ChooseContacts(*robot_, standing_, request, &report_.findings);
     } catch (const UnclearContacts& unclear) {

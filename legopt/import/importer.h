@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -24,6 +25,9 @@ struct ImportOptions {
   /// Links, or numbers in the list of ends that an import without them throws. Default: the links that the problems
   /// use, else those found (contact_finder.h).
   std::vector<std::string> contacts;
+  /// Asks which of the robot's ends, lowest first, are contacts, if they are not clear; returns links or numbers in
+  /// this list, or nothing. Null: an import that is not clear throws.
+  std::function<std::vector<std::string>(const std::vector<std::string>& ends)> ask_contacts = {};
   std::string trunk;                              ///< link; default: found (trunk_choice.h)
   std::optional<double> sole_offset_m;            ///< default: depth of the feet's lowest point plus 1 mm
   std::map<std::string, double> nominal_posture;  ///< joint -> rad; default: see ImportDataset

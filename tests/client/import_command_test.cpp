@@ -11,8 +11,11 @@
 #include "bus/lcm_transport.h"
 #include "client/report/result_source.h"
 #include "program_run.h"
+#include "terminal_run.h"
 #include "tests/folders.h"
 #include "tests/import/clone_folder.h"
+#include "tests/import/walker.h"
+#include "tests/temporary_folder.h"
 
 namespace legopt::client {
 namespace {
@@ -53,6 +56,29 @@ TEST(ImportCommand, MakesADatasetOnceAndSaysWhatItFound) {
   const ProgramResult checked = RunLegopt({"dataset", "check", "made"}, clone.path().parent_path());
   EXPECT_EQ(checked.exit_code, 0) << checked.err;
   EXPECT_THAT(checked.out, HasSubstr("trunk in collision"));
+}
+
+TEST(ImportCommand, AsksAtATerminalForContactsThatAreNotClear) {
+  if (!HasTerminals()) GTEST_SKIP() << "no pseudo-terminal can be opened here; mount /dev/pts";
+  const test::TemporaryFolder folder;
+  test::Walker walker;
+  for (const auto& [name, y] : {std::pair("handl", "0.4"), std::pair("handr", "-0.4")}) {
+    walker.more +=
+        test::Link(name, 0.5, 0.0, "<origin xyz='0 0 -0.45'/><geometry><box size='0.02 0.02 0.9'/></geometry>") +
+        test::Joint(std::string(name) + "_joint", "trunk", name, std::string("0 ") + y + " 0.1", "0 1 0",
+                    "lower='-1' upper='1'");
+  }
+  fs::create_directory(folder.path() / "in");
+  std::ofstream(folder.path() / "in" / "robot.urdf") << walker.Urdf();
+  const auto import = [&](const std::string& typed) {
+    return RunInTerminal(BuiltProgram("legopt"), {"import", "in", "--out", "made"}, folder.path(), {}, {}, typed);
+  };
+  const ProgramResult none = import("\n");
+  EXPECT_EQ(none.exit_code, kUsage);
+  EXPECT_THAT(none.out, AllOf(HasSubstr("1  handl"), HasSubstr("3  l_foot"), HasSubstr("not clear")));
+  const ProgramResult answered = import("3, r_foot\n");
+  EXPECT_EQ(answered.exit_code, 0) << answered.out;
+  EXPECT_TRUE(fs::exists(folder.path() / "made" / "dataset.yaml"));
 }
 
 TEST(ImportCommand, AsJson) {

@@ -51,7 +51,7 @@ bool HasTerminals() {
 
 ProgramResult RunInTerminal(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                             const std::filesystem::path& folder, const TerminalSize& size,
-                            const std::map<std::string, std::string>& environment) {
+                            const std::map<std::string, std::string>& environment, const std::string& typed) {
   std::vector<std::string> texts = {program.string()};
   texts.insert(texts.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
@@ -70,6 +70,7 @@ ProgramResult RunInTerminal(const std::filesystem::path& program, const std::vec
     ::execv(argv[0], argv.data());
     ::_exit(99);
   }
+  if (!typed.empty() && ::write(terminal, typed.data(), typed.size()) < 0) throw std::runtime_error("cannot type");
   ProgramResult result;
   result.out = ReadAll(terminal);
   int status = 0;

@@ -20,8 +20,9 @@ bool HasTerminals();
 /// Runs a program until it ends, with a new terminal as standard input, output and error. `out` of the result is
 /// everything written to the terminal, with plain line ends; `err` is empty. `environment` is added to that of this
 /// process, without its variables for terminals (COLUMNS, PAGER, NO_COLOR, ...). An empty value removes a variable.
+/// `typed`: text that is typed at once.
 ProgramResult RunInTerminal(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                             const std::filesystem::path& folder, const TerminalSize& size,
-                            const std::map<std::string, std::string>& environment = {});
+                            const std::map<std::string, std::string>& environment = {}, const std::string& typed = "");
 
 }  // namespace legopt::client

@@ -9,6 +9,7 @@
 namespace legopt {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 
 /// A workspace with the package "walker": walker/urdf for the URDF, walker/meshes/visual/Foot.stl and others.
@@ -58,6 +59,18 @@ TEST_F(MeshLookup, FallbacksAreNamed) {
   EXPECT_THAT(Fallback("package:///walker/meshes/visual/Foot.stl"), HasSubstr("name of a package"));
   EXPECT_EQ(Found("../Meshes/VISUAL/foot.STL"), "meshes/visual/Foot.stl");
   EXPECT_THAT(Fallback("../Meshes/VISUAL/foot.STL"), HasSubstr("case"));
+}
+
+TEST_F(MeshLookup, AllChangesOfANameAreNamed) {
+  const std::string name = "package://old_name\\Meshes\\visual\\Foot%2Estl";
+  EXPECT_EQ(Found(name), "meshes/visual/Foot.stl");
+  EXPECT_THAT(Fallback(name),
+              AllOf(HasSubstr("'/'"), HasSubstr("%XX"), HasSubstr("case"), HasSubstr("end of its path")));
+}
+
+TEST_F(MeshLookup, AFolderWithAnEqualNameDoesNotHideTheOnlyFile) {
+  test::WriteText(root_ / "MESHES" / "other.stl", "solid");
+  EXPECT_EQ(Found("../Meshes/visual/foot.stl"), "meshes/visual/Foot.stl");
 }
 
 TEST_F(MeshLookup, AbsentAndAmbiguousFilesAreNotFound) {

@@ -81,7 +81,8 @@ class ContactChooser {
                ? "no end link of the robot has collision geometry; name the links with --contacts"
                : "name them, or give their numbers, with --contacts LEFT,RIGHT; ends of the robot, lowest "
                  "first: " +
-                     Numbered(found.candidates)});
+                     Numbered(found.candidates)},
+          found.candidates);
     }
     std::string names;
     for (const std::string& link : found.links) names += (names.empty() ? "" : ", ") + link;

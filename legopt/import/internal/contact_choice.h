@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "legopt/dataset/contact.h"
@@ -25,7 +26,12 @@ struct ContactRequest {
 /// The feet are not clear from the robot's geometry.
 class UnclearContacts : public InputError {
  public:
-  using InputError::InputError;
+  /// `ends`: of the robot, lowest first; may be empty.
+  UnclearContacts(Fault fault, std::vector<std::string> ends) : InputError(std::move(fault)), ends_(std::move(ends)) {}
+  const std::vector<std::string>& ends() const { return ends_; }
+
+ private:
+  std::vector<std::string> ends_;
 };
 
 /// Chooses the contacts: the known ones, unless the user names others or an offset; else the links that the user names,

@@ -4,6 +4,7 @@
 #include <cctype>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "legopt/types/number_text.h"
 
@@ -34,23 +35,30 @@ std::string Decoded(const std::string& text) {
   return result;
 }
 
-/// Returns the only file below `folder` whose path equals `inside` without regard to case.
-std::optional<fs::path> WithoutCase(fs::path folder, const fs::path& inside) {
-  for (const fs::path& part : inside) {
-    std::optional<fs::path> match;
-    std::error_code error;
-    for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
-         entry.increment(error)) {
-      if (Lower(entry->path().filename().string()) != Lower(part.string())) continue;
-      if (match) return std::nullopt;
-      match = entry->path();
-    }
-    if (part == "..") match = folder.parent_path();
-    if (part == ".") match = folder;
-    if (!match) return std::nullopt;
-    folder = *match;
+/// Adds the files below `folder` whose path equals the parts from `part` on without regard to case.
+void CollectWithoutCase(const fs::path& folder, fs::path::iterator part, fs::path::iterator end,
+                        std::vector<fs::path>* found) {
+  if (part == end) {
+    if (IsFile(folder)) found->push_back(folder);
+    return;
   }
-  return IsFile(folder) ? std::optional(folder) : std::nullopt;
+  const fs::path name = *part++;
+  if (name == "..") return CollectWithoutCase(folder.parent_path(), part, end, found);
+  if (name == ".") return CollectWithoutCase(folder, part, end, found);
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
+       entry.increment(error)) {
+    if (Lower(entry->path().filename().string()) == Lower(name.string())) {
+      CollectWithoutCase(entry->path(), part, end, found);
+    }
+  }
+}
+
+/// Returns the only file below `folder` whose path equals `inside` without regard to case.
+std::optional<fs::path> WithoutCase(const fs::path& folder, const fs::path& inside) {
+  std::vector<fs::path> found;
+  CollectWithoutCase(folder, inside.begin(), inside.end(), &found);
+  return found.size() == 1 ? std::optional(found.front()) : std::nullopt;
 }
 
 /// Looks for a relative path in the folder and in all folders above it.
@@ -106,23 +114,32 @@ std::optional<fs::path> FindEnd(const MeshName& name, const fs::path& folder, bo
 }  // namespace
 
 std::optional<FoundMesh> FindMesh(const std::string& name, const fs::path& folder) {
-  const auto result = [](const fs::path& path, const char* fallback) {
-    return FoundMesh{fs::absolute(path).lexically_normal(), fallback};
+  std::string text = name, changes;
+  const auto result = [&](const fs::path& path, const std::string& fallback) {
+    const std::string both = changes.empty() || fallback.empty() ? "" : ", ";
+    return FoundMesh{fs::absolute(path).lexically_normal(), changes + both + fallback};
   };
-  if (const auto found = Find(Parsed(name), folder, false)) {
-    return result(*found, Parsed(name).names_package ? "" : "without the name of a package");
+  const auto change = [&](std::string changed, const char* how) {
+    if (changed == text) return;
+    changes += (changes.empty() ? "" : ", ") + std::string(how);
+    text = std::move(changed);
+  };
+  if (const auto found = Find(Parsed(text), folder, false)) {
+    return result(*found, Parsed(text).names_package ? "" : "without the name of a package");
   }
-  std::string text = name;
-  std::ranges::replace(text, '\\', '/');
-  if (const auto found = Find(Parsed(text), folder, false)) return result(*found, "with '/' instead of '\\'");
-  text = Decoded(text);
-  if (const auto found = Find(Parsed(text), folder, false)) return result(*found, "with %XX decoded");
+  std::string with_slashes = text;
+  std::ranges::replace(with_slashes, '\\', '/');
+  change(std::move(with_slashes), "with '/' instead of '\\'");
+  if (const auto found = Find(Parsed(text), folder, false)) return result(*found, "");
+  change(Decoded(text), "with %XX decoded");
+  if (const auto found = Find(Parsed(text), folder, false)) return result(*found, "");
   for (const bool ignore_case : {false, true}) {
+    const std::string by_case = ignore_case ? "without regard to case" : "";
     if (const auto found = ignore_case ? Find(Parsed(text), folder, true) : std::nullopt) {
-      return result(*found, "without regard to case");
+      return result(*found, by_case);
     }
     if (const auto found = FindEnd(Parsed(text), folder, ignore_case)) {
-      return result(*found, "by the end of its path");
+      return result(*found, (ignore_case ? by_case + ", " : "") + "by the end of its path");
     }
   }
   return std::nullopt;
