@@ -70,7 +70,7 @@ struct Ball {
 
 std::vector<Ball> BallsOf(const Contact& contact, const RobotModel& robot) {
   std::vector<Ball> balls;
-  const Eigen::Isometry3d X_BL = robot.link_in_body(contact.link_index);
+  const Eigen::Isometry3d& X_BL = robot.link_in_body(contact.link_index);
   const int body = robot.link_body(contact.link_index);
   if (contact.facts().shape == ContactShape::kBall) {
     return {{contact.name, body, X_BL * contact.X_LC.translation(), std::max(contact.radius_m, kBall_m)}};
@@ -163,7 +163,7 @@ class RigidBodyWorld::Impl {
     kinematics.UpdatePoses(x);
     for (int body = 0; body < robot_.num_bodies(); ++body) {
       const BodyMass properties = MassOf(robot_, body);
-      const Eigen::Isometry3d pose = kinematics.link_pose(body == 0 ? 0 : JointOf(body).child_link);
+      const Eigen::Isometry3d& pose = kinematics.link_pose(body == 0 ? 0 : JointOf(body).child_link);
       const Eigen::Quaterniond q(pose.linear());
       const Eigen::Vector3d com = pose * properties.com;
       const dBodyID created = dBodyCreate(world_);

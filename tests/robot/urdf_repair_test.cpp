@@ -10,6 +10,7 @@
 #include "legopt/robot/internal/urdf_check.h"
 #include "legopt/robot/robot_model.h"
 #include "legopt/types/input_error.h"
+#include "tests/dataset/test_data.h"
 #include "tests/folders.h"
 #include "tests/robot/urdf_expectations.h"
 
