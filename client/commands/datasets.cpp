@@ -14,6 +14,7 @@
 #include "app/data_folder.h"
 #include "app/folder_cache.h"
 #include "app/printable.h"
+#include "app/value_list.h"
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/contact_sequences.h"
@@ -330,15 +331,7 @@ std::vector<std::string> AskContacts(const std::vector<std::string>& ends) {
   std::cerr << "Numbers or links, separated by commas (none: stop): " << std::flush;
   std::string answer;
   std::getline(std::cin, answer);
-  std::erase_if(answer, [](unsigned char c) { return std::isspace(c) != 0; });
-  std::vector<std::string> words(1);
-  for (const char c : answer) {
-    if (c == ',') {
-      words.emplace_back();
-    } else {
-      words.back() += c;
-    }
-  }
+  std::vector<std::string> words = app::SplitValues(answer);
   std::erase(words, "");
   return words;
 }

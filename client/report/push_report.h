@@ -39,7 +39,7 @@ struct PushedSolution {
   int problem_id = 0;
   int num_waypoints = 0;
   std::string fault;                    ///< reason why the solution cannot be read; empty if it can
-  Verdict verdict = Verdict::kSuccess;  ///< by the physical rule
+  Verdict verdict = Verdict::kSuccess;  ///< verdict of the physical rule
   /// Largest share of an effort limit over the waypoints, for the contact forces that make it least
   /// (TorqueRatio::ratio); infinite if a waypoint has no equilibrium.
   double effort_share = 0.0;

@@ -41,7 +41,7 @@ Eigen::VectorXd NonNegativeLeastSquares(const Eigen::MatrixXd& A, const Eigen::V
     if (enters < 0) return x;
     free[static_cast<std::size_t>(enters)] = true;
     for (Eigen::VectorXd z = SolveFree(square, right, free);; z = SolveFree(square, right, free)) {
-      double share = 1.0;  // of the way from x to z that keeps all free variables positive
+      double share = 1.0;  // the part of the step to z that keeps all free variables positive
       for (Eigen::Index i = 0; i < n; ++i) {
         if (free[static_cast<std::size_t>(i)] && z[i] <= 0.0) share = std::min(share, x[i] / (x[i] - z[i]));
       }

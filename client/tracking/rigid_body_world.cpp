@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "legopt/dynamics/internal/body_mass.h"
 #include "legopt/geometry/internal/mesh.h"
 #include "legopt/geometry/internal/scene_solids.h"
 #include "legopt/robot/configuration.h"
@@ -30,41 +31,19 @@ Eigen::Quaterniond RotationOf(dBodyID body) {
   return {q[0], q[1], q[2], q[3]};
 }
 
-/// Mass, centre of mass and inertia of links that move as one body, in the frame of the first.
-struct BodyMass {
-  double mass = 0.0;
-  Eigen::Vector3d com = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< about the centre of mass
-};
-
-BodyMass MassOf(const RobotModel& robot, int body) {
-  BodyMass sum;
-  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d about_origin = Eigen::Matrix3d::Zero();
-  const auto steiner = [](double mass, const Eigen::Vector3d& c) -> Eigen::Matrix3d {
-    return mass * (c.squaredNorm() * Eigen::Matrix3d::Identity() - c * c.transpose());
-  };
-  for (int index = 0; index < std::ssize(robot.links()); ++index) {
-    if (robot.link_body(index) != body) continue;
-    const Link& link = robot.links()[static_cast<std::size_t>(index)];
-    const Eigen::Isometry3d& pose = robot.link_in_body(index);
-    const Eigen::Vector3d com = pose * link.com;
-    sum.mass += link.mass;
-    moment += link.mass * com;
-    about_origin += pose.linear() * link.inertia * pose.linear().transpose() + steiner(link.mass, com);
-  }
+/// Makes properties of a body without mass ones that ODE accepts.
+BodyMass Simulable(BodyMass body) {
   constexpr double kLeastInertia_kg_m2 = 1e-6;
-  if (sum.mass > 0.0) sum.com = moment / sum.mass;
-  sum.inertia = about_origin - steiner(sum.mass, sum.com) + kLeastInertia_kg_m2 * Eigen::Matrix3d::Identity();
-  sum.mass = std::max(sum.mass, RigidBodyWorld::kLeastMass_kg);
-  return sum;
+  body.inertia += kLeastInertia_kg_m2 * Eigen::Matrix3d::Identity();
+  body.mass = std::max(body.mass, RigidBodyWorld::kLeastMass_kg);
+  return body;
 }
 
 /// A ball of a contact, and the body that it is part of.
 struct Ball {
   std::string contact;
   int body = 0;
-  Eigen::Vector3d centre;  ///< in the body's frame
+  Eigen::Vector3d centre;  ///< centre in the body's frame
   double radius_m = 0.0;
 };
 
@@ -95,9 +74,9 @@ class RigidBodyWorld::Impl {
     }
     dInitODE2(0);
     world_ = dWorldCreate();
-    constexpr double kSoftness = 1e-7;  // of all constraints: redundant ones, as of four-point feet, stay solvable
+    constexpr double kSoftness = 1e-7;  // keeps redundant constraints, such as those of four-point feet, solvable
     dWorldSetCFM(world_, kSoftness);
-    dSetMessageHandler([](int, const char*, va_list) {});  // of steps that are solved with a residual
+    dSetMessageHandler([](int, const char*, va_list) {});  // ODE prints when a step leaves a residual
     dWorldSetGravity(world_, 0.0, 0.0, -dataset.gravity_m_s2());
     contacts_ = dJointGroupCreate(0);
     AddBodies(x);
@@ -161,8 +140,9 @@ class RigidBodyWorld::Impl {
   void AddBodies(Eigen::Ref<const Eigen::VectorXd> x) {
     Kinematics kinematics(robot_);
     kinematics.UpdatePoses(x);
+    const std::vector<BodyMass> masses = BodyMassesOf(robot_);
     for (int body = 0; body < robot_.num_bodies(); ++body) {
-      const BodyMass properties = MassOf(robot_, body);
+      const BodyMass properties = Simulable(masses[static_cast<std::size_t>(body)]);
       const Eigen::Isometry3d& pose = kinematics.link_pose(body == 0 ? 0 : JointOf(body).child_link);
       const Eigen::Quaterniond q(pose.linear());
       const Eigen::Vector3d com = pose * properties.com;
@@ -283,14 +263,14 @@ class RigidBodyWorld::Impl {
   const Dataset& dataset_;
   const RobotModel& robot_;
   dWorldID world_ = nullptr;
-  dJointGroupID contacts_ = nullptr;  ///< of one step
+  dJointGroupID contacts_ = nullptr;  ///< contacts of one step
   std::vector<dBodyID> bodies_;
   std::vector<Eigen::Vector3d> coms_;  ///< per body, in its frame
   std::vector<Ball> balls_;
-  std::map<std::string, double> friction_;  ///< by contact
-  std::map<std::string, dJointID> grips_;   ///< by contact
-  std::vector<double> vertices_;            ///< of the scene; ODE keeps the address
-  std::vector<dTriIndex> indices_;          ///< likewise
+  std::map<std::string, double> friction_;  ///< friction coefficient by contact
+  std::map<std::string, dJointID> grips_;   ///< joint by gripping contact
+  std::vector<double> vertices_;            ///< scene; ODE keeps the address
+  std::vector<dTriIndex> indices_;          ///< three per triangle; ODE keeps the address
   dTriMeshDataID scene_data_ = nullptr;
   dGeomID scene_ = nullptr, ball_ = nullptr;
 };

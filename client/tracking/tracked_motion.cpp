@@ -18,7 +18,7 @@ namespace legopt::client {
 namespace {
 
 constexpr double kFall_m = 0.2, kFall_rad = 0.5;
-constexpr double kUnbalanced = 0.01;  // of ForceDistribution, in weights
+constexpr double kUnbalanced = 0.01;  // imbalance of ForceDistribution, in weights
 
 /// Returns the difference of two configurations as a tangent, n + 6.
 Eigen::VectorXd Difference(const Eigen::VectorXd& to, const Eigen::VectorXd& from) {
@@ -135,7 +135,7 @@ class Tracker {
   RigidBodyWorld world_;
   InertialForces inertial_;
   std::optional<std::size_t> phase_;
-  std::optional<StanceForces> surfaces_;  ///< of the phase
+  std::optional<StanceForces> surfaces_;  ///< surfaces of the phase
   Eigen::VectorXd torques_;
   TrackedMotion result_;
   int controls_ = 0, saturated_ = 0, unbalanced_ = 0;

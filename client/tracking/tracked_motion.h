@@ -13,7 +13,7 @@ struct TrackingOptions {
   double stiffness_1_s2 = 400.0;  ///< acceleration per error of a position, 1/s^2
   double damping_1_s = 40.0;      ///< acceleration per error of a velocity, 1/s
   double friction_share = 1.0;    ///< share of the friction coefficients that the controller uses
-  double step_s = 1e-3;           ///< of the simulation
+  double step_s = 1e-3;           ///< time step of the simulation
   int control_steps = 2;          ///< steps per computation of torques
   double rest_s = 1.0;            ///< time after the end in which the robot must keep its last posture
 };
@@ -23,7 +23,7 @@ struct TrackedMotion {
   bool falls = false;
   double fell_at_s = std::numeric_limits<double>::quiet_NaN();
   double fell_at_waypoint = std::numeric_limits<double>::quiet_NaN();  ///< parameter of the motion at that time
-  double duration_s = 0.0;                                             ///< of the motion, with the slowdown
+  double duration_s = 0.0;                                             ///< duration of the motion, with the slowdown
   double base_error_m = 0.0;                                           ///< largest distance of the base from its place
   double joint_error_rad = 0.0;                                        ///< largest deviation of a joint, rad or m
   double slip_m = 0.0;            ///< largest distance of a planted contact from its target

@@ -12,26 +12,8 @@ InverseDynamics::InverseDynamics(const RobotModel& robot)
     body.link = body.joint->child_link;
     body.parent = robot.body_parent(static_cast<int>(b));
   }
-  const auto in_body = [&](size_t l) { return robot.link_in_body(static_cast<int>(l)); };
-  const auto body_of = [&](size_t l) -> Body& {
-    return bodies_[static_cast<size_t>(robot.link_body(static_cast<int>(l)))];
-  };
-  for (size_t l = 0; l < robot.links().size(); ++l) {
-    Body& body = body_of(l);
-    body.mass += robot.links()[l].mass;
-    body.com += robot.links()[l].mass * (in_body(l) * robot.links()[l].com);
-  }
-  for (Body& body : bodies_) {
-    if (body.mass > 0.0) body.com /= body.mass;
-  }
-  for (size_t l = 0; l < robot.links().size(); ++l) {
-    const Link& link = robot.links()[l];
-    Body& body = body_of(l);
-    const Eigen::Matrix3d R = in_body(l).linear();
-    const Eigen::Vector3d r = in_body(l) * link.com - body.com;
-    body.inertia += R * link.inertia * R.transpose() +
-                    link.mass * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose());
-  }
+  const std::vector<BodyMass> masses = BodyMassesOf(robot);
+  for (size_t b = 0; b < bodies_.size(); ++b) bodies_[b].properties = masses[b];
 }
 
 void InverseDynamics::Propagate(const Body& body, double speed, double acceleration, State* state) const {
@@ -53,11 +35,12 @@ void InverseDynamics::SetInertialForces(const Kinematics& kinematics, size_t b) 
   const Body& body = bodies_[b];
   State& state = states_[b];
   const Eigen::Matrix3d R = kinematics.link_pose(body.link).linear();
-  const Eigen::Vector3d com = R * body.com;
-  state.force = body.mass * (state.rate + state.spin_rate.cross(com) + state.spin.cross(state.spin.cross(com)));
+  const Eigen::Vector3d com = R * body.properties.com;
+  state.force =
+      body.properties.mass * (state.rate + state.spin_rate.cross(com) + state.spin.cross(state.spin.cross(com)));
   // The inertia in world axes times a vector, without forming it.
   const auto inertia_times = [&](const Eigen::Vector3d& w) -> Eigen::Vector3d {
-    return R * (body.inertia * (R.transpose() * w));
+    return R * (body.properties.inertia * (R.transpose() * w));
   };
   state.moment = inertia_times(state.spin_rate) + state.spin.cross(inertia_times(state.spin)) + com.cross(state.force);
 }

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "legopt/dynamics/internal/body_mass.h"
 #include "legopt/robot/kinematics.h"
 #include "legopt/robot/robot_model.h"
 
@@ -43,9 +44,7 @@ class InverseDynamics {
     int link = 0;    ///< first link
     int parent = 0;  ///< body
     const Joint* joint = nullptr;
-    double mass = 0.0;                                  ///< kg
-    Eigen::Vector3d com = Eigen::Vector3d::Zero();      ///< m
-    Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< about the centre of mass, kg m^2
+    BodyMass properties;
   };
   /// Motion of a body and the forces on it and everything that it carries.
   struct State {

@@ -397,7 +397,7 @@ struct LinkGeometry {
   }
 
   const std::vector<ShapeSpec>& shapes;
-  std::vector<TriangleMesh> meshes;  ///< by shape; empty for primitives
+  std::vector<TriangleMesh> meshes;  ///< one per shape; empty for primitives
 };
 
 /// `decompose`: from a mesh to its hulls.

@@ -20,7 +20,7 @@ struct SrdfState {
 /// Two links that an SRDF excludes from collision checking.
 struct SrdfPair {
   std::string first, second;  ///< links of the robot
-  std::string reason;         ///< as in the file, lower case; may be empty
+  std::string reason;         ///< reason given by the file, lower case; may be empty
 };
 
 /// What the SRDF files of a robot say besides postures.

@@ -346,7 +346,7 @@ class UrdfCheck {
   tinyxml2::XMLDocument document_;
   std::set<std::string> names_;
   std::map<std::string, std::string> parent_joint_;  ///< keyed by child link
-  std::map<std::string, int> lines_;                 ///< of links and joints in the file, by place
+  std::map<std::string, int> lines_;                 ///< lines of links and joints in the file, by place
   bool connected_ = true;
 };
 
