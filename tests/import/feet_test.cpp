@@ -33,7 +33,7 @@ TEST_F(Feet, ACylinderThatLiesTouchesWithTheMiddleOfItsLowestEdge) {
               .foot = "<origin xyz='0 0 -0.03' rpy='1.5707963 0 0'/><geometry><cylinder radius='0.03' "
                       "length='0.04'/></geometry>"});
   ExpectStands(Of(report, "standing"));
-  for (const Contact& contact : Dataset::Load(out_)->contacts()) {
+  for (const Contact& contact : Imported().contacts()) {
     EXPECT_EQ(contact.kind, ContactKind::kPoint);
     EXPECT_EQ(contact.radius_m, 0.0) << "its rims lie on a ball, its faces do not";
     EXPECT_NEAR(contact.X_LC.translation().y(), 0.0, 1e-6);
@@ -44,7 +44,7 @@ TEST_F(Feet, ASmallBoxIsNoBall) {
   const ImportReport report =
       Import({.legs = kFourLegs, .foot = "<origin xyz='0 0 -0.01'/><geometry><box size='0.02 0.02 0.02'/></geometry>"});
   ExpectStands(Of(report, "standing"));
-  for (const Contact& contact : Dataset::Load(out_)->contacts()) EXPECT_EQ(contact.radius_m, 0.0);
+  for (const Contact& contact : Imported().contacts()) EXPECT_EQ(contact.radius_m, 0.0);
 }
 
 TEST_F(Feet, AMarkerDoesNotMakeASoleAPoint) {
@@ -52,7 +52,7 @@ TEST_F(Feet, AMarkerDoesNotMakeASoleAPoint) {
       std::string(kSole) +
       "</collision><collision><origin xyz='0.03 0 -0.05'/><geometry><sphere radius='0'/></geometry>";
   ExpectStands(Of(Import({.foot = marked}), "standing"));
-  for (const Contact& contact : Dataset::Load(out_)->contacts()) EXPECT_EQ(contact.kind, ContactKind::kSole);
+  for (const Contact& contact : Imported().contacts()) EXPECT_EQ(contact.kind, ContactKind::kSole);
 }
 
 TEST_F(Feet, LargeFeetStandFurtherApart) {
@@ -93,7 +93,7 @@ TEST_F(Feet, PairsThatAnSrdfExcludesAreNotCompared) {
     test::WriteText(folder_.path() / "in" / "robot.srdf", "<robot name='walker'>" + more + "</robot>");
     const ImportReport report = Import({.thigh_ball_m = 0.03});
     int excluded = 0;
-    for (const UncheckedPair& pair : *Dataset::Load(out_)->unchecked_pairs()) {
+    for (const UncheckedPair& pair : *Imported().unchecked_pairs()) {
       excluded += pair.reason == UncheckedReason::kUser ? 1 : 0;
     }
     return std::pair(excluded, Of(report, "SRDF"));

@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <iterator>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "legopt/dataset/dataset.h"
 #include "legopt/import/importer.h"
 #include "tests/dataset/test_data.h"
 #include "tests/import/walker.h"
@@ -28,6 +30,12 @@ class RobotImport : public testing::Test {
     return ImportDataset(options_, out_);
   }
 
+  /// The folder that the last import wrote; the reference holds until the next call.
+  const Dataset& Imported() {
+    imported_ = Dataset::Load(out_);
+    return *imported_;
+  }
+
   static std::vector<DatasetDiagnostic> Of(const ImportReport& report, const std::string& check) {
     std::vector<DatasetDiagnostic> found;
     std::ranges::copy_if(report.findings, std::back_inserter(found),
@@ -38,6 +46,9 @@ class RobotImport : public testing::Test {
   TemporaryFolder folder_;
   ImportOptions options_;
   std::filesystem::path out_;
+
+ private:
+  std::shared_ptr<const Dataset> imported_;
 };
 
 }  // namespace legopt::test
