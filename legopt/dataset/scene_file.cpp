@@ -217,16 +217,36 @@ std::string FormatPrimitive(const ShapeSpec& shape) {
   return text;
 }
 
-bool IsMeshFile(const fs::path& path) {
+namespace {
+
+std::string LowerCaseSuffix(const fs::path& path) {
   std::string suffix = path.extension().string();
   std::transform(suffix.begin(), suffix.end(), suffix.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return suffix;
+}
+
+/// Throws InputError for formats of scenes and meshes that are not read.
+void RefuseOtherMeshFormat(const fs::path& path) {
+  constexpr std::array<std::string_view, 11> kOthers = {".fbx",  ".3ds",  ".blend", ".usd", ".usda", ".usdc",
+                                                        ".usdz", ".step", ".stp",   ".wrl", ".x3d"};
+  const std::string suffix = LowerCaseSuffix(path);
+  if (std::ranges::find(kOthers, suffix) == kOthers.end()) return;
+  throw InputError({path.string(), "", suffix, "this format of meshes and scenes is not read",
+                    "export it as .stl, .obj, .dae, .ply, .gltf, .glb or .off"});
+}
+
+}  // namespace
+
+bool IsMeshFile(const fs::path& path) {
+  const std::string suffix = LowerCaseSuffix(path);
   constexpr std::array<std::string_view, 7> kSuffixes = {".stl", ".obj", ".dae", ".ply", ".gltf", ".glb", ".off"};
   return std::find(kSuffixes.begin(), kSuffixes.end(), suffix) != kSuffixes.end();
 }
 
 Scene ReadSceneFile(const fs::path& path, const ReadGuard& guard) {
   if (IsMeshFile(path) && fs::is_regular_file(path)) return SceneOfOneMesh(path, guard);
+  RefuseOtherMeshFormat(path);
   const YamlFields fields(ReadYamlFile(path), path.string(), "", {"objects"});
   const YAML::Node list = fields.Require("objects");
   if (!list.IsSequence() || list.size() == 0) {

@@ -368,8 +368,13 @@ class Importer {
     try {
       RewriteWithVisuals();
       description_.contacts = ChooseContacts(*robot_, standing_, request, &report_.findings);
-    } catch (const InputError&) {  // also a visual mesh that does not exist
+    } catch (const UnclearContacts&) {
       throw unclear;
+    } catch (const InputError& error) {
+      if (!unclear.ends().empty()) throw unclear;
+      InputError::Fault fault = error.fault();
+      fault.message += " (needed: no end link of the robot has collision geometry)";
+      throw InputError(fault);
     }
     CheckMeshScale();
   }

@@ -50,6 +50,23 @@ class OpenFile {
 
 }  // namespace
 
+void RefusePointer(std::string_view text, const std::filesystem::path& path) {
+  struct Pointer {
+    std::string_view start;  ///< first bytes of the pointer
+    const char* program;     ///< program that replaces it by the file
+    const char* command;     ///< call of this program
+  };
+  constexpr std::array<Pointer, 2> kPointers = {
+      {{"version https://git-lfs.github.com/spec/", "Git LFS", "git lfs pull"},
+       {"/annex/objects/", "git-annex", "git annex get"}}};
+  for (const Pointer& pointer : kPointers) {
+    if (!text.starts_with(pointer.start)) continue;
+    throw InputError({path.string(), "", "",
+                      std::string("is a pointer of ") + pointer.program + ", not the file itself",
+                      std::string("run '") + pointer.command + "' in the repository that it is from"});
+  }
+}
+
 std::string ReadFileText(const std::filesystem::path& path, std::size_t most_bytes) {
   constexpr std::size_t kBlock = std::size_t{1} << 16;
   const OpenFile file(path);
@@ -67,6 +84,7 @@ std::string ReadFileText(const std::filesystem::path& path, std::size_t most_byt
     }
     if (count == 0) {
       text.resize(used);
+      RefusePointer(text, path);
       return text;
     }
   }

@@ -84,6 +84,12 @@ std::string ColladaWith(const std::string& axis) {
   return "<COLLADA><asset>" + (axis.empty() ? "" : "<up_axis>" + axis + "</up_axis>") + "</asset></COLLADA>";
 }
 
+TEST_F(SceneFileTest, OtherFormatsAreNamed) {
+  WriteText(folder_.path() / "a.fbx", std::string("Kaydara FBX Binary  \0", 21));
+  EXPECT_THAT(MessageOf([&] { ReadSceneFile(folder_.path() / "a.fbx"); }),
+              AllOf(HasSubstr(".fbx"), HasSubstr("export it as .stl")));
+}
+
 TEST_F(SceneFileTest, TheUpAxisOfAColladaMeshIsTurnedToZ) {
   for (const auto& [axis, up] :
        {std::pair("X_UP", Eigen::Vector3d::UnitX()), std::pair(" Y_UP\n", Eigen::Vector3d::UnitY()),

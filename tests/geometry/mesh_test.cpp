@@ -198,6 +198,37 @@ TEST_F(MeshFile, BadFilesAreRefusedByName) {
   EXPECT_NE(ErrorOf(Write("mesh.xyz", BinaryStl(kTetrahedron))), "");
 }
 
+TEST_F(MeshFile, NumbersOfAnObjMayBeginWithAPoint) {
+  const TriangleMesh mesh =
+      LoadMesh(Write("a.obj", "# .5\nv .5 -.25 0\nv 1 +.5 .0\r\nv\t0 1 2.5\nvn .1 .2 .3\nf 1 2 3\n"));
+  ASSERT_EQ(mesh.vertices.size(), 3U);
+  EXPECT_EQ(mesh.vertices[0], Eigen::Vector3d(0.5, -0.25, 0));
+  EXPECT_EQ(mesh.vertices[1], Eigen::Vector3d(1, 0.5, 0));
+  EXPECT_EQ(mesh.vertices[2], Eigen::Vector3d(0, 1, 2.5));
+}
+
+TEST_F(MeshFile, WhatStandsInPlaceOfAFileIsNamed) {
+  for (const char* suffix : {".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf"}) {
+    const std::string name = std::string("a") + suffix;
+    EXPECT_THAT(ErrorOf(Write(name, "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n")),
+                testing::HasSubstr("git lfs pull"))
+        << suffix;
+    EXPECT_THAT(ErrorOf(Write(name, "/annex/objects/SHA256E-s1234--abcd.stl\n")), testing::HasSubstr("git annex get"))
+        << suffix;
+    EXPECT_THAT(ErrorOf(Write(name, "\n<!DOCTYPE html>\n<html></html>\n")), testing::HasSubstr("is a web page"))
+        << suffix;
+  }
+}
+
+TEST_F(MeshFile, TrianglesWithEqualCornersAreCounted) {
+  const std::string path = Write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 0\nf 1 2 3\nf 1 1 2\nf 1 2 4\n");
+  for (const bool guarded : {false, true}) {
+    const TriangleMesh mesh = LoadMesh(path, Eigen::Vector3d::Ones(), guarded ? ReadGuard(CallIsolated) : ReadGuard());
+    EXPECT_EQ(mesh.triangles.size(), 1U);
+    EXPECT_EQ(mesh.degenerate_triangles, 2);
+  }
+}
+
 TEST_F(MeshFile, PolygonsAreCutIntoTriangles) {
   const std::string obj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nf 1 2 3 4\nf 2 5 3\n";
   const TriangleMesh mesh = LoadMesh(Write("square.obj", obj));

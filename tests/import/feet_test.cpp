@@ -66,6 +66,29 @@ TEST_F(Feet, LargeFeetStandFurtherApart) {
   ExpectStands(Of(Import({.foot = "", .more = soles}), "standing"));
 }
 
+TEST_F(Feet, TwoSolesMayBeSteepInTheZeroPosture) {
+  const std::string steep =
+      "<origin xyz='0.03 0 -0.03' rpy='0 0.785398 0'/><geometry><box size='0.2 0.1 0.04'/></geometry>";
+  ExpectStands(Of(Import({.foot = steep, .ankle_limits = "lower='-1.4' upper='0.4'"}), "standing"));
+  for (const Contact& contact : Imported().contacts()) EXPECT_EQ(contact.kind, ContactKind::kSole);
+}
+
+TEST_F(Feet, LinksWithBlanksAndCommasGiveContactsWithout) {
+  const ImportReport report = Import({.legs = {{"left, lower", "0 0.1"}, {"r", "0 -0.1"}}});
+  ExpectStands(Of(report, "standing"));
+  EXPECT_EQ(Imported().contacts()[0].link, "left, lower_foot");
+  EXPECT_EQ(Imported().contacts()[0].name, "left__lower_foot");
+}
+
+TEST_F(Feet, AnAbsentMeshOfTheirOnlyGeometryIsTheCause) {
+  std::string urdf = Walker{.foot = ""}.Urdf();
+  const std::string foot = "<link name='l_foot'>";
+  urdf.replace(urdf.find(foot), foot.size(),
+               foot + "<visual><geometry><mesh filename='gone.stl'/></geometry></visual>");
+  EXPECT_THAT(test::MessageOf([&] { ImportText(urdf); }),
+              AllOf(HasSubstr("gone.stl"), HasSubstr("no end link of the robot has collision geometry")));
+}
+
 TEST_F(Feet, HandsThatReachBelowTheSolesAreAskedAbout) {
   std::string arms;
   for (const auto& [name, y] : {std::pair("handl", "0.4"), std::pair("handr", "-0.4")}) {

@@ -27,6 +27,7 @@ inline std::string Joint(const std::string& name, const std::string& parent, con
 struct Walker {
   std::vector<std::pair<std::string, std::string>> legs = {{"l", "0 0.1"}, {"r", "0 -0.1"}};
   std::string foot = kSole;
+  std::string ankle_limits = "lower='-1' upper='1'";
   double thigh_ball_m = 0.0;  ///< radius of a ball 0.06 m inwards of the hip; 0: none
   std::string more = "";      ///< elements at the end
   double trunk_com_y_m = 0.0;
@@ -47,7 +48,7 @@ struct Walker {
       text += Joint(name + "_roll", "trunk", name + "_hip", place + " 0", "1 0 0", "lower='-0.5' upper='0.5'");
       text += Joint(name + "_pitch", name + "_hip", name + "_thigh", "0 0 0", "0 1 0", "lower='-1.5' upper='1.5'");
       text += Joint(name + "_knee", name + "_thigh", name + "_shank", "0 0 -0.3", "0 1 0", "lower='0' upper='2.5'");
-      text += Joint(name + "_ankle", name + "_shank", name + "_foot", "0 0 -0.3", "0 1 0", "lower='-1' upper='1'");
+      text += Joint(name + "_ankle", name + "_shank", name + "_foot", "0 0 -0.3", "0 1 0", ankle_limits);
     }
     return text + more + "</robot>";
   }

@@ -41,6 +41,7 @@ std::string EncodeMesh(const TriangleMesh& mesh) {
   ResultWriter answer(kMeshFollows);
   answer.Add(mesh.vertices);
   answer.Add(mesh.triangles);
+  answer.Add(std::array<int, 1>{mesh.degenerate_triangles});
   return answer.Take();
 }
 
@@ -56,7 +57,12 @@ std::optional<InputError::Fault> DecodeFault(std::string_view bytes) {
 std::optional<TriangleMesh> DecodeMesh(std::string_view bytes) {
   TriangleMesh mesh;
   ResultReader answer(bytes);
-  if (!answer.Read(mesh.vertices) || !answer.Read(mesh.triangles) || !answer.at_end()) return std::nullopt;
+  std::vector<int> degenerate_triangles;
+  if (!answer.Read(mesh.vertices) || !answer.Read(mesh.triangles) || !answer.Read(degenerate_triangles) ||
+      !answer.at_end() || degenerate_triangles.size() != 1) {
+    return std::nullopt;
+  }
+  mesh.degenerate_triangles = degenerate_triangles.front();
   const int count = static_cast<int>(mesh.vertices.size());
   const auto in_range = [count](int index) { return index >= 0 && index < count; };
   for (const std::array<int, 3>& triangle : mesh.triangles) {
@@ -133,7 +139,7 @@ std::string HashOfFile(const std::string& path) {
 /// Returns the key of a mesh in a cache: the file's content and suffix, and the scale. Empty for glTF, whose files may
 /// refer to others.
 std::string KeyOf(const std::string& path, const Eigen::Vector3d& scale) {
-  constexpr const char* kVersion = "legopt-mesh/1";
+  constexpr const char* kVersion = "legopt-mesh/2";
   const std::string suffix = std::filesystem::path(path).extension().string();
   if (suffix.size() < 2 || (suffix[1] | 0x20) == 'g') return "";
   ResultWriter key(kMeshFollows);

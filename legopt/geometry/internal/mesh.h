@@ -14,6 +14,7 @@ namespace legopt {
 struct TriangleMesh {
   std::vector<Eigen::Vector3d> vertices;      ///< m
   std::vector<std::array<int, 3>> triangles;  ///< indices into `vertices`
+  int degenerate_triangles = 0;               ///< number of triangles with equal corners that LoadMesh left out
 };
 
 /// Reads a mesh file (STL, OBJ, DAE, PLY, glTF, GLB or OFF, by content and suffix) in the frame and with the triangle

@@ -181,8 +181,7 @@ class ColladaCheck : public tinyxml2::XMLVisitor {
 };
 
 void CheckCollada(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  const std::string text = ReadFileText(path, kMaxMeshBytes);
   tinyxml2::XMLDocument document;
   if (document.Parse(text.c_str(), text.size()) != tinyxml2::XML_SUCCESS) {
     Refuse(path, "line " + std::to_string(document.ErrorLineNum()), "",
@@ -247,9 +246,23 @@ void CheckGltf(const std::string& path) {
   }
 }
 
+/// Throws InputError for a pointer of Git LFS or git-annex, and for a web page in place of the file that it offers.
+void RefuseReplacement(const std::string& path) {
+  constexpr std::size_t kMarkWithin = 200;
+  std::string start(kMarkWithin, '\0');
+  std::ifstream(path, std::ios::binary).read(start.data(), kMarkWithin);
+  RefusePointer(start, path);
+  std::ranges::transform(start, start.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::size_t first = std::min(start.find_first_not_of(" \t\r\n"), start.size());
+  const std::string_view text = std::string_view(start).substr(first);
+  if (!text.starts_with("<!doctype html") && !text.starts_with("<html")) return;
+  throw InputError({path, "", "", "is a web page, not a mesh", "download the file itself, such as by its link 'raw'"});
+}
+
 }  // namespace
 
 void CheckMeshFile(const std::string& path) {
+  RefuseReplacement(path);
   if (IsGltf(path)) CheckGltf(path);
   CheckPlyHeader(path);
   if (LooksLikeCollada(path)) CheckCollada(path);

@@ -11,6 +11,7 @@ namespace legopt {
 /// Rejects mesh files that assimp 5.2 cannot handle safely: its readers allocate memory for as many elements as a file
 /// announces, and some never terminate on malformed text. Checks only the PLY header, the counts and numbers of a
 /// COLLADA file, and that a glTF file names buffers beside it only; the reader may still reject a file that passes.
+/// Rejects web pages and pointers of Git LFS as well.
 ///
 /// Throws InputError with the file, the element and its value. Thread-safe; reads a COLLADA file once.
 void CheckMeshFile(const std::string& path);

@@ -40,6 +40,8 @@ std::string LowerCaseOf(std::string text) {
   return text;
 }
 
+std::string SuffixOf(const std::string& path) { return LowerCaseOf(std::filesystem::path(path).extension().string()); }
+
 /// Returns true for text of the form "solid ... facet ...", in upper or lower case. The header of a binary file may
 /// contain these words, but a text contains no NUL.
 bool IsTextStl(const std::string& content) {
@@ -83,6 +85,24 @@ void CheckEndOfTextStl(const std::string& path, const std::string& lower) {
                     "export or copy the mesh again"});
 }
 
+/// Returns an OBJ's text with a digit before each decimal point of its vertices; empty if it has them all. assimp skips
+/// numbers such as ".5".
+std::optional<std::string> WithLeadingZeros(const std::string& content) {
+  std::string result;
+  std::size_t copied = 0;
+  bool vertex = false;
+  for (std::size_t i = 0; i < content.size(); ++i) {
+    const char previous = i == 0 ? '\n' : content[i - 1];
+    if (previous == '\n' || previous == '\r')
+      vertex = content.compare(i, 2, "v ") == 0 || content.compare(i, 2, "v\t") == 0;
+    if (!vertex || content[i] != '.' || std::isdigit(static_cast<unsigned char>(previous)) != 0) continue;
+    result.append(content, copied, i - copied) += '0';
+    copied = i;
+  }
+  if (copied == 0) return std::nullopt;
+  return result.append(content, copied);
+}
+
 }  // namespace
 
 void CheckTriangleCount(const std::string& path, std::size_t triangles) {
@@ -92,8 +112,10 @@ void CheckTriangleCount(const std::string& path, std::size_t triangles) {
                     "simplify the mesh; collision needs far fewer triangles"});
 }
 
-std::optional<std::string> RepairStl(const std::string& path) {
-  if (LowerCaseOf(std::filesystem::path(path).extension().string()) != ".stl") return std::nullopt;
+std::optional<std::string> RepairMeshText(const std::string& path) {
+  const std::string suffix = SuffixOf(path);
+  if (suffix == ".obj") return WithLeadingZeros(ReadFileText(path, kMaxMeshBytes));
+  if (suffix != ".stl") return std::nullopt;
   std::string content = ReadFileText(path, kMaxMeshBytes);
   if (IsTextStl(content)) {
     std::string lower = LowerCaseOf(content);
@@ -217,7 +239,10 @@ class MeshBuilder {
       if (face.mNumIndices != 3) continue;  // points and lines
       std::array<int, 3> triangle = {index[face.mIndices[0]], index[face.mIndices[1]], index[face.mIndices[2]]};
       if (flip) std::swap(triangle[1], triangle[2]);
-      if (triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0]) continue;
+      if (triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0]) {
+        ++mesh_.degenerate_triangles;
+        continue;
+      }
       mesh_.triangles.push_back(triangle);
     }
   }
@@ -265,8 +290,9 @@ TriangleMesh ReadMesh(const std::string& path, const Eigen::Vector3d& scale) {
   const aiScene* scene = nullptr;
   std::string reason;
   try {
-    const std::optional<std::string> stl = RepairStl(path);
-    scene = stl ? importer.ReadFileFromMemory(stl->data(), stl->size(), 0, "stl") : importer.ReadFile(path, 0);
+    const std::optional<std::string> repaired = RepairMeshText(path);
+    scene = repaired ? importer.ReadFileFromMemory(repaired->data(), repaired->size(), 0, SuffixOf(path).c_str() + 1)
+                     : importer.ReadFile(path, 0);
     if (scene != nullptr) scene = Triangulate(importer, path);
     if (scene == nullptr) RethrowBadAlloc(importer);
     reason = importer.GetErrorString();

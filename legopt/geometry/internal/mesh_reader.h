@@ -74,10 +74,11 @@ inline constexpr std::uintmax_t kMaxMeshBytes = std::uintmax_t{256} << 20;  ///<
 /// Throws InputError for more than kMaxMeshTriangles triangles.
 void CheckTriangleCount(const std::string& path, std::size_t triangles);
 
-/// Converts an STL file that assimp cannot read: text with upper-case keywords becomes lower case, and bytes after the
-/// last triangle of a binary file are removed. Empty if the file needs no change, and for other formats. Throws
-/// InputError for a binary file whose number of triangles does not match its size.
-std::optional<std::string> RepairStl(const std::string& path);
+/// Converts an STL or OBJ file that assimp cannot read. STL: text with upper-case keywords becomes lower case, and
+/// bytes after the last triangle of a binary file are removed. OBJ: coordinates such as ".5" get a digit before the
+/// point. Empty if the file needs no change, and for other formats. Throws InputError for a binary STL whose number of
+/// triangles does not match its size.
+std::optional<std::string> RepairMeshText(const std::string& path);
 
 /// Loads a mesh like LoadMesh, but without protection: assimp reads the file in the calling thread. Malformed files
 /// make assimp 5.2 crash, write out of bounds or never return, so only LoadMesh calls this, under its guard.

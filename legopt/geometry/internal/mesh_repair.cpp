@@ -95,6 +95,7 @@ MarkedMesh WeldVertices(const TriangleMesh& source, double tolerance_m, MeshRepa
   MarkedMesh mesh;
   mesh.vertices = welder.Take();
   counts->welded_vertices = static_cast<int>(distinct.size() - mesh.vertices.size());
+  counts->degenerate_triangles = source.degenerate_triangles;
   for (std::array<int, 3> triangle : source.triangles) {
     for (int& corner : triangle) corner = index[static_cast<size_t>(corner)];
     if (RepeatsCorner(triangle)) {

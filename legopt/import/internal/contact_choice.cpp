@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <set>
 
 #include "legopt/dataset/internal/dataset_file.h"
 #include "legopt/import/internal/contact_finder.h"
@@ -17,6 +18,22 @@ std::string Numbered(const std::vector<std::string>& ends) {
   return text;
 }
 
+/// Names contacts like their links, without the characters that separate contacts in a stance.
+void NameByLinks(std::vector<ContactDescription>* contacts) {
+  std::set<std::string> names;
+  for (ContactDescription& contact : *contacts) {
+    std::string name = contact.link;
+    std::ranges::replace_if(
+        name, [](char c) { return c == ',' || c == ' '; }, '_');
+    while (!names.insert(name).second) name += "_2";
+    contact.name = name;
+  }
+}
+
+bool TouchesWithCorner(const FoundSole& sole) {
+  return sole.contact.kind == ContactKind::kPoint && sole.contact.radius_m == 0.0;
+}
+
 class ContactChooser {
  public:
   ContactChooser(const RobotModel& robot, const Eigen::VectorXd& standing, const ContactRequest& request,
@@ -26,9 +43,13 @@ class ContactChooser {
   std::vector<ContactDescription> Choose() {
     if (!request_.known.empty() && request_.wanted.empty() && !request_.sole_offset_m) return request_.known;
     const std::vector<std::string> links = ChooseLinks();
-    if (request_.sole_offset_m) return DescribeSoles(links, *request_.sole_offset_m);
     std::vector<ContactDescription> contacts;
-    for (const std::string& link : links) contacts.push_back(Measured(link));
+    if (request_.sole_offset_m) {
+      contacts = DescribeSoles(links, *request_.sole_offset_m);
+    } else {
+      contacts = Measured(links);
+    }
+    NameByLinks(&contacts);
     return contacts;
   }
 
@@ -101,22 +122,44 @@ class ContactChooser {
   /// robot whose hands reach below its feet.
   bool TouchesWithCorners(const FoundFeet& found) const {
     constexpr double kSole_m2 = 2e-3;
-    const auto sole_of = [&](const std::string& link) { return MeasureSole(robot_, robot_.FindLink(link), standing_); };
-    const bool corners = std::ranges::all_of(found.links, [&](const std::string& link) {
-      const FoundSole sole = sole_of(link);
-      return sole.contact.kind == ContactKind::kPoint && sole.contact.radius_m == 0.0;
-    });
-    if (found.links.empty() || !corners) return false;
+    if (found.links.empty() || !std::ranges::all_of(SolesOf(found.links), &TouchesWithCorner)) return false;
     return std::ranges::any_of(found.candidates, [&](const std::string& link) {
-      return std::ranges::find(found.links, link) == found.links.end() && sole_of(link).area_m2 >= kSole_m2;
+      return std::ranges::find(found.links, link) == found.links.end() &&
+             MeasureSole(robot_, robot_.FindLink(link), standing_).area_m2 >= kSole_m2;
     });
   }
 
-  ContactDescription Measured(const std::string& name) {
-    const int link = robot_.FindLink(name);
-    if (link < 0) return DescribeSoles({name}, 0.0).front();  // Dataset::Load reports the nearest valid link
-    const FoundSole sole = MeasureSole(robot_, link, standing_);
+  std::vector<ContactDescription> Measured(const std::vector<std::string>& links) {
+    std::vector<ContactDescription> contacts;
+    for (const std::string& link : links) {
+      if (robot_.FindLink(link) < 0) return DescribeSoles(links, 0.0);  // Dataset::Load reports the nearest valid link
+    }
+    for (const FoundSole& sole : SolesOf(links)) {
+      NoteMeasure(sole);
+      contacts.push_back(sole.contact);
+    }
+    return contacts;
+  }
+
+  /// Two feet that touch with corners would carry no robot: their soles may be steep in this posture.
+  std::vector<FoundSole> SolesOf(const std::vector<std::string>& links) const {
+    constexpr double kSteep_rad = std::numbers::pi / 3.0;
+    const auto measured = [&](double steepest_rad) {
+      std::vector<FoundSole> soles;
+      for (const std::string& link : links) {
+        soles.push_back(MeasureSole(robot_, robot_.FindLink(link), standing_, steepest_rad));
+      }
+      return soles;
+    };
+    const std::vector<FoundSole> soles = measured(kSteepestSole_rad);
+    if (links.size() > 2 || !std::ranges::all_of(soles, &TouchesWithCorner)) return soles;
+    const std::vector<FoundSole> steep = measured(kSteep_rad);
+    return std::ranges::any_of(steep, &TouchesWithCorner) ? soles : steep;
+  }
+
+  void NoteMeasure(const FoundSole& sole) {
     constexpr double kSquareCentimetres = 1e4, kDegrees = 180.0 / std::numbers::pi, kMillimetres = 1e3;
+    const std::string& name = sole.contact.link;
     if (sole.contact.kind == ContactKind::kPoint) {
       Note("contact", name, "a point of radius " + FormatFixed(kMillimetres * sole.contact.radius_m, 1) + " mm",
            "measured on its shapes; the link may turn about it");
@@ -125,7 +168,6 @@ class ContactChooser {
            "measured on its meshes; the link's origin is " + FormatFixed(kMillimetres * sole.height_m, 1) +
                " mm above it, its z axis " + FormatFixed(kDegrees * sole.tilt_rad, 1) + " deg off its normal");
     }
-    return sole.contact;
   }
 
   void Note(const std::string& check, const std::string& field, const std::string& value, const std::string& message) {

@@ -230,15 +230,15 @@ std::vector<Eigen::Vector2d> Flattened(const std::vector<Eigen::Vector3d>& point
 }
 
 /// The facet with the largest area as seen from below; without corners if the hull is flat.
-Facet LowestFacet(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& up) {
+Facet LowestFacet(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& up, double steepest_rad) {
   const ConvexHull hull = ComputeHull(points);
   Facet best;
   double best_score = 0.0, lowest = std::numeric_limits<double>::infinity();
   for (const Eigen::Vector3d& p : points) lowest = std::min(lowest, up.dot(p));
-  constexpr double kSteepest = 0.82;  // cosine of 35 degrees; flanks of bent legs are steeper
+  const double least_down = std::cos(steepest_rad);
   for (const HalfSpace& plane : hull.facets) {
     const double down = -plane.normal.dot(up);
-    if (down < kSteepest) continue;
+    if (down < least_down) continue;
     Facet facet{plane.normal, plane.offset, {}, 0.0};
     for (const Eigen::Vector3d& corner : hull.vertices) {
       if (plane.normal.dot(corner) + plane.offset > -kPlaneBand_m) facet.corners.push_back(corner);
@@ -373,7 +373,7 @@ void DescribePoint(Ball ball, const std::vector<Ball>& balls, const Eigen::Vecto
 
 }  // namespace
 
-FoundSole MeasureSole(const RobotModel& robot, int link, const Eigen::VectorXd& standing) {
+FoundSole MeasureSole(const RobotModel& robot, int link, const Eigen::VectorXd& standing, double steepest_rad) {
   const Bodies bodies(robot);
   Kinematics kinematics(robot);
   kinematics.UpdatePoses(standing);
@@ -403,7 +403,7 @@ FoundSole MeasureSole(const RobotModel& robot, int link, const Eigen::VectorXd& 
   sole.contact.name = sole.contact.link = robot.links()[static_cast<std::size_t>(link)].name;
   if (points.empty()) return sole;
   const Eigen::Vector3d up = X_LW.linear().col(2), forward = X_LW.linear().col(0);
-  const Facet facet = LowestFacet(points, up);
+  const Facet facet = LowestFacet(points, up, steepest_rad);
   const auto underside = [&](const Eigen::Matrix3d& axes) {
     Eigen::Isometry3d X_CL = Eigen::Isometry3d::Identity();
     X_CL.linear() = axes.transpose();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,9 @@ struct FoundFeet {
 /// that cannot be read.
 FoundFeet FindFeet(const RobotModel& robot, const Eigen::VectorXd& standing);
 
+/// Largest angle of a sole and the horizontal; the flanks of bent legs are steeper.
+inline constexpr double kSteepestSole_rad = 35.0 * std::numbers::pi / 180.0;
+
 /// A contact measured on the geometry of a link.
 struct FoundSole {
   ContactDescription contact;
@@ -35,8 +39,8 @@ struct FoundSole {
 };
 
 /// Measures the sole of a link and of links fixed to it: the facet of their convex hull with the largest area, seen
-/// from below in `standing` (n + 7, base upright), among those within 35 degrees of the horizontal that reach within 2
-/// mm of the lowest point. The contact frame is 1 mm below it, where the benchmark has its foot targets
+/// from below in `standing` (n + 7, base upright), among those within `steepest_rad` of the horizontal that reach
+/// within 2 mm of the lowest point. The contact frame is 1 mm below it, where the benchmark has its foot targets
 /// (docs/explanation/paper.md#foot-targets). Its axes are those of the link if these fit within 1 degree; else z is the
 /// patch's normal and x the robot's forward direction. Its origin is below the link's, or in the middle of the patch if
 /// the link's origin is beside it. The points are at most eight corners of the part that
@@ -46,6 +50,7 @@ struct FoundSole {
 /// A body that ends in one ball, or has no facet of at least 8 cm^2, gets a point contact: at the ball, if one of its
 /// spheres or capsules is lowest or a ball fits its lowest vertices within 1 mm; else at its lowest point. Loads meshes
 /// like FindFeet. `link` must have collision geometry, or be fixed to links that have.
-FoundSole MeasureSole(const RobotModel& robot, int link, const Eigen::VectorXd& standing);
+FoundSole MeasureSole(const RobotModel& robot, int link, const Eigen::VectorXd& standing,
+                      double steepest_rad = kSteepestSole_rad);
 
 }  // namespace legopt
