@@ -229,8 +229,18 @@ std::vector<Eigen::Vector2d> Flattened(const std::vector<Eigen::Vector3d>& point
   return ConvexHull2d(std::move(flat));
 }
 
-/// The facet with the largest area as seen from below; without corners if the hull is flat.
-Facet LowestFacet(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& up, double steepest_rad) {
+/// Returns true if a facet faces away from the joint that moves its body, as soles do; flanks of shins look sideways.
+bool FacesAwayFrom(const Eigen::Vector3d& joint, const Facet& facet) {
+  constexpr double kLeast = 0.35;  // cosine of 70 degrees
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& corner : facet.corners) middle += corner / static_cast<double>(facet.corners.size());
+  return facet.normal.dot(middle - joint) >= kLeast * (middle - joint).norm();
+}
+
+/// The facet with the largest area as seen from below; without corners if the hull is flat. `joint`: origin of the
+/// body.
+Facet LowestFacet(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& up, double steepest_rad,
+                  const Eigen::Vector3d& joint) {
   const ConvexHull hull = ComputeHull(points);
   Facet best;
   double best_score = 0.0, lowest = std::numeric_limits<double>::infinity();
@@ -245,6 +255,7 @@ Facet LowestFacet(const std::vector<Eigen::Vector3d>& points, const Eigen::Vecto
     }
     const auto reaches_down = [&](const Eigen::Vector3d& p) { return up.dot(p) < lowest + kReach_m; };
     if (std::ranges::none_of(facet.corners, reaches_down)) continue;
+    if (down < std::cos(kSteepestSole_rad) && !FacesAwayFrom(joint, facet)) continue;
     facet.area_m2 = PolygonArea(Flattened(facet.corners, AxesOf(plane.normal, Eigen::Vector3d::UnitX())));
     if (!(facet.area_m2 * down > best_score)) continue;
     best_score = facet.area_m2 * down;
@@ -403,7 +414,8 @@ FoundSole MeasureSole(const RobotModel& robot, int link, const Eigen::VectorXd& 
   sole.contact.name = sole.contact.link = robot.links()[static_cast<std::size_t>(link)].name;
   if (points.empty()) return sole;
   const Eigen::Vector3d up = X_LW.linear().col(2), forward = X_LW.linear().col(0);
-  const Facet facet = LowestFacet(points, up, steepest_rad);
+  const Facet facet =
+      LowestFacet(points, up, steepest_rad, (X_LW * kinematics.link_pose(bodies.of(link))).translation());
   const auto underside = [&](const Eigen::Matrix3d& axes) {
     Eigen::Isometry3d X_CL = Eigen::Isometry3d::Identity();
     X_CL.linear() = axes.transpose();

@@ -40,7 +40,8 @@ struct FoundSole {
 
 /// Measures the sole of a link and of links fixed to it: the facet of their convex hull with the largest area, seen
 /// from below in `standing` (n + 7, base upright), among those within `steepest_rad` of the horizontal that reach
-/// within 2 mm of the lowest point. The contact frame is 1 mm below it, where the benchmark has its foot targets
+/// within 2 mm of the lowest point. Facets steeper than kSteepestSole_rad must face away from the joint above. The
+/// contact frame is 1 mm below it, where the benchmark has its foot targets
 /// (docs/explanation/paper.md#foot-targets). Its axes are those of the link if these fit within 1 degree; else z is the
 /// patch's normal and x the robot's forward direction. Its origin is below the link's, or in the middle of the patch if
 /// the link's origin is beside it. The points are at most eight corners of the part that
