@@ -34,8 +34,10 @@ Gait EverySecond(const ReachCloud& reach, const std::string& name) {
   };
   std::vector<int> ring = AllContacts(reach);
   std::stable_sort(ring.begin(), ring.end(), [&](int a, int b) { return angle(a) < angle(b); });
+  const bool odd = ring.size() % 2 != 0;
   Gait gait{.name = name, .phases = {{}, {}}};
-  for (std::size_t k = 0; k < ring.size(); ++k) gait.phases[k % 2].push_back(ring[k]);
+  for (std::size_t k = 0; k + (odd ? 1 : 0) < ring.size(); ++k) gait.phases[k % 2].push_back(ring[k]);
+  if (odd) gait.phases.push_back({ring.back()});
   for (std::vector<int>& phase : gait.phases) std::sort(phase.begin(), phase.end());
   return gait;
 }
@@ -48,7 +50,10 @@ std::vector<Gait> GaitsOf(const ReachCloud& reach) {
   std::vector<Gait> gaits;
   if (reach.num_contacts() == kFour) gaits.push_back(EverySecond(reach, "trot"));
   if (reach.num_contacts() == kSix) gaits.push_back(EverySecond(reach, "tripod"));
+  if (reach.num_contacts() > kFour && reach.num_contacts() != kSix) gaits.push_back(EverySecond(reach, "alternating"));
+  const bool known = !gaits.empty() && gaits.front().name != "alternating";
   gaits.push_back(Walk(reach));
+  gaits.back().any_order = !known;
   return gaits;
 }
 

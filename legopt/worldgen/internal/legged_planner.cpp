@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <map>
+#include <numeric>
 #include <set>
 #include <utility>
 
 #include "legopt/planning/certify/internal/stance_certifier.h"
+#include "legopt/types/number_text.h"
 #include "legopt/worldgen/internal/anytime_search.h"
 
 namespace legopt::worldgen {
@@ -18,6 +21,18 @@ using Eigen::Vector3d;
 using Placements = std::vector<ReachCloud::Placement>;
 
 double WrappedAngle(double angle) { return std::remainder(angle, 2.0 * M_PI); }
+
+/// Reasons why a phase is not allowed.
+enum class Refusal : std::uint8_t { kGround, kSpan, kReach, kReachDuring, kBalance, kTrunk, kPosture };
+constexpr std::array<const char*, 7> kRefusals = {
+    "there is no ground to stand on within a step's height",
+    "the contacts would be too far apart, or the trunk would move too far",
+    "a contact would be out of reach",
+    "a contact that stands would be out of reach during the phase",
+    "the centre of mass would be outside of the contacts that stand during the phase by more than a stride",
+    "the trunk would collide",
+    "no posture was found"};
+using RefusalCounts = std::array<std::int64_t, kRefusals.size()>;
 
 /// Valid footholds on a grid, found at first use.
 class GridOfFootholds {
@@ -97,6 +112,13 @@ struct LeggedPlanner::Impl {
   certify::StanceCertifier certifier;
   GridOfFootholds grid;
   std::map<std::vector<int>, bool> postures;  ///< known results of LeggedSearch::HasPosture
+  RefusalCounts refusals{};
+
+  /// Counts a refusal. Returns false.
+  bool Refuse(Refusal reason) {
+    ++refusals[static_cast<size_t>(reason)];
+    return false;
+  }
 };
 
 namespace {
@@ -113,8 +135,9 @@ class LeggedSearch : public AnytimeSearch {
   using Key = std::vector<int>;
 
   /// `start` and `goal`: numbers of footholds; `excluded`: states that must not be used. They must outlive the search.
+  /// `only_postures`: expands only states with postures.
   LeggedSearch(LeggedPlanner::Impl& planner, const std::vector<int>& start, const std::vector<int>& goal,
-               const std::set<Key>& excluded);
+               const std::set<Key>& excluded, bool only_postures);
   /// Searches. Returns false if no plan was found.
   bool Search();
   /// Returns the plan of a successful search.
@@ -144,6 +167,7 @@ class LeggedSearch : public AnytimeSearch {
   bool TrunkIsFree(const std::vector<int>& footholds, const TrunkPose& trunk);
   Stance StanceOf(const std::vector<int>& footholds, const std::vector<int>* lifted) const;
   bool HasPosture(const std::vector<int>& footholds, const std::vector<int>* lifted) const;
+  bool HasPostures(const Node& node) const;
   void Expand(int id) override;
   static Key KeyOf(const std::vector<int>& footholds, int gait, int phase);
   const std::vector<int>& Moving(int gait, int phase) const {
@@ -154,6 +178,7 @@ class LeggedSearch : public AnytimeSearch {
   const ReachCloud& reach_;
   const std::vector<int>& goal_;
   const std::set<Key>& excluded_;
+  const bool only_postures_;
   TrunkPose goal_trunk_;
   std::vector<float> cautious_;
   std::vector<float> shortest_;
@@ -165,8 +190,13 @@ class LeggedSearch : public AnytimeSearch {
 };
 
 LeggedSearch::LeggedSearch(LeggedPlanner::Impl& planner, const std::vector<int>& start, const std::vector<int>& goal,
-                           const std::set<Key>& excluded)
-    : planner_(planner), reach_(*planner.model->reach), goal_(goal), excluded_(excluded), nodes_(1) {
+                           const std::set<Key>& excluded, bool only_postures)
+    : planner_(planner),
+      reach_(*planner.model->reach),
+      goal_(goal),
+      excluded_(excluded),
+      only_postures_(only_postures),
+      nodes_(1) {
   const Placements places = PlacementsAt(goal_);
   goal_trunk_ = reach_.Fit(places, 0.0);
   std::vector<Vector3d> points = {{goal_trunk_.position.x(), goal_trunk_.position.y(), goal_trunk_.ground_m}};
@@ -239,12 +269,13 @@ std::vector<Movement> LeggedSearch::MovementsOf(const std::vector<int>& moving) 
   return movements;
 }
 
-/// Expands the next phase of the gait, or any phase after another gait. Returns true if a successor is nearer to the
-/// goal.
+/// Expands the next phase of the gait, or any phase after another gait and where the order is free. Returns true if a
+/// successor is nearer to the goal.
 bool LeggedSearch::ExpandGait(int id, int gait) {
   const Node& node = nodes_[static_cast<size_t>(id)];
+  const bool any_order = planner_.gaits[static_cast<size_t>(gait)].any_order;
   const int count = static_cast<int>(planner_.gaits[static_cast<size_t>(gait)].phases.size());
-  if (node.gait == gait) return ExpandPhase(id, gait, (node.phase + 1) % count);
+  if (node.gait == gait && !any_order) return ExpandPhase(id, gait, (node.phase + 1) % count);
   bool nearer = false;
   for (int phase = 0; phase < count; ++phase) nearer = ExpandPhase(id, gait, phase) || nearer;
   return nearer;
@@ -267,6 +298,7 @@ bool LeggedSearch::ExpandPhase(int id, int gait, int phase) {
       found = found && foothold >= 0;
       footholds[static_cast<size_t>(c)] = foothold;
     }
+    if (!found) planner_.Refuse(Refusal::kGround);
     if (!found || footholds == node.footholds) continue;
     if (std::find(tried.begin(), tried.end(), footholds) != tried.end()) continue;
     tried.push_back(footholds);
@@ -301,26 +333,32 @@ bool LeggedSearch::Try(int id, std::vector<int> footholds, int gait, int phase) 
 bool LeggedSearch::Allowed(const std::vector<int>& footholds, const std::vector<int>& lifted, const TrunkPose& before,
                            const TrunkPose& after) {
   const ProbeOptions& options = planner_.model->options;
-  if ((after.position - before.position).norm() > LeggedPlanner::kMostProgress * reach_.stride_m()) return false;
+  if ((after.position - before.position).norm() > LeggedPlanner::kMostProgress * reach_.stride_m()) {
+    return planner_.Refuse(Refusal::kSpan);
+  }
   const Placements all = PlacementsAt(footholds);
   for (const ReachCloud::Placement& a : all) {
     for (const ReachCloud::Placement& b : all) {
       const Vector3d apart = a.position - b.position;
-      if (apart.head<2>().norm() > options.reach_m || std::abs(apart.z()) > options.step_m) return false;
+      if (apart.head<2>().norm() > options.reach_m || std::abs(apart.z()) > options.step_m) {
+        return planner_.Refuse(Refusal::kSpan);
+      }
     }
   }
-  if (!reach_.ReachesAll(all, after)) return false;
+  if (!reach_.ReachesAll(all, after)) return planner_.Refuse(Refusal::kReach);
   // During the phase, the trunk is half way over the contacts that stand.
   const Placements standing = PlacementsAt(footholds, &lifted);
   TrunkPose middle = before;
   middle.position = 0.5 * (before.position + after.position);
   middle.yaw_rad += 0.5 * WrappedAngle(after.yaw_rad - before.yaw_rad);
   middle.ground_m = 0.5 * (before.ground_m + after.ground_m);
-  if (!reach_.ReachesAll(standing, middle)) return false;
+  if (!reach_.ReachesAll(standing, middle)) return planner_.Refuse(Refusal::kReachDuring);
   std::vector<Vector2d> points;
   for (const ReachCloud::Placement& place : standing) points.emplace_back(place.position.head<2>());
-  if (SignedDistanceToPolygon(ConvexHull2d(points), middle.At(reach_.com())) > reach_.stride_m()) return false;
-  return TrunkIsFree(footholds, after);
+  if (SignedDistanceToPolygon(ConvexHull2d(points), middle.At(reach_.com())) > reach_.stride_m()) {
+    return planner_.Refuse(Refusal::kBalance);
+  }
+  return TrunkIsFree(footholds, after) || planner_.Refuse(Refusal::kTrunk);
 }
 
 bool LeggedSearch::TrunkIsFree(const std::vector<int>& footholds, const TrunkPose& trunk) {
@@ -353,13 +391,19 @@ bool LeggedSearch::HasPosture(const std::vector<int>& footholds, const std::vect
   return found->second;
 }
 
+/// Returns true if a state has postures on all contacts and on those that stand during its phase.
+bool LeggedSearch::HasPostures(const Node& node) const {
+  return (HasPosture(node.footholds, &Moving(node.gait, node.phase)) && HasPosture(node.footholds, nullptr)) ||
+         planner_.Refuse(Refusal::kPosture);
+}
+
 std::vector<LeggedSearch::Key> LeggedSearch::Infeasible() const {
   constexpr std::size_t kEnough = 3;  // the next plan may differ from here on
   std::vector<Key> keys;
   for (const int id : Path()) {
     const Node& node = nodes_[static_cast<size_t>(id)];
     if (id == kStart) continue;
-    if (HasPosture(node.footholds, &Moving(node.gait, node.phase)) && HasPosture(node.footholds, nullptr)) continue;
+    if (HasPostures(node)) continue;
     keys.push_back(KeyOf(node.footholds, node.gait, node.phase));
     if (keys.size() == kEnough) break;
   }
@@ -367,6 +411,7 @@ std::vector<LeggedSearch::Key> LeggedSearch::Infeasible() const {
 }
 
 void LeggedSearch::Expand(int id) {
+  if (only_postures_ && id != kStart && !HasPostures(nodes_[static_cast<size_t>(id)])) return;
   if (nodes_[static_cast<size_t>(id)].footholds == goal_) {
     constexpr double kNothing = 1e-9;  // costs are positive
     Relax(id, kDone, kNothing);
@@ -419,14 +464,24 @@ std::optional<FootstepPlan> LeggedPlanner::Plan(const Stance& start, const Stanc
   };
   const std::vector<int> from = adopt(start), to = adopt(goal);
   std::set<LeggedSearch::Key> excluded;
-  for (int k = 0; k < impl_->actions.searches; ++k) {
-    LeggedSearch search(*impl_, from, to, excluded);
+  for (int k = 0; k <= impl_->actions.searches; ++k) {
+    LeggedSearch search(*impl_, from, to, excluded, k == impl_->actions.searches);
     if (!search.Search()) return {};
     const std::vector<LeggedSearch::Key> infeasible = search.Infeasible();
     if (infeasible.empty()) return search.Extract();
     excluded.insert(infeasible.begin(), infeasible.end());
   }
   return {};
+}
+
+std::string LeggedPlanner::MainRefusal() const {
+  const RefusalCounts& counts = impl_->refusals;
+  const auto most = std::max_element(counts.begin(), counts.end());
+  const double all = static_cast<double>(std::accumulate(counts.begin(), counts.end(), std::int64_t{0}));
+  if (all == 0.0) return "";
+  constexpr double kPercent = 100.0;
+  return std::string(kRefusals.at(static_cast<size_t>(most - counts.begin()))) + " (" +
+         FormatFixed(kPercent * static_cast<double>(*most) / all, 0) + " % of the phases that were not possible)";
 }
 
 }  // namespace legopt::worldgen

@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "legopt/worldgen/internal/footstep_planner.h"
 #include "legopt/worldgen/internal/gait.h"
@@ -28,8 +30,9 @@ struct LeggedActions {
 ///
 /// State: the footholds of all contacts, and the last phase. Action: one phase of a gait (GaitsOf). Its contacts move
 /// to their nominal places relative to a trunk that is moved and turned by an action, rounded to the grid, or to the
-/// nearest valid neighbour on the grid. Phases follow the cycle of their gait; another gait may begin after any phase.
-/// Walk is tried only where no other gait gets nearer to the goal. The goal's exact contacts are additional actions.
+/// nearest valid neighbour on the grid. Phases follow the cycle of their gait, if it has one; another gait may begin
+/// after any phase. Walk is tried only where no other gait gets nearer to the goal. The goal's exact contacts are
+/// additional actions.
 ///
 /// An action is allowed if all contacts are in reach of the trunk over them (ReachCloud), those that stand also during
 /// the phase, if the centre of mass is then at most a stride outside of their support polygon, if the feet are no
@@ -37,7 +40,8 @@ struct LeggedActions {
 /// phase plus terms for height and rotation.
 ///
 /// All states of a plan must have a posture, and so must the contacts that stand during each phase: states for which
-/// the certifier finds none are excluded, and the search is repeated.
+/// the certifier finds none are excluded, and the search is repeated. After `searches` of these, a last search only
+/// expands states with postures.
 ///
 /// Heuristic: the weighted distance of GuideMap from the middle of the feet, divided by the progress of a phase, plus
 /// the missing rotation. Bound: see FootstepPlanner; no action moves the middle of the feet by more than
@@ -59,6 +63,9 @@ class LeggedPlanner {
   /// Plans from `start` to `goal`, stances on all contacts in the order of the dataset. Empty if no plan was found
   /// within the effort limits. The plan alternates between all contacts and those that stand during a phase.
   std::optional<FootstepPlan> Plan(const Stance& start, const Stance& goal);
+  /// Returns the most frequent reason why phases of all plans so far were not allowed, with its share; empty if all
+  /// were.
+  std::string MainRefusal() const;
 
   struct Impl;  // internal
 

@@ -117,13 +117,17 @@ void RequireStride(const ProbeModel& model) {
                     "run 'legopt dataset hash'"});
 }
 
-/// Reports that a robot with many feet found no plan, and the foot with the shortest stride.
-[[noreturn]] void RefuseLegs(const ProbeModel& model, FloorChange change, int pairs) {
+/// Reports that a robot with many feet found no plan, the most frequent reason, and the foot with the shortest stride.
+/// `planner`: has failed.
+[[noreturn]] void RefuseLegs(const ProbeModel& model, const LeggedPlanner& planner, FloorChange change, int pairs) {
   const ReachCloud& reach = *model.reach;
+  std::string reason = planner.MainRefusal();
+  if (!reason.empty()) reason = "; most often, " + reason;
   const std::string& foot = model.dataset->feet()[static_cast<size_t>(reach.limiting_contact())].name;
   throw InputError({"footstep plans", std::string(ToString(change)) + " floor", "0 plans",
-                    "no plan between " + std::to_string(pairs) + " pairs of stances; the shortest stride is that of " +
-                        foot + ": " + FormatFixed(reach.stride_m(), 3) + " m to all sides of its nominal place",
+                    "no plan between " + std::to_string(pairs) + " pairs of stances" + reason +
+                        "; the shortest stride is that of " + foot + ": " + FormatFixed(reach.stride_m(), 3) +
+                        " m to all sides of its nominal place",
                     "check the joint limits of this leg and the nominal posture; or use another seed or scene"});
 }
 
@@ -157,7 +161,11 @@ std::vector<PlannedPair> PlanPairs(const std::shared_ptr<const ProbeModel>& mode
   for (int k = 0; k < options.threads; ++k) planners.push_back(MakePlanner(model, guide, planner_options));
   while (CountAccepted(pairs) < options.wanted) {
     const int first = static_cast<int>(pairs.size());
-    if (first >= most_pairs && CountAccepted(pairs) == 0 && model->reach) RefuseLegs(*model, change, first);
+    if (first >= most_pairs && CountAccepted(pairs) == 0 && model->reach) {
+      LeggedPlanner planner(model, guide, planner_options);  // a fresh one, for any number of threads
+      planner.Plan(stances[static_cast<size_t>(pairs.front().start)], stances[static_cast<size_t>(pairs.front().goal)]);
+      RefuseLegs(*model, planner, change, first);
+    }
     if (first >= options.max_pairs) {
       Refuse(change, std::to_string(CountAccepted(pairs)) + " of " + std::to_string(options.wanted),
              "not enough plans" + std::string(options.counts ? " that are wanted" : "") + " between " +
