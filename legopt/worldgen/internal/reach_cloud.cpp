@@ -31,7 +31,7 @@ ReachSample PlaceOf(const Contact& contact, const Isometry3d& X_TL) {
 }
 
 /// Returns the degrees of freedom on the chain between two links: first those from the base to `link`.
-std::vector<int> ChainBetween(const RobotModel& robot, int trunk, int link) {
+std::vector<int> DofsBetween(const RobotModel& robot, int trunk, int link) {
   const std::vector<int>& from = robot.body_chain(robot.link_body(trunk));
   const std::vector<int>& to = robot.body_chain(robot.link_body(link));
   std::vector<int> chain;
@@ -66,7 +66,7 @@ void ReachCloud::SampleLeg(const Dataset& dataset, int contact, std::uint64_t se
   constexpr int kTriesPerSample = 50;
   const RobotModel& robot = dataset.robot();
   const Contact& description = dataset.feet()[Index(contact)];
-  const std::vector<int> chain = ChainBetween(robot, dataset.trunk().link, description.link_index);
+  const std::vector<int> chain = DofsBetween(robot, dataset.trunk().link, description.link_index);
   std::mt19937_64 generator(DeriveSeed(seed, "reach/" + description.name));
   Kinematics kinematics(robot);
   Eigen::VectorXd x = dataset.self_collision_reference();
