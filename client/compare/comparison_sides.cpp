@@ -300,7 +300,7 @@ void NoteCells(const std::vector<CellComparison>& cells, std::vector<std::string
   }
   if (contended > kTold) {
     notes->push_back("Up to " + std::to_string(std::lround(contended / kHundredth)) +
-                     " % of the runs were disturbed by others; their CPU time is taken.");
+                     " % of the runs were disturbed by others.");
   }
 }
 

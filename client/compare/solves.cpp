@@ -43,7 +43,7 @@ Solve SolveAt(const Listing& jobs, std::size_t row, double limit_ms) {
   const auto cpu_us = jobs.At(row, "cpu_us").get<std::int64_t>();
   solve.contended = Contended(wall_us, cpu_us, jobs.At(row, "involuntary_context_switches").get<std::int64_t>());
   solve.cpu_ms = static_cast<double>(cpu_us) / kMicrosecondsPerMs;
-  solve.time_ms = solve.contended ? solve.cpu_ms : static_cast<double>(wall_us) / kMicrosecondsPerMs;
+  solve.time_ms = static_cast<double>(cpu_us > 0 ? cpu_us : wall_us) / kMicrosecondsPerMs;
   solve.stopped = EndedByLimit(jobs.EnumAt<SolveStatus>(row, "solver_status"));
   if (solved) solve.cost = jobs.At(row, "cost").get<double>();
   return solve;

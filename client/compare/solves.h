@@ -27,7 +27,8 @@ struct Solve {
   int problem = 0;    ///< problem number in the dataset
   int waypoints = 1;  ///< number of waypoints required by the problem
   statistics::RunOutcome end = statistics::RunOutcome::kMissing;
-  double time_ms = 0.0;  ///< time of the whole solve: wall time, or CPU time if contended; the limit without a result
+  /// CPU time of the whole solve; wall time of results without CPU time; the limit without a result.
+  double time_ms = 0.0;
   double cpu_ms = 0.0;   ///< 0 without a result
   double cost = 0.0;     ///< cost per waypoint, computed by the judge; 0 unless solved
   bool reported = false;

@@ -91,7 +91,7 @@ std::string Note(const TimeUnit& unit) {
          "Wilson's 95 % interval in percent; jobs that died or could not run are failures, queued, running and "
          "cancelled ones are missing. Times, in " +
          std::string(unit.name) +
-         ", are of a whole solve: wall time, CPU time where contended. Median and 95 % quantile of time and cost count "
+         ", are CPU times of whole solves. Median and 95 % quantile of time and cost count "
          "an unsolved problem as infinite. Common: geometric mean over the problems that all methods solved (times "
          "shifted by 1 ms). Ratio: to the row that is named, geometric mean over the problems that both solved. PAR10, "
          "Charged: mean time, a failure at the charge given here. Rank: mean rank by time, failures last. CPU: "

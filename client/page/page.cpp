@@ -88,7 +88,7 @@ void NoteState(const PageExperiment& page, std::vector<std::string>* notes) {
   }
   if (contended * 20 > reported) {
     notes->push_back(Named(page) + ": others disturbed " + std::to_string(contended) + " of " +
-                     std::to_string(reported) + " runs; of those CPU times are taken, except in means over solved");
+                     std::to_string(reported) + " runs");
   }
 }
 

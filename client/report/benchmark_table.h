@@ -69,7 +69,7 @@ struct BenchmarkCell {
   std::int64_t finished = 0;     ///< number of jobs in a final state
   std::int64_t solved = 0;       ///< successes by the judge's verdict under the table's rule
   std::optional<double> cost;    ///< mean per waypoint over solved problems; nullopt if none was solved
-  std::optional<double> time_s;  ///< mean wall time per waypoint over solved problems; nullopt if none was solved
+  std::optional<double> time_s;  ///< mean CPU time per waypoint over solved problems; nullopt if none was solved
   // Finished jobs without a result:
   std::int64_t dead = 0;    ///< crashed, hung or exceeded its memory at every attempt
   std::int64_t failed = 0;  ///< could not be run

@@ -40,7 +40,7 @@ std::vector<ResultRow> ReadRows(ResultSource& source, const std::string& sql) {
                      listing.EnumAt<SceneRepresentation>(i, "collision")},
                     listing.EnumAt<Task>(i, "task"),
                     static_cast<int>(integer("problem_id")),
-                    static_cast<double>(integer("wall_us")) * kSecondsPerMicrosecond,
+                    static_cast<double>(integer("solve_us")) * kSecondsPerMicrosecond,
                     listing.EnumAt<Verdict>(i, "verdict_literal") == Verdict::kSuccess,
                     integer("num_waypoints"),
                     {},

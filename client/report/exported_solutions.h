@@ -38,7 +38,7 @@ struct ExportedSolutions {
 
 /// Reads the accepted results of an experiment as LegOpt solution files. Problem definitions and joint names are taken
 /// from `dataset`, which must be the experiment's. `success` is the verdict by the original evaluator's rule, `timeSec`
-/// the wall time of the whole solve. Throws InputError if a problem is not in the dataset, ClientError (kInternal) for
+/// the CPU time of the whole solve. Throws InputError if a problem is not in the dataset, ClientError (kInternal) for
 /// a damaged row; and the errors of KeptCells.
 ExportedSolutions ReadSolutionsOf(ResultSource& source, std::int64_t experiment_id, const Dataset& dataset,
                                   const ResultFilter& filter);

@@ -157,7 +157,8 @@ CREATE TABLE results (
   num_waypoints INTEGER NOT NULL CHECK (num_waypoints >= 1),
   history_json TEXT,  -- convergence of results stored before schema version 7, which have no trace
   received_at_us INTEGER NOT NULL,
-  time_s REAL GENERATED ALWAYS AS (wall_us / 1e6 / num_waypoints) VIRTUAL,  -- per waypoint
+  -- CPU time per waypoint; wall time of results without CPU time.
+  time_s REAL GENERATED ALWAYS AS (iif(cpu_us > 0, cpu_us, wall_us) / 1e6 / num_waypoints) VIRTUAL,
   solved_literal INTEGER GENERATED ALWAYS AS (verdict_literal = 'success') VIRTUAL,
   solved_strict INTEGER GENERATED ALWAYS AS (verdict_strict = 'success') VIRTUAL,
   windows INTEGER CHECK (windows >= 1),  -- NULL: not solved by windows

@@ -26,7 +26,7 @@ _CONTENDED = "(r.involuntary_context_switches > 0 OR r.wall_us > 1.2 * r.cpu_us)
 _JOBS = f"""
 SELECT l.*, e.name AS experiment, d.name AS dataset, e.seed, c.method_id, c.effort_limit,
   coalesce(c.wall_limit_us, e.wall_limit_us) AS wall_limit_us, w.build, {{results}},
-  iif({_CONTENDED}, r.cpu_us, r.wall_us) / 1e3 AS solve_ms, {_CONTENDED} AS contended,
+  iif(r.cpu_us > 0, r.cpu_us, r.wall_us) / 1e3 AS solve_ms, {_CONTENDED} AS contended,
   CASE WHEN l.state = 'done' THEN coalesce(r.verdict_{{rule}} = 'success', 0)
     WHEN l.state IN ('failed', 'dead') THEN 0 END AS solved
 FROM job_list AS l
@@ -95,7 +95,7 @@ class Database:
         * `rule`, `solved`: whether the judge accepts its solution by the rule (default: that of the experiment, or the
           weakest one for jobs of all experiments); None if the job never ran to its end
         * `contended`: whether other processes used its processor
-        * `solve_ms`: time of the whole solve: its wall time, or its CPU time if contended
+        * `solve_ms`: CPU time of the whole solve
 
         RequestError for an unknown experiment or rule, or results without a verdict by the rule."""
         number = None if experiment is None else self._experiment(experiment)

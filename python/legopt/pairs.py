@@ -148,7 +148,7 @@ class _Score:
 def _problems(file: ReadOnlyFile, cell: dict[str, Any], rule: str, limit_us: int) -> dict[int, _Score]:
     jobs = file.select(
         "SELECT j.job_id, p.problem_id, j.state, r.cost, r.verdict_" + rule + " = 'success' AS solved, "
-        "iif(r.involuntary_context_switches > 0 OR r.wall_us > 1.2 * r.cpu_us, r.cpu_us, r.wall_us) AS solve_us "
+        "iif(r.cpu_us > 0, r.cpu_us, r.wall_us) AS solve_us "
         "FROM jobs AS j JOIN problems AS p USING (problem_key) LEFT JOIN results AS r ON r.job_id = j.job_id "
         "WHERE j.cell_id = ? ORDER BY p.problem_id, j.repetition", [cell["cell_id"]])
     problems: dict[int, _Score] = {}

@@ -68,7 +68,7 @@ function Verdict({ cell, e }: { cell: CellComparison; e: number }) {
         <tr><th scope="row">runtimes</th><td>{RUNTIMES[cell.runtimes] ?? cell.runtimes}{cell.crossing_ms !== null && `, first at ${time(cell.crossing_ms)}`}</td></tr>
         {cell.fastest.length > 0 && <tr><th scope="row">B fastest beside A</th><td>problem {problem(cell.fastest)}</td></tr>}
         {cell.slowest.length > 0 && <tr><th scope="row">B slowest beside A</th><td>problem {problem(cell.slowest)}</td></tr>}
-        {cell.contended_share > 0 && <tr><th scope="row">contended</th><td>{number(100 * cell.contended_share)} % of runs were disturbed; their CPU time is taken</td></tr>}
+        {cell.contended_share > 0 && <tr><th scope="row">contended</th><td>{number(100 * cell.contended_share)} % of runs were disturbed by others</td></tr>}
       </tbody></table>
     </>
   );

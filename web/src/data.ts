@@ -60,6 +60,8 @@ export interface Jobs {
   iterations: (number | null)[]; restarts: (number | null)[]; term_evaluations: (number | null)[];
   failed_waypoint: (number | null)[]; detail: (string | null)[];
 }
+/** CPU time of a solve in us; wall time of results without it. */
+export const solveTime = (cpu_us: number | null, wall_us: number | null) => cpu_us || wall_us;
 export interface Experiment {
   place: string; newest_result_utc?: string | null; id: number; name: string; state: string; unfinished: number;
   dataset: { name: string; hash: string; split: string }; rule: 'literal' | 'strict' | 'solid' | 'physical'; seed: number; repetitions: number;

@@ -1,6 +1,6 @@
 // All jobs, filtered and sorted; only the visible rows are drawn, so that 100,000 are fast.
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
-import { holdsSolution, type Experiment, type Jobs, type Page } from './data';
+import { holdsSolution, solveTime, type Experiment, type Jobs, type Page } from './data';
 import { go, href, type State } from './state';
 import { MISSING, csv, number, save, time, words } from './text';
 import { captionOf } from './table';
@@ -20,8 +20,8 @@ function usePrinting(): boolean {
   return printing;
 }
 
-type Key = 'job' | 'method' | 'column' | 'problem' | 'verdict' | 'cost' | 'wall_us' | 'iterations';
-const HEADS: [Key, string][] = [['job', 'Job'], ['method', 'Method'], ['column', 'Task, start'], ['problem', 'Problem'], ['verdict', 'Outcome'], ['cost', 'Cost'], ['wall_us', 'Time'], ['iterations', 'Iterations']];
+type Key = 'job' | 'method' | 'column' | 'problem' | 'verdict' | 'cost' | 'cpu_us' | 'iterations';
+const HEADS: [Key, string][] = [['job', 'Job'], ['method', 'Method'], ['column', 'Task, start'], ['problem', 'Problem'], ['verdict', 'Outcome'], ['cost', 'Cost'], ['cpu_us', 'Time'], ['iterations', 'Iterations']];
 
 export function verdictOf(jobs: Jobs, rule: Experiment['rule'], i: number): string {
   return jobs.state[i] === 'done' ? jobs[rule][i] ?? 'done' : jobs.state[i];
@@ -92,7 +92,7 @@ export function JobsView({ page, experiment, e, state }: { page: Page; experimen
                   <td>{jobs.problem[i]}{jobs.repetition[i] > 0 && <small> rep {jobs.repetition[i]}</small>}</td>
                   <td>{verdict === 'success' ? '\u2713 success' : MISSING.includes(verdict) ? `\u2026 ${words(verdict)}` : `\u2715 ${words(verdict)}`}</td>
                   <td>{number(jobs.cost[i])}</td>
-                  <td>{jobs.wall_us[i] === null ? '\u2013' : time(jobs.wall_us[i]! / 1e3)}{jobs.contended[i] && <span class="flag" title="others disturbed this run">c</span>}{jobs.status[i] === 'time_limit' && <span class="flag" title="limited by the clock: the solver was asked for its best point when its time was over">time limit</span>}</td>
+                  <td>{jobs.wall_us[i] === null ? '\u2013' : time(solveTime(jobs.cpu_us[i], jobs.wall_us[i])! / 1e3)}{jobs.contended[i] && <span class="flag" title="others disturbed this run">c</span>}{jobs.status[i] === 'time_limit' && <span class="flag" title="limited by the clock: the solver was asked for its best point when its time was over">time limit</span>}</td>
                   <td>{number(jobs.iterations[i])}</td>
                   <td class="detail" title={jobs.detail[i] ?? ''}>{jobs.detail[i]}</td>
                 </tr>);

@@ -5,7 +5,7 @@ import css from './page.css';
 import { AboutView } from './about';
 import { CompareView } from './compare';
 import { ProfileView } from './curves';
-import { isLive, readPage, type Experiment, type Page } from './data';
+import { isLive, readPage, solveTime, type Experiment, type Page } from './data';
 import { JobsView, verdictOf } from './jobs';
 import { LiveLine, LiveView, hooks, useLive } from './live';
 import { MapView } from './map';
@@ -28,7 +28,7 @@ function subjectOf(page: Page, experiment: Experiment, e: number, job: number): 
     ['outcome, which counts', `${words(verdictOf(jobs, rule, i))} (judge, ${rule} rule)`], ['solver reported', `${words(jobs.status[i] ?? 'nothing')}; this does not count: the judge evaluates the solution`],
     ['literal / strict / solid / physical', [jobs.literal[i], jobs.strict[i], jobs.solid[i], jobs.physical[i]].map((v) => words(v ?? '\u2013')).join(' / ')],
     ...(jobs.detail[i] ? [['judge', jobs.detail[i]!] as [string, string]] : []),
-    ['cost, time', `${number(jobs.cost[i])}, ${jobs.wall_us[i] === null ? '\u2013' : time(jobs.wall_us[i]! / 1e3)}${jobs.contended[i] ? ' (contended)' : ''}, ${number(jobs.iterations[i])} iterations, ${number(jobs.restarts[i])} restarts`],
+    ['cost, time', `${number(jobs.cost[i])}, ${jobs.wall_us[i] === null ? '\u2013' : time(solveTime(jobs.cpu_us[i], jobs.wall_us[i])! / 1e3)}${jobs.contended[i] ? ' (contended)' : ''}, ${number(jobs.iterations[i])} iterations, ${number(jobs.restarts[i])} restarts`],
   ];
   return { experiment: e, job, dataset: page.datasets[experiment.dataset_index], task: column.task, problem: jobs.problem[i], mark: jobs.method[i], others, facts, verdict: jobs.state[i] === 'done' ? jobs[rule][i] : null,
     title: `Job ${job}: ${method.choice}, ${column.task} ${jobs.problem[i]} from ${words(column.initialization)}` };
@@ -75,7 +75,7 @@ function viewSubject(page: Page, state: State): Subject {
   const facts: [string, string][] = [
     ['verdicts, which count', `${['literal', 'strict', 'solid', 'physical'].map(said).join(' / ')} (judge, literal / strict / solid / physical rule)`], ['solver reported', `${said('status')}; this does not count: the judge evaluates the solution`],
     ...(row.detail ? [['judge', String(row.detail)] as [string, string]] : []),
-    ['cost, time', `${number(row.cost as number | null)}, ${time((row.wall_us as number) / 1e3)}, ${said('iterations')} iterations`],
+    ['cost, time', `${number(row.cost as number | null)}, ${time(solveTime(row.cpu_us as number, row.wall_us as number)! / 1e3)}, ${said('iterations')} iterations`],
     ['experiment', `${row.experiment_id} '${row.experiment}', dataset ${row.dataset} (${String(row.dataset_hash).slice(0, 12)}), seed ${row.seed}, build ${row.build_id}`],
   ];
   const rule = state.rule ?? (row.rule ? String(row.rule) : 'literal');  // older files do not name the experiment's rule
