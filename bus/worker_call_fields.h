@@ -284,6 +284,7 @@ struct Description<legopt_msg::result_request> {
       Field{"starts", &M::starts, AtLeast{0}},
       Field{"term_evaluations", &M::term_evaluations, AtLeast{0}},
       Field{"collision_queries", &M::collision_queries, AtLeast{0}},
+      Field{"work_ns", &M::work_ns, AtLeast{0}},
       Field{"wall_us", &M::wall_us, AtLeast{0}},
       Field{"cpu_us", &M::cpu_us, AtLeast{0}},
       Field{"involuntary_context_switches", &M::involuntary_context_switches, AtLeast{0}},

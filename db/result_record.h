@@ -27,6 +27,7 @@ struct ResultRecord {
   int starts = 0;                      ///< number of initial guesses that were optimized; 0: not counted
   std::int64_t term_evaluations = 0;   ///< evaluations of values or derivatives; 0: not counted
   std::int64_t collision_queries = 0;  ///< queries by the solver; 0: not counted
+  std::int64_t work_ns = 0;            ///< weighted evaluations; 0: not counted
   std::int64_t wall_us = 0;            ///< wall time of the solve, including restarts, excluding loading
   std::int64_t cpu_us = 0;
   std::int64_t involuntary_context_switches = 0;
@@ -147,6 +148,7 @@ inline constexpr std::tuple kResultColumns{
         IsZero<&ResultRecord::term_evaluations>),
     ResultColumn{"collision_queries", &ResultRecord::collision_queries}.AtLeast(0).NullWhen(
         IsZero<&ResultRecord::collision_queries>),
+    ResultColumn{"work_ns", &ResultRecord::work_ns}.AtLeast(0).NullWhen(IsZero<&ResultRecord::work_ns>),
     ResultColumn{"solver_cost", &ResultRecord::solver_cost},
     ResultColumn{"solver_violation", &ResultRecord::solver_violation},
     ResultColumn{"verdict_literal", &ResultRecord::verdict_literal}.AlsoStale(),

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <map>
+#include <numeric>
 
 #include "client/client_error.h"
 #include "legopt/statistics/bootstrap.h"
@@ -73,6 +74,23 @@ statistics::BootstrapEstimate Estimate(std::size_t problems, const ComparisonOpt
   return statistics::Bootstrap(static_cast<int>(problems), statistic, BootstrapOf(problems, options));
 }
 
+// Returns the differences of shares, B - A, in units of a common denominator; rounded to 1e-4 if it would be larger.
+std::vector<int> ShareDifferences(const std::vector<ProblemScore>& a, const std::vector<ProblemScore>& b) {
+  constexpr int kMost = 10'000;
+  int common = 1;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    for (const int runs : {a[i].finished(), b[i].finished()}) {
+      if (runs > 0) common = std::min(kMost, std::lcm(common, std::min(runs, kMost)));
+    }
+  }
+  std::vector<int> differences;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (a[i].finished() == 0 || b[i].finished() == 0) continue;
+    differences.push_back(static_cast<int>(std::lround(common * (b[i].Share() - a[i].Share()))));
+  }
+  return differences;
+}
+
 SuccessComparison CompareSuccess(const std::vector<ProblemScore>& a, const std::vector<ProblemScore>& b, bool repeated,
                                  const ComparisonOptions& options) {
   SuccessComparison success;
@@ -94,6 +112,7 @@ SuccessComparison CompareSuccess(const std::vector<ProblemScore>& a, const std::
   const auto estimate =
       Estimate(differences.size(), options, [&](Indices problems) { return MeanOver(differences, problems); });
   success.difference = {estimate.value, estimate.interval};
+  success.repeated = statistics::SignFlip(ShareDifferences(a, b));
   return success;
 }
 
@@ -150,6 +169,18 @@ void CompareTimes(const std::vector<ProblemPair>& pairs, const std::vector<int>&
     const ProblemRatio& last = ratios[ratios.size() - 1 - i];
     if (last.ratio > 1.0) comparison->slowest.push_back(last);
   }
+}
+
+// Leaves the comparison empty unless the work of all these solves was counted.
+void CompareWork(const std::vector<ProblemPair>& pairs, const std::vector<int>& common,
+                 const ComparisonOptions& options, CellComparison* comparison) {
+  std::vector<double> logarithms;
+  for (const int i : common) {
+    const ProblemPair& pair = pairs[static_cast<std::size_t>(i)];
+    if (!pair.a.work_counted || !pair.b.work_counted) return;
+    logarithms.push_back(std::log(pair.b.work.MeanSolvedValue() / pair.a.work.MeanSolvedValue()));
+  }
+  comparison->work = CompareRatios(logarithms, logarithms, options);
 }
 
 void CompareCosts(const std::vector<ProblemPair>& pairs, const std::vector<int>& common,
@@ -236,7 +267,9 @@ ComparisonResult ChangeOf(const RatioComparison& ratios, double margin) {
 
 ComparisonResult ChangeOf(const SuccessComparison& success) {
   if (success.adjusted_p >= kSignificance) return ComparisonResult::kNone;
-  return success.counts.only_second > success.counts.only_first ? ComparisonResult::kBetter : ComparisonResult::kWorse;
+  const bool more =
+      success.repeated ? success.share_b > success.share_a : success.counts.only_second > success.counts.only_first;
+  return more ? ComparisonResult::kBetter : ComparisonResult::kWorse;
 }
 
 // Combines changes of equal rank.
@@ -274,6 +307,7 @@ CellComparison CompareCells(const SolveCell& a, const SolveCell& b, const Charge
   comparison.times = TimesOf(pairs);
   comparison.success = CompareSuccess(times_a, times_b, repeated, options);
   const std::vector<int> common = statistics::CommonlySolved(times_a, times_b);
+  CompareWork(pairs, common, options, &comparison);
   CompareTimes(pairs, common, options, &comparison);
   CompareCosts(pairs, common, options, &comparison);
   ComparePenalised(pairs, options, &comparison);
@@ -282,15 +316,18 @@ CellComparison CompareCells(const SolveCell& a, const SolveCell& b, const Charge
 }
 
 void Decide(const ComparisonOptions& options, std::vector<CellComparison>* cells) {
-  Adjust(cells, [](CellComparison& cell) { return std::pair(cell.success.test.mid_p, &cell.success.adjusted_p); });
+  Adjust(cells, [](CellComparison& cell) { return std::pair(cell.success.p(), &cell.success.adjusted_p); });
+  Adjust(cells, [](CellComparison& cell) { return std::pair(cell.work.test.two_sided_p, &cell.work.adjusted_p); });
   Adjust(cells, [](CellComparison& cell) { return std::pair(cell.time.test.two_sided_p, &cell.time.adjusted_p); });
   Adjust(cells, [](CellComparison& cell) { return std::pair(cell.cost.test.two_sided_p, &cell.cost.adjusted_p); });
   for (CellComparison& cell : *cells) {
     cell.success.change = ChangeOf(cell.success);
-    cell.time.change = ChangeOf(cell.time, options.margin);
+    cell.work.change = ChangeOf(cell.work, options.margin);
+    cell.time.change = cell.work.n > 0 ? ComparisonResult::kNone : ChangeOf(cell.time, options.margin);
     cell.cost.change = ChangeOf(cell.cost, options.margin);
-    cell.change = cell.success.change == ComparisonResult::kNone ? Together({cell.time.change, cell.cost.change})
-                                                                 : cell.success.change;
+    cell.change = cell.success.change == ComparisonResult::kNone
+                      ? Together({cell.work.change, cell.time.change, cell.cost.change})
+                      : cell.success.change;
   }
 }
 

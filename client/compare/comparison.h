@@ -37,7 +37,7 @@ struct RatioComparison {
   std::optional<TypicalRatio> typical;  ///< nullopt without problems and above 3,000
   statistics::SignedRankTest test;      ///< test of logarithms of times, or differences of costs
   double adjusted_p = 1.0;              ///< Holm-adjusted over all comparisons shown
-  int lower = 0;                        ///< number of problems on which B is faster or cheaper
+  int lower = 0;                        ///< number of problems on which B has less work, is faster or cheaper
   ComparisonResult change = ComparisonResult::kNone;
 };
 
@@ -60,7 +60,11 @@ struct SuccessComparison {
   double share_a = 0.0, share_b = 0.0;
   statistics::ShareDifference difference;  ///< Newcombe's interval; with repetitions by bootstrap over problems
   statistics::McNemarTest test;
+  /// Test of the shares of solved repetitions; nullopt without repetitions, where McNemar's test decides.
+  std::optional<statistics::PermutationTest> repeated;
   double adjusted_p = 1.0;
+
+  double p() const { return repeated ? repeated->p : test.mid_p; }  ///< p of the test that decides
   ComparisonResult change = ComparisonResult::kNone;
 };
 
@@ -71,7 +75,7 @@ struct CellComparison {
   double limit_ms = 0.0;             ///< the smaller limit; if the limits differ, longer runs count as failed
   int only_in_a = 0, only_in_b = 0;  ///< numbers of problems that the other was not asked to solve
   SuccessComparison success;
-  RatioComparison time, cost;
+  RatioComparison work, time, cost;            ///< work.n is 0 if it was not counted on all problems that both solved
   Charge charge;                               ///< charge of a failed run
   double par10_a_ms = 0.0, par10_b_ms = 0.0;   ///< mean times, with failed runs at the charge
   statistics::Interval par10_ratio;            ///< BCa
@@ -95,9 +99,9 @@ struct ComparisonOptions {
 CellComparison CompareCells(const SolveCell& a, const SolveCell& b, const Charge& charge,
                             const ComparisonOptions& options);
 
-/// Adjusts the p-values of all cells shown together, separately for each of the three tests, and sets the changes (see
-/// docs/explanation/statistics.md): success first; otherwise time and cost, each only if its interval and its adjusted
-/// p-value agree.
+/// Adjusts the p-values of all cells shown together, separately for each of the four tests, and sets the changes (see
+/// docs/explanation/statistics.md): success first; otherwise work and cost, each only if its interval and its adjusted
+/// p-value agree. Time decides only where work was not counted: it depends on load and machine.
 void Decide(const ComparisonOptions& options, std::vector<CellComparison>* cells);
 
 /// Returns the overall change of all cells.

@@ -42,8 +42,8 @@ struct ChangeWords {
   const char* better;
   const char* worse;
 };
-constexpr ChangeWords kSuccessWords = {"solves more", "solves fewer"}, kTimeWords = {"faster", "slower"},
-                      kCostWords = {"cheaper", "dearer"};
+constexpr ChangeWords kSuccessWords = {"solves more", "solves fewer"}, kWorkWords = {"less work", "more work"},
+                      kTimeWords = {"faster", "slower"}, kCostWords = {"cheaper", "dearer"};
 
 void AddWords(ComparisonResult change, const ChangeWords& words, std::string* text) {
   if (change != ComparisonResult::kBetter && change != ComparisonResult::kWorse) return;
@@ -54,6 +54,7 @@ void AddWords(ComparisonResult change, const ChangeWords& words, std::string* te
 std::string Verdict(const CellComparison& cell) {
   std::string reasons;
   AddWords(cell.success.change, kSuccessWords, &reasons);
+  AddWords(cell.work.change, kWorkWords, &reasons);
   AddWords(cell.time.change, kTimeWords, &reasons);
   AddWords(cell.cost.change, kCostWords, &reasons);
   constexpr EnumArray<ComparisonResult, const char*> kVerdicts = {
@@ -64,8 +65,9 @@ std::string Verdict(const CellComparison& cell) {
 std::string SuccessText(const SuccessComparison& success) {
   return "A " + Percent(success.share_a) + " %, B " + Percent(success.share_b) + " %; B - A " +
          Percent(success.difference.estimate) + " points [" + Percent(success.difference.interval.lower) + ", " +
-         Percent(success.difference.interval.upper) + "]; McNemar mid-p " +
-         P(success.test.mid_p, success.adjusted_p, success.test.discordant);
+         Percent(success.difference.interval.upper) + "]; " +
+         (success.repeated ? "permutation p " + P(success.repeated->p, success.adjusted_p, success.repeated->pairs)
+                           : "McNemar mid-p " + P(success.test.mid_p, success.adjusted_p, success.test.discordant));
 }
 
 std::string RatioText(const RatioComparison& ratios, const ChangeWords& words) {
@@ -78,7 +80,7 @@ std::string RatioText(const RatioComparison& ratios, const ChangeWords& words) {
     text += "; Hodges-Lehmann " + Ratio(ratios.typical->estimate) + " [" + Ratio(ratios.typical->interval.lower) +
             ", " + Ratio(ratios.typical->interval.upper) + "]";
   }
-  text += "; B " + std::string(words.better) + " on " + std::to_string(ratios.lower);
+  text += "; B: " + std::string(words.better) + " on " + std::to_string(ratios.lower);
   if (ratios.test.zeros > 0) text += ", equal on " + std::to_string(ratios.test.zeros);
   return text;
 }
@@ -109,6 +111,7 @@ std::string ProblemsText(const std::vector<ProblemRatio>& ratios) {
 std::vector<Line> LinesOf(const CellComparison& cell, const TimeUnit& unit) {
   return {{"pairs", DescribePairs(cell.success.counts)},
           {"success", SuccessText(cell.success)},
+          {"work", cell.work.n == 0 && cell.time.n > 0 ? "- (not counted)" : RatioText(cell.work, kWorkWords)},
           {"time", RatioText(cell.time, kTimeWords)},
           {"cost", RatioText(cell.cost, kCostWords)},
           {TitleOfChargedMean(cell.charge.rule),
@@ -131,8 +134,12 @@ std::string RuleText(const Comparison& comparison) {
       comparison.options.margin > 0 ? " by a margin of " + Percent(comparison.options.margin) + " %" : "";
   return "Intervals are of 95 %; p is adjusted by Holm over the " + std::to_string(comparison.cells.size()) +
          " comparisons shown, each test for itself. Rule: success decides where its adjusted p is below 0.05; else "
-         "time and cost on what both solved, each where its interval lies beyond 1" +
-         margin + " and its adjusted p is below 0.05. Fewer than " + std::to_string(MinDiscordantPairs()) +
+         "work and cost on what both solved, each where its interval lies beyond 1" +
+         margin +
+         " and its adjusted p is below 0.05. Work: term evaluations, weighted by kind, which do not depend on the "
+         "load; "
+         "where they were not counted, time decides. Fewer than " +
+         std::to_string(MinDiscordantPairs()) +
          " problems that only one of both solves cannot show a difference in success.";
 }
 
@@ -172,6 +179,7 @@ Json SuccessJson(const SuccessComparison& success) {
           {"interval", IntervalJson(success.difference.interval)},
           {"mcnemar_exact_p", success.test.exact_p},
           {"mcnemar_mid_p", success.test.mid_p},
+          {"permutation_p", success.repeated ? Json(success.repeated->p) : Json()},
           {"adjusted_p", success.adjusted_p},
           {"change", ToString(success.change)}};
 }
@@ -226,6 +234,7 @@ Json CellJson(const CellComparison& cell) {
           {"limit_ms", cell.limit_ms},
           {"contended_share", cell.contended_share},
           {"success", SuccessJson(cell.success)},
+          {"work", RatioJson(cell.work)},
           {"time", RatioJson(cell.time)},
           {"cost", RatioJson(cell.cost)},
           {"charge_ms", cell.charge.ms},

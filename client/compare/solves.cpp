@@ -44,6 +44,10 @@ Solve SolveAt(const Listing& jobs, std::size_t row, double limit_ms) {
   solve.contended = Contended(wall_us, cpu_us, jobs.At(row, "involuntary_context_switches").get<std::int64_t>());
   solve.cpu_ms = static_cast<double>(cpu_us) / kMicrosecondsPerMs;
   solve.time_ms = static_cast<double>(cpu_us > 0 ? cpu_us : wall_us) / kMicrosecondsPerMs;
+  if (const auto& work_ns = jobs.At(row, "work_ns"); !work_ns.is_null()) {
+    constexpr double kNanosecondsPerMs = 1e6;
+    solve.work_ms = work_ns.get<double>() / kNanosecondsPerMs;
+  }
   solve.stopped = EndedByLimit(jobs.EnumAt<SolveStatus>(row, "solver_status"));
   if (solved) solve.cost = jobs.At(row, "cost").get<double>();
   return solve;
@@ -110,20 +114,24 @@ void ReadSolves(ResultSource& source, Rule rule, SolvedExperiment* experiment) {
 
 std::vector<ProblemRuns> ProblemsOf(const SolveCell& cell) {
   std::vector<ProblemRuns> problems;
-  std::vector<statistics::Repetition> costs;
+  std::vector<statistics::Repetition> costs, work;
   const auto add_up = [&] {
     if (problems.empty()) return;
     problems.back().time = statistics::ScoreOf(problems.back().runs);
     problems.back().cost = statistics::ScoreOf(costs);
+    problems.back().work = statistics::ScoreOf(work);
     costs.clear();
+    work.clear();
   };
   for (const Solve& solve : cell.solves) {
     if (problems.empty() || problems.back().problem != solve.problem) {
       add_up();
-      problems.push_back({solve.problem, solve.waypoints, solve.job_id, {}, {}, {}});
+      problems.push_back({.problem = solve.problem, .waypoints = solve.waypoints, .job_id = solve.job_id});
     }
     problems.back().runs.push_back({solve.end, solve.time_ms});
     costs.push_back({solve.end, solve.cost});
+    work.push_back({solve.end, solve.work_ms});
+    problems.back().work_counted &= solve.end != RunOutcome::kSolved || solve.work_ms > 0.0;
   }
   add_up();
   return problems;

@@ -29,6 +29,7 @@ struct Solve {
   statistics::RunOutcome end = statistics::RunOutcome::kMissing;
   /// CPU time of the whole solve; wall time of results without CPU time; the limit without a result.
   double time_ms = 0.0;
+  double work_ms = 0.0;  ///< term evaluations, each with the weight of its kind of term; 0: not counted
   double cpu_ms = 0.0;   ///< 0 without a result
   double cost = 0.0;     ///< cost per waypoint, computed by the judge; 0 unless solved
   bool reported = false;
@@ -84,7 +85,9 @@ struct ProblemRuns {
   int waypoints = 1;
   std::int64_t job_id = 0;                   ///< first repetition
   statistics::ProblemScore time;             ///< score of Solve::time_ms
+  statistics::ProblemScore work;             ///< score of Solve::work_ms
   statistics::ProblemScore cost;             ///< score of Solve::cost
+  bool work_counted = true;                  ///< the work of all solved repetitions was counted
   std::vector<statistics::Repetition> runs;  ///< values of Solve::time_ms
 
   /// Returns whether every repetition has ended.

@@ -54,6 +54,10 @@ std::pair<std::optional<double>, std::optional<double>> MedianAndTail(const std:
   return {UnlessNan(quantiles[0]), UnlessNan(quantiles[1])};
 }
 
+bool WorkCounted(const ProblemMap& runs, const std::vector<int>& problems) {
+  return std::ranges::all_of(problems, [&](int problem) { return runs.at(problem).work_counted; });
+}
+
 void CountRuns(const SolveCell& cell, const std::vector<int>& problems, CellStatistics* figures) {
   for (const Solve& solve : cell.solves) {
     if (!std::ranges::binary_search(problems, solve.problem)) continue;
@@ -84,6 +88,9 @@ void ComputeOwn(const ScoredCell& scored, const ProblemMap& runs, const std::vec
   }
   figures.share = statistics::WilsonInterval(std::min(figures.solved, static_cast<double>(figures.n)), figures.n);
   std::tie(figures.time_median_ms, figures.time_q95_ms) = MedianAndTail(times);
+  if (WorkCounted(runs, problems)) {
+    figures.work_median_ms = MedianAndTail(Scores(runs, problems, &ProblemRuns::work)).first;
+  }
   std::tie(figures.cost_median, figures.cost_q95) = MedianAndTail(Scores(runs, problems, &ProblemRuns::cost));
   figures.par10_ms = charged_ms / figures.n;
   figures.ert_ms = UnlessNan(statistics::ExpectedRunningTime(spent, shares).time_ms);
@@ -123,7 +130,8 @@ void ComputeCommon(const ScoredColumn& scored, ColumnStatistics* column) {
 
 // Compares a row with the reference on the problems that both solved, so that weak rows do not affect other rows.
 void ComparePaired(const ScoredColumn& scored, std::size_t reference, std::size_t row) {
-  std::vector<double> times, costs;
+  std::vector<double> work, times, costs;
+  bool counted = true;
   CellStatistics& figures = *scored.cells[row].figures;
   for (const int problem : scored.complete.problems) {
     if (!Solved(scored, row, problem) || !Solved(scored, reference, problem)) continue;
@@ -131,9 +139,12 @@ void ComparePaired(const ScoredColumn& scored, std::size_t reference, std::size_
     const ProblemRuns &own = scored.problems[row].at(problem), &other = scored.problems[reference].at(problem);
     times.push_back(std::max(own.time.MeanSolvedValue(), kShortest_ms) /
                     std::max(other.time.MeanSolvedValue(), kShortest_ms));
+    counted = counted && own.work_counted && other.work_counted;
+    work.push_back(own.work.MeanSolvedValue() / other.work.MeanSolvedValue());
     const double own_cost = own.cost.MeanSolvedValue(), other_cost = other.cost.MeanSolvedValue();
     if (own_cost > 0.0 && other_cost > 0.0) costs.push_back(own_cost / other_cost);
   }
+  if (counted) figures.work_ratio = UnlessNan(statistics::GeometricMean(work));
   figures.time_ratio = UnlessNan(statistics::GeometricMean(times));
   figures.cost_ratio = UnlessNan(statistics::GeometricMean(costs));
 }
@@ -149,13 +160,16 @@ void ComputePaired(const ScoredColumn& scored, ColumnStatistics* column) {
 
 void ComputeRanks(const ScoredColumn& scored, std::int64_t repetitions, ColumnStatistics* column) {
   const auto shown = ShownCells(scored);
+  column->by_work = std::ranges::all_of(
+      shown, [&](std::size_t i) { return WorkCounted(scored.problems[i], scored.complete.problems); });
   std::vector<std::vector<double>> times;
   std::vector<std::vector<int>> solved;
   for (const int problem : scored.complete.problems) {
     auto& line = times.emplace_back();
     auto& success = solved.emplace_back();
     for (const std::size_t i : shown) {
-      line.push_back(scored.problems[i].at(problem).time.Charged(statistics::kInfinity));
+      const ProblemRuns& runs = scored.problems[i].at(problem);
+      line.push_back((column->by_work ? runs.work : runs.time).Charged(statistics::kInfinity));
       success.push_back(Solved(scored, i, problem) ? 1 : 0);
     }
   }

@@ -28,6 +28,7 @@ struct CellStatistics {
   double solved = 0.0;         ///< sum over problems of the share of solved runs
   statistics::Interval share;  ///< Wilson's 95 % interval of solved / n
   std::optional<double> time_median_ms, time_q95_ms;  ///< over all n problems, unsolved ones at infinity
+  std::optional<double> work_median_ms;               ///< over all n problems; nullopt if it was not counted on all
   std::optional<double> cost_median, cost_q95;        ///< over all n problems, unsolved ones at infinity
   std::optional<double> par10_ms;                     ///< mean time, with failed runs at the column's charge
   std::optional<double> ert_ms;                       ///< expected runtime: total time of all runs divided by the
@@ -36,8 +37,9 @@ struct CellStatistics {
   std::optional<double> common_cost;             ///< geometric mean over the problems that all methods solved
   int paired = 0;                                ///< number of problems that this row and the column's reference both
                                                  ///< solved
+  std::optional<double> work_ratio;              ///< as time_ratio; nullopt if work was not counted on all of them
   std::optional<double> time_ratio, cost_ratio;  ///< ratio to the reference, geometric means over the paired problems
-  std::optional<double> mean_rank;               ///< mean rank by time among the shown rows; failures last
+  std::optional<double> mean_rank;  ///< mean rank by the column's measure among the shown rows; failures last
   double cpu_ms = 0.0;
   int reported = 0;
   int contended = 0;  ///< number of reported runs disturbed by other processes
@@ -53,11 +55,12 @@ struct ColumnStatistics {
                                       ///< none
   /// Test over the `complete` problems; nullopt without problems, with fewer than three rows, or with repetitions.
   std::optional<statistics::CochranTest> success;
-  std::optional<statistics::FriedmanTest> ranks;  ///< test of ranks by time; nullopt without problems or with fewer
+  bool by_work = false;  ///< ranks and profile are by work: that of all solves of the shown rows was counted; else time
+  std::optional<statistics::FriedmanTest> ranks;  ///< test of ranks; nullopt without problems or with fewer
                                                   ///< than three rows
   Charge charge;                                  ///< charge of a failed run, equal for all initializations
   statistics::PerformanceProfile
-      profile;  ///< profile by time over the complete problems; one curve per shown row, in order
+      profile;  ///< profile by the measure over the complete problems; one curve per shown row, in order
 };
 
 struct StatisticsRow {

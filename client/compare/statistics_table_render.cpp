@@ -41,6 +41,8 @@ std::vector<TableCell> ShownCell(const CellStatistics& cell, const TimeUnit& uni
       "[" + Decimal(kHundred * cell.share.lower, 1) + ", " + Decimal(kHundred * cell.share.upper, 1) + "]";
   return {ShownSuccess(cell),
           cell.n == 0 ? MissingCell() : TextCell(share),
+          ShownTime(cell.work_median_ms, unit),
+          RealCell(cell.work_ratio, kDigits),
           ShownTime(cell.time_median_ms, unit),
           ShownTime(cell.time_q95_ms, unit),
           ShownTime(cell.common_time_ms, unit),
@@ -91,10 +93,13 @@ std::string Note(const TimeUnit& unit) {
          "Wilson's 95 % interval in percent; jobs that died or could not run are failures, queued, running and "
          "cancelled ones are missing. Times, in " +
          std::string(unit.name) +
-         ", are CPU times of whole solves. Median and 95 % quantile of time and cost count "
+         ", are CPU times of whole solves. Work: term evaluations, each with the typical time of its kind of term; it "
+         "does "
+         "not depend on the load. Median and 95 % quantile of work, time and cost count "
          "an unsolved problem as infinite. Common: geometric mean over the problems that all methods solved (times "
          "shifted by 1 ms). Ratio: to the row that is named, geometric mean over the problems that both solved. PAR10, "
-         "Charged: mean time, a failure at the charge given here. Rank: mean rank by time, failures last. CPU: "
+         "Charged: mean time, a failure at the charge given here. Rank: mean rank by work, by time where work was not "
+         "counted, failures last. CPU: "
          "seconds of all runs. Contended: percent of runs that others disturbed. Stopped: runs whose solver a limit "
          "ended.";
 }
@@ -111,8 +116,9 @@ std::string SuccessNote(const ColumnStatistics& column) {
 std::string RanksNote(const ColumnStatistics& column) {
   if (!column.ranks || !column.ranks->defined) return {};
   const statistics::ImanDavenportTest& f = column.ranks->iman_davenport;
-  std::string text = " In ranks by time? Friedman's chi-square " + Decimal(column.ranks->chi_square, 2) + ", " +
-                     std::to_string(column.ranks->degrees) + " degrees of freedom, " + ShownP(column.ranks->p);
+  std::string text = " In ranks by " + std::string(column.by_work ? "work" : "time") + "? Friedman's chi-square " +
+                     Decimal(column.ranks->chi_square, 2) + ", " + std::to_string(column.ranks->degrees) +
+                     " degrees of freedom, " + ShownP(column.ranks->p);
   if (f.denominator == 0) return text + ".";
   return text + "; Iman and Davenport's F " + (std::isinf(f.f) ? "inf" : Decimal(f.f, 2)) + ", " +
          std::to_string(f.numerator) + " and " + std::to_string(f.denominator) + " degrees of freedom, " + ShownP(f.p) +
@@ -145,6 +151,8 @@ std::vector<TableColumn> FigureColumns(const BenchmarkColumn& column, const Char
   };
   add("solved", "Solved");
   add("interval", "95 %");
+  add("work_median", "Work median");
+  add("work_ratio", "Work ratio");
   add("time_median", "Time median");
   add("time_q95", "Time 95 %");
   add("time_common", "Time common");
@@ -175,6 +183,7 @@ nlohmann::ordered_json CellJson(const CellStatistics& cell, const ColumnStatisti
           {"solved", some(cell.solved)},
           {"share_lower", some(cell.share.lower)},
           {"share_upper", some(cell.share.upper)},
+          {"work_median_ms", FiniteOrNull(cell.work_median_ms)},
           {"time_median_ms", FiniteOrNull(cell.time_median_ms)},
           {"time_q95_ms", FiniteOrNull(cell.time_q95_ms)},
           {"charge_ms", column.charge.ms},
@@ -187,6 +196,7 @@ nlohmann::ordered_json CellJson(const CellStatistics& cell, const ColumnStatisti
           {"common_time_ms", FiniteOrNull(cell.common_time_ms)},
           {"common_cost", FiniteOrNull(cell.common_cost)},
           {"paired", cell.paired},
+          {"work_ratio", FiniteOrNull(cell.work_ratio)},
           {"time_ratio", FiniteOrNull(cell.time_ratio)},
           {"cost_ratio", FiniteOrNull(cell.cost_ratio)},
           {"cpu_ms", some(cell.cpu_ms)},

@@ -171,6 +171,7 @@ StoredJob ReadStoredJob(ResultSource& source, std::int64_t job_id, const SolverR
   stored.starts = OptionalAt<std::int64_t>(row, "starts");
   stored.term_evaluations = OptionalAt<std::int64_t>(row, "term_evaluations");
   stored.collision_queries = OptionalAt<std::int64_t>(row, "collision_queries");
+  stored.work_ns = OptionalAt<std::int64_t>(row, "work_ns");
   stored.solver_cost = OptionalAt<double>(row, "solver_cost");
   stored.solver_violation = OptionalAt<double>(row, "solver_violation");
   stored.cost = OptionalAt<double>(row, "cost");

@@ -2,7 +2,7 @@
 -- repetition.
 SELECT j.job_id, p.problem_id, p.waypoints AS num_waypoints, j.state,
   VERDICT_BY(:rule) = 'success' AS solved,
-  r.cost, r.wall_us, r.cpu_us, r.involuntary_context_switches, r.solver_status
+  r.cost, r.work_ns, r.wall_us, r.cpu_us, r.involuntary_context_switches, r.solver_status
 FROM jobs AS j JOIN problems AS p USING (problem_key) LEFT JOIN results AS r ON r.job_id = j.job_id
 WHERE j.cell_id = :cell_id
 ORDER BY p.problem_id, j.repetition

@@ -197,6 +197,8 @@ CREATE TABLE results (
   velocity_limited_share REAL CHECK (velocity_limited_share BETWEEN 0 AND 1),  -- since 15
   torque_limited_share REAL CHECK (torque_limited_share BETWEEN 0 AND 1),  -- since 15
   contact_limited_share REAL CHECK (contact_limited_share BETWEEN 0 AND 1),  -- since 15
+  -- Term evaluations, each with the weight of its kind of term. NULL: not counted.
+  work_ns INTEGER CHECK (work_ns >= 1),  -- since 16
   CHECK (cost IS NOT NULL OR (verdict_literal <> 'success' AND verdict_strict <> 'success')),
   FOREIGN KEY (job_id, attempt) REFERENCES attempts (job_id, attempt),
   FOREIGN KEY (job_id, cell_id) REFERENCES jobs (job_id, cell_id)

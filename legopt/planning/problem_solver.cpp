@@ -90,6 +90,10 @@ class ProblemSolver::Run {
     return outcome_.term_evaluations + (program_ == nullptr ? 0 : program_->TermEvaluations()) +
            (paths_ ? paths_->Evaluations() : 0);
   }
+  /// Returns the weighted sum of these evaluations.
+  std::int64_t Work_ns() const {
+    return outcome_.work_ns + (program_ == nullptr ? 0 : program_->TermWork_ns()) + (paths_ ? paths_->Work_ns() : 0);
+  }
   std::optional<SolveStatus> Stopped() const;
   void Perturb(std::mt19937_64& generator, Ends ends, Eigen::VectorXd& x) const;
   MultiStartSettings Attempts(std::string identity, int window, Ends ends);
@@ -258,6 +262,7 @@ void ProblemSolver::Run::SolveSegments(const ProblemDefinition& problem) {
   const bool refined = complete && HasTimeLaw(task_.task) && outcome_.status == SolveStatus::kConvergedFeasible;
   const TimedPath path = refined ? RefineCurve(problem) : MakePath(outcome_.waypoints, segments_);
   outcome_.term_evaluations = Evaluations();
+  outcome_.work_ns = Work_ns();
   paths_.reset();
   outcome_.waypoints = FormatPath(path);
 }
@@ -430,6 +435,7 @@ bool ProblemSolver::Run::SolveWindow(const ProblemDefinition& problem, const Sta
       SolveWithRestarts(*solver_, *program, WindowStart(stances, fixed_first),
                         Attempts(Identity(problem, index), index, fixed_first ? Ends::kFirstFixed : Ends::kFree));
   outcome_.term_evaluations = Evaluations();
+  outcome_.work_ns = Work_ns();
   program_ = nullptr;
   Account(result);
   const bool failed = !result.best.feasible;

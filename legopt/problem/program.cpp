@@ -43,6 +43,12 @@ std::int64_t Program::TermEvaluations() const {
   return sum;
 }
 
+std::int64_t Program::TermWork_ns() const {
+  std::int64_t sum = 0;
+  for (const auto& term : terms()) sum += term->evaluations() * term->weight_ns();
+  return sum;
+}
+
 void Program::PullBack(const double* /*dx*/, double* /*row*/) const {}
 
 namespace {

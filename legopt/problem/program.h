@@ -95,6 +95,10 @@ class Term {
   /// Calls of Evaluate and Linearize so far: a cost measure that does not depend on machine or load.
   std::int64_t evaluations() const { return evaluations_; }
 
+  /// Weight of an evaluation in Program::TermWork_ns: its typical CPU time, ns. A constant of the kind of term, so that
+  /// work does not depend on machine or load. Default: that of a small term.
+  virtual std::int64_t weight_ns() const { return 100; }
+
   /// Appends one key per row of Evaluate at the program's point. Rows with equal keys at two points are the same
   /// function of x, so that optimisers which need a fixed set of rows can track them. Default: the index, 0, 1, 2, ...
   virtual void RowKeys(int rows, std::vector<int>& keys);
@@ -153,6 +157,8 @@ class Program {
 
   /// Returns the number of evaluations of all terms since the program was created.
   std::int64_t TermEvaluations() const;
+  /// Returns the sum of these evaluations, each with the weight of its term, ns.
+  std::int64_t TermWork_ns() const;
 
   /// Computes bounds of dx that keep x + dx within the variables' bounds (+-infinity where there are none; equal bounds
   /// fix a variable).

@@ -65,6 +65,7 @@ struct Effort {
   int iterations = 0;                  ///< trial steps; for SQP, subproblems, including the one that showed convergence
   int starts = 0;                      ///< initial points of descents; an attempt may have several
   std::int64_t term_evaluations = 0;   ///< calls of Term::Evaluate and Term::Linearize
+  std::int64_t work_ns = 0;            ///< these calls, each with the weight of its term (Term::weight_ns)
   std::int64_t collision_queries = 0;  ///< queries answered by the solver's CollisionQuery
 
   /// Adds the counts of another attempt.
@@ -72,6 +73,7 @@ struct Effort {
     iterations += other.iterations;
     starts += other.starts;
     term_evaluations += other.term_evaluations;
+    work_ns += other.work_ns;
     collision_queries += other.collision_queries;
     return *this;
   }

@@ -109,7 +109,8 @@ McNemarTest McNemar(int only_first, int only_second) {
 
 namespace {
 
-// Distribution of the sum of the doubled ranks with positive sign, over all signs: [s] = P(2 V = s).
+// Distribution of the sum of those magnitudes whose sign is positive, over all signs: [s] = P(sum = s). Magnitudes of
+// signed rank tests are doubled ranks.
 std::vector<double> SumDistribution(const std::vector<int>& doubled_ranks) {
   const int total = std::accumulate(doubled_ranks.begin(), doubled_ranks.end(), 0);
   std::vector<double> points(static_cast<std::size_t>(total) + 1, 0.0);
@@ -130,6 +131,10 @@ std::vector<double> SumDistribution(const std::vector<int>& doubled_ranks) {
 double LowerTail(const std::vector<double>& points, double doubled_sum) {
   const auto end = std::min(points.size(), static_cast<std::size_t>(doubled_sum) + 1);
   return std::min(1.0, std::accumulate(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(end), 0.0));
+}
+
+double NormalTwoSided(double sum, double squares) {
+  return std::min(1.0, 2.0 * cdf(complement(boost::math::normal(), std::abs(sum) / std::sqrt(squares))));
 }
 
 void FillExact(const std::vector<double>& ranks, SignedRankTest& test) {
@@ -183,6 +188,29 @@ WalshOrder NormalWalshOrder(int n, double tail) {
 }
 
 }  // namespace
+
+PermutationTest SignFlip(std::span<const int> differences) {
+  constexpr double kMostSteps = 2e8, kMostTotal = 1 << 30;
+  PermutationTest test;
+  std::vector<int> magnitudes;
+  double sum = 0.0, total = 0.0, squares = 0.0;
+  for (const int difference : differences) {
+    if (difference == 0) continue;
+    const double d = difference;
+    magnitudes.push_back(std::abs(difference));
+    sum += d;
+    total += std::abs(d);
+    squares += d * d;
+  }
+  if (total > kMostTotal) Refuse("SignFlip", "differences", "their sum must not be above 2^30", total);
+  test.pairs = static_cast<int>(magnitudes.size());
+  if (test.pairs == 0) return test;
+  test.exact = total * test.pairs <= kMostSteps;
+  // The sum is 2 S - total with S the sum over positive signs, whose distribution is symmetric.
+  test.p = test.exact ? std::min(1.0, 2.0 * LowerTail(SumDistribution(magnitudes), 0.5 * (total - std::abs(sum))))
+                      : NormalTwoSided(sum, squares);
+  return test;
+}
 
 SignedRankTest SignedRank(std::span<const double> differences, const SignedRankOptions& options) {
   constexpr int kMaxExactPairs = 1000;

@@ -53,6 +53,18 @@ struct McNemarTest {
 /// problems on one side, it needs 6 of them for p < 0.05, the mid-p 5. Throws InputError for negative counts.
 McNemarTest McNemar(int only_first, int only_second);
 
+/// Result of a sign-flip permutation test: are paired differences centred at zero?
+struct PermutationTest {
+  int pairs = 0;      ///< number of non-zero differences; 0: no test, print a dash; p is 1
+  double p = 1.0;     ///< two-sided: share of all 2^pairs sign patterns whose |sum| is at least the observed one
+  bool exact = true;  ///< false: p is by the normal distribution, since there are too many sums
+};
+
+/// Computes Fisher's permutation test of paired differences (1935, The Design of Experiments, section 21). The
+/// differences are integers, such as numbers of solved repetitions. Unlike a sign test, a problem counts by the size of
+/// its difference. Exact if pairs times the sum of |d| is at most 2e8. Throws InputError for a sum of |d| above 2^30.
+PermutationTest SignFlip(std::span<const int> differences);
+
 /// Treatment of pairs without a difference.
 enum class ZeroRule : std::uint8_t {
   kDrop,   ///< removed before the others are ranked (Wilcoxon 1945)

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <random>
 #include <vector>
 
@@ -35,6 +36,46 @@ TEST(Ranks, AreMeansOfTheirPlaces) {
   EXPECT_EQ(ranks.tie_sum, 24.0 + 6.0);
   EXPECT_THAT(MidRanks({}).ranks, IsEmpty());
   EXPECT_REFUSED(MidRanks(std::vector<double>{1.0, std::nan("")}), "values[1]: must be a number or +infinity");
+}
+
+// Fisher counts 863 of the 2^15 sign patterns whose sum is at least that of Darwin's maize, 314.
+TEST(SignFlip, OfDarwinsMaize) {
+  std::vector<int> differences;
+  for (const double difference : kDarwin) differences.push_back(static_cast<int>(difference));
+  const PermutationTest test = SignFlip(differences);
+  EXPECT_EQ(test.pairs, 15);
+  EXPECT_TRUE(test.exact);
+  EXPECT_DOUBLE_EQ(test.p, 2.0 * 863.0 / 32768.0);
+}
+
+TEST(SignFlip, AgreesWithEnumerationAndIsSymmetric) {
+  std::mt19937 generator(4);
+  for (int k = 0; k < 50; ++k) {
+    std::vector<int> differences(static_cast<std::size_t>(1 + k % 9)), opposite;
+    for (int& d : differences) d = std::uniform_int_distribution(-10, 10)(generator);
+    for (const int d : differences) opposite.push_back(-d);
+    const int observed = std::abs(std::accumulate(differences.begin(), differences.end(), 0));
+    int extreme = 0;
+    for (unsigned signs = 0; signs < (1U << differences.size()); ++signs) {
+      int sum = 0;
+      for (std::size_t i = 0; i < differences.size(); ++i)
+        sum += ((signs >> i) & 1U) != 0 ? differences[i] : -differences[i];
+      extreme += std::abs(sum) >= observed ? 1 : 0;
+    }
+    EXPECT_NEAR(SignFlip(differences).p, extreme / std::exp2(differences.size()), 1e-12);
+    EXPECT_EQ(SignFlip(differences).p, SignFlip(opposite).p);
+  }
+}
+
+TEST(SignFlip, ManyPairsAreNormalAndNoneIsNoTest) {
+  EXPECT_EQ(SignFlip(std::vector<int>{0, 0}).p, 1.0);
+  EXPECT_EQ(SignFlip(std::vector<int>{0, 0}).pairs, 0);
+  std::vector<int> many(30'000, 1);
+  std::fill(many.begin(), many.begin() + 14'800, -1);
+  const PermutationTest test = SignFlip(many);
+  EXPECT_FALSE(test.exact);
+  EXPECT_NEAR(test.p, 2.0 * 0.5 * std::erfc(400.0 / std::sqrt(30'000.0) / std::sqrt(2.0)), 1e-9);
+  EXPECT_REFUSED(SignFlip(std::vector<int>{1 << 30, 1 << 30}), "their sum must not be above 2^30");
 }
 
 TEST(SignedRank, OfDepressionScores) {

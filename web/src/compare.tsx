@@ -1,6 +1,6 @@
 // A compared with B, as by `legopt compare`.
 import { dot, line, plot, ruleX, ruleY, text as textMark } from '@observablehq/plot';
-import type { CellComparison, ColumnFigures, Experiment, Page, Pair } from './data';
+import type { CellComparison, ColumnFigures, Experiment, Page, Pair, Ratio } from './data';
 import { CurveSet } from './curves';
 import { Figure } from './figure';
 import { colour, failure, faint, ink } from './marks';
@@ -53,7 +53,8 @@ function scatterRows(figures: ColumnFigures, measure: 'time_ms' | 'cost'): (stri
 }
 
 function Verdict({ cell, e }: { cell: CellComparison; e: number }) {
-  const { success, time: t, cost } = cell;
+  const { success, cost } = cell;
+  const ratio = (r: Ratio, better: string) => (r.n > 0 ? <>{number(r.ratio)} {interval(r.interval)} on {r.n} problems, B {better} on {r.lower}; Wilcoxon {p(r.wilcoxon_p)}, adjusted {p(r.adjusted_p)}</> : DASH);
   const problem = (list: CellComparison['fastest']) => list.map((r, i) => (
     <span key={i}>{i > 0 && ', '}<a href={href({ v: 'job', e: e || undefined, job: r.job_b, ghost: r.job_a, w: undefined })}>{r.problem}</a> ({number(r.time_ratio)})</span>));
   return (
@@ -61,9 +62,10 @@ function Verdict({ cell, e }: { cell: CellComparison; e: number }) {
       <p class={`verdict ${cell.change}`}><strong>{VERDICTS[cell.change] ?? cell.change}.</strong></p>
       <table class="lines"><tbody>
         <tr><th scope="row">pairs</th><td>{cell.pairs}: both {cell.both}, only A {cell.only_a}, only B {cell.only_b}, neither {cell.neither}{cell.missing > 0 && `, missing ${cell.missing}`}</td></tr>
-        <tr><th scope="row">success, B {DASH} A</th><td>{number(100 * success.difference)} % {interval(success.interval.map((v) => (v === null ? v : 100 * v)))}, McNemar mid-{p(success.mcnemar_mid_p)}, adjusted {p(success.adjusted_p)}</td></tr>
-        <tr><th scope="row">time, B / A</th><td>{t.n > 0 ? <>{number(t.ratio)} {interval(t.interval)} on {t.n} problems, B faster on {t.lower}; Wilcoxon {p(t.wilcoxon_p)}, adjusted {p(t.adjusted_p)}</> : DASH}</td></tr>
-        <tr><th scope="row">cost, B / A</th><td>{cost.n > 0 ? <>{number(cost.ratio)} {interval(cost.interval)} on {cost.n} problems, B cheaper on {cost.lower}; Wilcoxon {p(cost.wilcoxon_p)}, adjusted {p(cost.adjusted_p)}</> : DASH}</td></tr>
+        <tr><th scope="row">success, B {DASH} A</th><td>{number(100 * success.difference)} % {interval(success.interval.map((v) => (v === null ? v : 100 * v)))}, {success.permutation_p === null ? <>McNemar mid-{p(success.mcnemar_mid_p)}</> : <>permutation {p(success.permutation_p)}</>}, adjusted {p(success.adjusted_p)}</td></tr>
+        <tr><th scope="row">work, B / A</th><td>{ratio(cell.work, 'has less')}</td></tr>
+        <tr><th scope="row">time, B / A</th><td>{ratio(cell.time, 'faster')}</td></tr>
+        <tr><th scope="row">cost, B / A</th><td>{ratio(cost, 'cheaper')}</td></tr>
         <tr><th scope="row">PAR10</th><td>A {time(cell.par10_a_ms)}, B {time(cell.par10_b_ms)}; ratio {interval(cell.par10_ratio_interval)}</td></tr>
         <tr><th scope="row">runtimes</th><td>{RUNTIMES[cell.runtimes] ?? cell.runtimes}{cell.crossing_ms !== null && `, first at ${time(cell.crossing_ms)}`}</td></tr>
         {cell.fastest.length > 0 && <tr><th scope="row">B fastest beside A</th><td>problem {problem(cell.fastest)}</td></tr>}

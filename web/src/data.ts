@@ -41,8 +41,8 @@ export interface CellComparison {
   task: string; initialization: string; change: string; pairs: number; both: number; only_a: number; only_b: number;
   neither: number; missing: number; limit_ms: number; contended_share: number;
   method_a: { name: string }; method_b: { name: string };
-  success: { share_a: number; share_b: number; difference: number; interval: (number | null)[]; mcnemar_mid_p: number; adjusted_p: number; change: string };
-  time: Ratio; cost: Ratio; par10_a_ms: number; par10_b_ms: number; par10_ratio_interval: (number | null)[];
+  success: { share_a: number; share_b: number; difference: number; interval: (number | null)[]; mcnemar_mid_p: number; permutation_p: number | null; adjusted_p: number; change: string };
+  work: Ratio; time: Ratio; cost: Ratio; par10_a_ms: number; par10_b_ms: number; par10_ratio_interval: (number | null)[];
   runtimes: string; crossing_ms: number | null;
   fastest: { problem: number; job_a: number; job_b: number; time_ratio: number }[];
   slowest: { problem: number; job_a: number; job_b: number; time_ratio: number }[];

@@ -146,6 +146,10 @@ std::int64_t PathSolver::Evaluations() const {
   return evaluations_ + (program_ == nullptr ? 0 : program_->TermEvaluations());
 }
 
+std::int64_t PathSolver::Work_ns() const {
+  return work_ns_ + (program_ == nullptr ? 0 : program_->TermWork_ns());
+}
+
 /// Calls visit(segment) with kinematics_ at the middle of each piece, where a path deviates most from the
 /// constraints at its points.
 template <class Visit>
@@ -292,6 +296,7 @@ bool PathSolver::SolvePieces(const MultiStartSettings& attempts, Program& progra
   program_ = &program;
   const MultiStartResult result = SolveWithRestarts(*solver_, program, points, attempts);
   evaluations_ = Evaluations();
+  work_ns_ = Work_ns();
   program_ = nullptr;
   points = result.x;
   solution->restarts += result.restarts;

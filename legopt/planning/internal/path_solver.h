@@ -126,6 +126,8 @@ class PathSolver {
 
   /// Returns the number of term evaluations so far, including those of a running solve.
   std::int64_t Evaluations() const;
+  /// Returns the weighted sum of these evaluations (Program::TermWork_ns).
+  std::int64_t Work_ns() const;
 
  private:
   bool IsFree(const Eigen::VectorXd& points);
@@ -153,6 +155,7 @@ class PathSolver {
   std::vector<Stance> planted_;
   std::vector<std::vector<Eigen::Vector2d>> polygons_;  ///< polygons of balance on the planted contacts; may be empty
   std::int64_t evaluations_ = 0;                        ///< evaluations of finished programs
+  std::int64_t work_ns_ = 0;                            ///< their weighted sum
   const Program* program_ = nullptr;                    ///< program that is being solved
 };
 

@@ -6,6 +6,7 @@
 #include "legopt/dataset/dataset.h"
 #include "legopt/dataset/problem_definition.h"
 #include "legopt/problem/program.h"
+#include "legopt/problem/terms/internal/term_weights.h"
 #include "legopt/problem/terms/internal/waypoint_terms.h"
 #include "legopt/statics/static_equilibrium.h"
 #include "legopt/types/physics.h"
@@ -45,6 +46,8 @@ class FreeTorqueTerm : public Term {
   void RowKeys(int rows, std::vector<int>& keys) override;
   double AbsentRow() const override { return kNearEffortShare - kEffortShare; }
 
+  std::int64_t weight_ns() const override { return term_weights::kFreeTorque_ns; }
+
  private:
   /// Sets torques_ and near_.
   void FindNear();
@@ -66,6 +69,8 @@ class LoadedTorqueTerm : public Term {
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
   double AbsentRow() const override { return kNearEffortShare - kEffortShare; }
+
+  std::int64_t weight_ns() const override { return term_weights::kLoadedTorque_ns; }
 
  private:
   /// Sets result_; the ratio is infinite if there is no row.
@@ -89,6 +94,8 @@ class LoadedPushTerm : public Term {
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
   double AbsentRow() const override { return (1.0 - kNearPushShare) * required_N_ / weight_N_; }
+
+  std::int64_t weight_ns() const override { return term_weights::kLoadedPush_ns; }
 
  private:
   static constexpr double kNearPushShare = 1.1;
@@ -129,6 +136,8 @@ class PushTerm : public Term {
   /// Appends the indices of the half-spaces.
   void RowKeys(int rows, std::vector<int>& keys) override;
   double AbsentRow() const override { return -kNearPush_m; }
+
+  std::int64_t weight_ns() const override { return term_weights::kPush_ns; }
 
  private:
   static constexpr double kNearPush_m = 0.05;

@@ -7,6 +7,7 @@
 
 #include "legopt/geometry/collision_query.h"
 #include "legopt/problem/program.h"
+#include "legopt/problem/terms/internal/term_weights.h"
 #include "legopt/problem/terms/internal/waypoint_terms.h"
 #include "legopt/robot/kinematics.h"
 
@@ -26,6 +27,8 @@ class VelocityCostTerm : public Term {
   VelocityCostTerm(int waypoint, int unit, const WaypointState& from, const WaypointState& to);
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
+
+  std::int64_t weight_ns() const override { return term_weights::kVelocityCost_ns; }
 
  private:
   const WaypointState* from_;
@@ -94,6 +97,8 @@ class SweptCollisionTerm : public Term {
   std::span<const Row> rows();
   /// Returns the number of sub-steps of a link at the states' current configurations; 1: not checked.
   int num_steps(int link);
+
+  std::int64_t weight_ns() const override { return term_weights::kSweptCollision_ns; }
 
  private:
   void Refresh();

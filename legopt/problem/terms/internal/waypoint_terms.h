@@ -8,6 +8,7 @@
 #include "legopt/dataset/contact.h"
 #include "legopt/geometry/collision_query.h"
 #include "legopt/problem/program.h"
+#include "legopt/problem/terms/internal/term_weights.h"
 #include "legopt/robot/kinematics.h"
 
 namespace legopt {
@@ -83,6 +84,8 @@ class TorqueCostTerm : public Term {
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
 
+  std::int64_t weight_ns() const override { return term_weights::kTorqueCost_ns; }
+
  private:
   WaypointState* state_;
   Eigen::VectorXd torque_;
@@ -114,6 +117,8 @@ class ContactPoseTerm : public Term {
     return weights_.spent != weights_.kept;
   }
 
+  std::int64_t weight_ns() const override { return term_weights::kContactPose_ns; }
+
  private:
   /// Returns the error vector and sets `rotation` to E's quaternion.
   Eigen::Matrix<double, 6, 1> Error(Eigen::Quaterniond& rotation) const;
@@ -135,6 +140,8 @@ class ContactPointTerm : public Term {
   ContactPointTerm(int waypoint, WaypointState& state, const Contact& contact, const ContactTarget& target);
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
+
+  std::int64_t weight_ns() const override { return term_weights::kContactPoint_ns; }
 
  private:
   /// Returns the position of the contact frame's origin in the world.
@@ -159,6 +166,8 @@ class ContactAxisTerm : public Term {
                   double slide_m);
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
+
+  std::int64_t weight_ns() const override { return term_weights::kContactPose_ns; }
 
  private:
   /// Axis of the contact frame and origin's error, in the axes of the target.
@@ -186,6 +195,8 @@ class ContactSlideTerm : public Term {
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
 
+  std::int64_t weight_ns() const override { return term_weights::kContactSlide_ns; }
+
  private:
   double Distance() const;
 
@@ -203,6 +214,8 @@ class ComTerm : public Term {
   ComTerm(int waypoint, WaypointState& state, std::vector<HalfPlane> edges, double weight = 0.0);
   void ComputeResiduals(std::vector<double>& residuals) override;
   void ComputeModel(LinearModel& model) override;
+
+  std::int64_t weight_ns() const override { return term_weights::kCom_ns; }
 
  private:
   WaypointState* state_;
@@ -230,6 +243,8 @@ class CollisionTerm : public Term {
     disabled_ = aside;
     return true;
   }
+
+  std::int64_t weight_ns() const override { return term_weights::kCollision_ns; }
 
  private:
   WaypointState* state_;
