@@ -126,7 +126,10 @@ std::vector<ProblemRuns> ProblemsOf(const SolveCell& cell) {
   for (const Solve& solve : cell.solves) {
     if (problems.empty() || problems.back().problem != solve.problem) {
       add_up();
-      problems.push_back({.problem = solve.problem, .waypoints = solve.waypoints, .job_id = solve.job_id});
+      ProblemRuns& runs = problems.emplace_back();
+      runs.problem = solve.problem;
+      runs.waypoints = solve.waypoints;
+      runs.job_id = solve.job_id;
     }
     problems.back().runs.push_back({solve.end, solve.time_ms});
     costs.push_back({solve.end, solve.cost});
