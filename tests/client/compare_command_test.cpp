@@ -135,6 +135,53 @@ TEST_F(CompareCommand, AFailureIsChargedWhatIsSaid) {
   EXPECT_THAT(Run({"table", "--db", file, "--profile", "--format", "csv"}).out, HasSubstr(",problems,ratio,share"));
 }
 
+// One method under two names, the second at a time of higher load.
+TEST_F(CompareCommand, EqualWorkIsNoDifferenceWhateverTheTimes) {
+  TestExperiment experiment;
+  experiment.methods = {{"A"}, {"B"}};
+  for (int problem = 0; problem < 30; ++problem) {
+    const std::int64_t work_ns = 1'000'000 * (1 + problem);
+    experiment.results.push_back({.method = 0, .problem = problem, .wall_us = work_ns / 1000, .work_ns = work_ns});
+    experiment.results.push_back(
+        {.method = 1, .problem = problem, .wall_us = work_ns / 1000 * 13 / 10, .work_ns = work_ns});
+  }
+  const auto same = Compared(Stored(experiment));
+  EXPECT_EQ(same.at("change"), "none");
+  EXPECT_NEAR(same.at("time").at("ratio"), 1.3, 1e-9);
+  EXPECT_EQ(same.at("work").at("ratio"), 1.0);
+  for (TestResult& result : experiment.results) result.work_ns = result.work_ns * (result.method == 1 ? 11 : 10);
+  const std::string file = Stored(experiment, "more.sqlite");
+  EXPECT_EQ(Compared(file).at("change"), "worse");
+  EXPECT_THAT(Run({"compare", "A", "B", "--db", file}).out, HasSubstr("B is worse (more work)"));
+  experiment.results.back().work_ns = 0;
+  const std::string partly = Stored(experiment, "partly.sqlite");
+  EXPECT_THAT(Run({"compare", "A", "B", "--db", partly}).out,
+              AllOf(HasSubstr("B is worse (slower)"), HasSubstr("- (not counted)")));
+}
+
+TEST_F(CompareCommand, WithRepetitionsShareDifferencesAreTested) {
+  TestExperiment experiment;
+  experiment.methods = {{"A"}, {"B"}};
+  // B solves one of ten more on seven problems, and loses one problem altogether: seven of eight signs are its.
+  for (int problem = 0; problem < 8; ++problem) {
+    for (int repetition = 0; repetition < 10; ++repetition) {
+      const int of_a = problem == 7 ? 10 : 5, of_b = problem == 7 ? 0 : 6;
+      for (const auto& [method, solved] : {std::pair(0, of_a), std::pair(1, of_b)}) {
+        experiment.results.push_back({.method = method,
+                                      .problem = problem,
+                                      .verdict = repetition < solved ? "success" : "com",
+                                      .repetition = repetition});
+      }
+    }
+  }
+  const std::string file = Stored(experiment);
+  const auto success = Compared(file).at("success");
+  // |7 - 10| = 3, and no signs give a smaller sum.
+  EXPECT_DOUBLE_EQ(success.at("permutation_p"), 1.0);
+  EXPECT_NEAR(success.at("mcnemar_mid_p"), 0.0390625, 1e-12) << "a sign test would see a difference";
+  EXPECT_THAT(Run({"compare", "A", "B", "--db", file}).out, HasSubstr("permutation p 1"));
+}
+
 TEST_F(CompareCommand, FamilyIsWhatIsShown) {
   TestExperiment experiment = Discordant(20, 0, 6, 0);
   const std::size_t half = experiment.results.size();

@@ -206,7 +206,7 @@ TEST(StatisticsTable, RepetitionsAreAveragedBeforeAnythingElse) {
               testing::AllOf(HasSubstr("1.5/2"), HasSubstr("2 repetitions averaged per problem")));
 }
 
-TEST(StatisticsTable, ContendedTimesAreCpuTimes) {
+TEST(StatisticsTable, TimesAreCpuTimesAndContendedRunsAreCounted) {
   TestExperiment experiment;
   experiment.results = {{.problem = 0, .wall_us = 9000, .cpu_us = 2000},
                         {.problem = 1, .wall_us = 2200, .cpu_us = 2000},
@@ -216,8 +216,32 @@ TEST(StatisticsTable, ContendedTimesAreCpuTimes) {
   EXPECT_EQ(cell.reported, 4);
   EXPECT_EQ(cell.contended, 2);
   EXPECT_EQ(cell.stopped, 1);
-  EXPECT_DOUBLE_EQ(cell.time_median_ms.value(), 2.0);  // median of 2, 2.2, 2, 2
+  EXPECT_DOUBLE_EQ(cell.time_median_ms.value(), 2.0);
   EXPECT_DOUBLE_EQ(cell.cpu_ms, 8.0);
+}
+
+TEST(StatisticsTable, RanksAndProfilesAreByWorkWhereAllOfItWasCounted) {
+  TestExperiment experiment;
+  experiment.methods = {{"A"}, {"B"}, {"C"}};
+  for (int method = 0; method < 3; ++method) {
+    for (int problem = 0; problem < 4; ++problem) {  // the less work, the more time
+      experiment.results.push_back(
+          {.method = method, .problem = problem, .wall_us = 9000 - 1000 * method, .work_ns = 1'000'000 * (method + 1)});
+    }
+  }
+  const StatisticsTable table = TableOf(experiment);
+  EXPECT_TRUE(table.columns.at(kToyColumn).by_work);
+  EXPECT_DOUBLE_EQ(CellOf(table, 0).mean_rank.value(), 1.0);
+  EXPECT_DOUBLE_EQ(CellOf(table, 2).work_median_ms.value(), 3.0);
+  EXPECT_DOUBLE_EQ(CellOf(table, 2).work_ratio.value(), 3.0);
+  EXPECT_THAT(RenderStatisticsTable(table, TableFormat::kText),
+              testing::AllOf(HasSubstr("Work median"), HasSubstr("In ranks by work?")));
+  experiment.results.back().work_ns = 0;
+  const StatisticsTable partly = TableOf(experiment);
+  EXPECT_FALSE(partly.columns.at(kToyColumn).by_work);
+  EXPECT_DOUBLE_EQ(CellOf(partly, 0).mean_rank.value(), 3.0);
+  EXPECT_FALSE(CellOf(partly, 2).work_median_ms.has_value());
+  EXPECT_FALSE(CellOf(partly, 2).work_ratio.has_value());
 }
 
 TEST(StatisticsTable, MethodsWithoutACellLeaveTheOthersAlone) {

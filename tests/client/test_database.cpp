@@ -26,6 +26,7 @@ db::ResultRecord RecordOf(const TestResult& result, int num_waypoints) {
   if (result.status != SolveStatus::kNotRun) record.solver_status = result.status;
   record.wall_us = result.wall_us;
   record.cpu_us = result.cpu_us < 0 ? result.wall_us : result.cpu_us;
+  record.work_ns = result.work_ns;
   record.involuntary_context_switches = result.switches;
   record.verdict_literal = record.verdict_strict = record.verdict_solid = record.verdict_physical = verdict;
   record.verdict_detail = success ? "" : "made up";

@@ -27,6 +27,7 @@ struct TestResult {
   bool dead = false;  ///< its only attempt was killed by signal 11
   int repetition = 0;
   std::int64_t cpu_us = -1;                    ///< negative: same as wall_us
+  std::int64_t work_ns = 0;                    ///< 0: not counted
   std::int64_t switches = 0;                   ///< involuntary context switches
   SolveStatus status = SolveStatus::kNotRun;   ///< kNotRun: derived from the verdict
   std::vector<Eigen::VectorXd> unsolved = {};  ///< best point of a second window, with verdict "window_unsolved"
