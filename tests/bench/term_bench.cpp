@@ -4,6 +4,7 @@
 
 #include <benchmark/benchmark.h>
 
+#include <array>
 #include <chrono>
 #include <map>
 #include <random>
@@ -62,15 +63,16 @@ class TermTimes {
 };
 
 void Terms(benchmark::State& state) {
-  const bool hands = state.range(0) == 2;
-  const Task task = state.range(0) == 1 ? Task::kMotion : Task::kPosture;
-  const auto dataset = Dataset::Load(SourceFolder() + (hands ? "/data/contacts-humanoid" : "/data/garage-small"));
+  constexpr std::array kData = {"garage-small", "garage-small", "contacts-humanoid", "quadruped-rubble"};
+  const auto kind = static_cast<std::size_t>(state.range(0));
+  const Task task = kind == 1 ? Task::kMotion : Task::kPosture;
+  const auto dataset = Dataset::Load(SourceFolder() + "/data/" + kData.at(kind));
   CollisionQuery query(dataset->collision_model());
   ProgramOptions options{.margin_m = 5e-4};
-  if (hands) options.physics = Physics::kEffort;
+  if (kind == 2) options.physics = Physics::kEffort;
   std::mt19937_64 generator(1);
   TermTimes times;
-  constexpr std::size_t kProblems = 4, kStances = 6;
+  constexpr std::size_t kProblems = 40, kStances = 6;
   constexpr double kNoise_rad = 0.15;
   for (auto _ : state) {
     for (std::size_t p = 0; p < std::min(kProblems, dataset->problems(task).size()); ++p) {
@@ -79,8 +81,10 @@ void Terms(benchmark::State& state) {
       const auto program = MakeTaskProgram(task, *dataset, query, stances, options);
       const int size = program->point_size();
       Eigen::VectorXd x(program->num_waypoints() * size);
+      const int per_stance = program->num_waypoints() / static_cast<int>(stances.size());
       for (int t = 0; t < program->num_waypoints(); ++t) {
-        Eigen::VectorXd point = InitialGuess(*dataset, stances[static_cast<std::size_t>(t)], Initialization::kGood);
+        const Stance& stance = stances[static_cast<std::size_t>(t / per_stance)];
+        Eigen::VectorXd point = InitialGuess(*dataset, stance, Initialization::kGood);
         PerturbJoints(dataset->robot(), generator, kNoise_rad, point);
         x.segment(t * size, size) = point;
       }
@@ -89,7 +93,7 @@ void Terms(benchmark::State& state) {
   }
   times.Report(state);
 }
-BENCHMARK(Terms)->Arg(0)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond);
+BENCHMARK(Terms)->Arg(0)->Arg(1)->Arg(2)->Arg(3)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace legopt

@@ -59,7 +59,7 @@ class BenchmarkTable : public testing::Test {
     r.verdict_strict = strict;
     r.verdict_solid = r.verdict_physical = solid;
     r.verdict_detail = literal == Verdict::kSuccess ? "" : "foot l_foot off by 2.0 mm";
-    r.wall_us = wall_us;
+    r.wall_us = r.cpu_us = wall_us;
     r.num_waypoints = num_waypoints;
     Apply({LeaseJob{job_id, 1, 100 + job_id, 1, 1}, AcceptResult{job_id, 1, r, "", "", 2}});
   }
@@ -201,7 +201,8 @@ TEST_F(BenchmarkTable, JobListNamesEverything) {
             "repetition state attempts taken_from solver_status verdict_literal verdict_strict verdict_solid "
             "verdict_physical windows_solved windows "
             "cost time_s "
-            "wall_us cpu_us iterations restarts starts term_evaluations collision_queries work_ns solid_depth_m longest_step_m "
+            "wall_us cpu_us iterations restarts starts term_evaluations collision_queries work_ns solid_depth_m "
+            "longest_step_m "
             "interpolation_environment_depth_m interpolation_self_depth_m interpolation_free_share "
             "holding_postures holding_without_equilibrium holding_over_torque halfway_postures "
             "halfway_without_equilibrium halfway_over_torque duration_s reduced_duration_s velocity_limited_share "
@@ -231,9 +232,10 @@ TEST_F(BenchmarkTable, JobListNamesEverything) {
                                   500.0,
                                   0.003,
                                   Int(3'000),
-                                  Int(1'900),
+                                  Int(3'000),
                                   Int(12),
                                   Int(0),
+                                  kNull,
                                   kNull,
                                   kNull,
                                   kNull,
