@@ -1,6 +1,6 @@
 """Version of the schema, and digest of the text of each entry: made by tests/python/schema_test.py, checked by it."""
 
-SCHEMA_VERSION = 15
+SCHEMA_VERSION = 16
 SCHEMA_DIGESTS = {
     "index cells_by_method": "e39ba09f5915e8da",
     "index dead_jobs_by_cell": "6efefc75ca640447",
@@ -26,7 +26,7 @@ SCHEMA_DIGESTS = {
     "table methods": "47353278103efe47",
     "table problems": "bc760ac3a26ca8b0",
     "table result_workers": "d2f4332752147c68",
-    "table results": "24b868965fd4ed71",
+    "table results": "041a64a6477dde7c",
     "table stale_results": "6fc2117d27c62f47",
     "table unsolved_waypoints": "dec9857cab48b23f",
     "table violations": "127f3058b340632d",
@@ -58,7 +58,7 @@ SCHEMA_DIGESTS = {
     "view failures": "4e42dff75ad93790",
     "view holding_cells": "9d71323fc1a5c6b2",
     "view interpolation_cells": "beeeee18add8d7ac",
-    "view job_list": "cc4436d9c52dbb0b",
+    "view job_list": "bc93a7705d4e7cc1",
     "view literal_scores": "24d9b183e81079e4",
     "view physical_scores": "2212919aeed866d8",
     "view result_origins": "1bc35bcb1c6ea7b1",
