@@ -63,8 +63,8 @@ std::size_t ThreadStackBytes() {
 }
 
 // GLib, which LCM uses, recurses until the stack ends if an allocation fails, also later in LCM's thread. Throws
-// std::bad_alloc unless there is enough memory for LCM's thread and buffers, and for the threads that the program starts
-// afterwards: five stacks.
+// std::bad_alloc unless there is enough memory for LCM's thread and buffers, and for the threads that the program
+// starts afterwards: five stacks.
 void RequireMemoryOfLcm() {
   constexpr std::size_t kBufferBytes = std::size_t{48} << 20;
   const std::size_t bytes = ThreadStackBytes() + kBufferBytes;

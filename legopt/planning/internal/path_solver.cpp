@@ -146,9 +146,7 @@ std::int64_t PathSolver::Evaluations() const {
   return evaluations_ + (program_ == nullptr ? 0 : program_->TermEvaluations());
 }
 
-std::int64_t PathSolver::Work_ns() const {
-  return work_ns_ + (program_ == nullptr ? 0 : program_->TermWork_ns());
-}
+std::int64_t PathSolver::Work_ns() const { return work_ns_ + (program_ == nullptr ? 0 : program_->TermWork_ns()); }
 
 /// Calls visit(segment) with kinematics_ at the middle of each piece, where a path deviates most from the
 /// constraints at its points.
