@@ -16,6 +16,7 @@
 #include "legopt/input/json.h"
 #include "legopt/input/yaml.h"
 #include "legopt/robot/internal/smallest_rotation.h"
+#include "legopt/types/input_error.h"
 #include "legopt/types/nearest_name.h"
 #include "legopt/types/number_text.h"
 

@@ -50,9 +50,9 @@ class OpenFile {
 
 }  // namespace
 
-void RefusePointer(std::string_view text, const std::filesystem::path& path) {
+void RefusePointer(std::string_view start, const std::filesystem::path& path) {
   struct Pointer {
-    std::string_view start;  ///< first bytes of the pointer
+    std::string_view bytes;  ///< first bytes of the pointer
     const char* program;     ///< program that replaces it by the file
     const char* command;     ///< call of this program
   };
@@ -60,7 +60,7 @@ void RefusePointer(std::string_view text, const std::filesystem::path& path) {
       {{"version https://git-lfs.github.com/spec/", "Git LFS", "git lfs pull"},
        {"/annex/objects/", "git-annex", "git annex get"}}};
   for (const Pointer& pointer : kPointers) {
-    if (!text.starts_with(pointer.start)) continue;
+    if (!start.starts_with(pointer.bytes)) continue;
     throw InputError({path.string(), "", "",
                       std::string("is a pointer of ") + pointer.program + ", not the file itself",
                       std::string("run '") + pointer.command + "' in the repository that it is from"});
