@@ -63,11 +63,11 @@ std::size_t ThreadStackBytes() {
 }
 
 // GLib, which LCM uses, recurses until the stack ends if an allocation fails, also later in LCM's thread. Throws
-// std::bad_alloc unless there is enough memory for LCM's thread and buffers, and for the threads that the program
-// starts afterwards: five stacks.
+// std::bad_alloc unless there is enough memory for LCM's buffers and thread, and for the threads that the program
+// starts afterwards.
 void RequireMemoryOfLcm() {
-  constexpr std::size_t kBufferBytes = std::size_t{48} << 20;
-  const std::size_t bytes = ThreadStackBytes() + kBufferBytes;
+  constexpr std::size_t kBufferBytes = std::size_t{8} << 20, kThreads = 6;
+  const std::size_t bytes = kThreads * ThreadStackBytes() + kBufferBytes;
   void* memory = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   if (memory == MAP_FAILED) throw std::bad_alloc();
   ::munmap(memory, bytes);

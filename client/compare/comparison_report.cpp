@@ -1,5 +1,6 @@
 #include "client/compare/comparison_report.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
@@ -129,6 +130,16 @@ std::string NameOf(const MethodIdentity& method) {
          std::to_string(method.sample_size) + " %, " + std::string(ToString(method.collision)) + " obstacles";
 }
 
+/// Returns how many problems a difference in success needs at least.
+std::string LeastText(const Comparison& comparison) {
+  const auto repeated = [](const CellComparison& cell) { return cell.success.repeated.has_value(); };
+  if (std::ranges::any_of(comparison.cells, repeated)) {
+    return " Fewer than 6 problems with different shares cannot show a difference in success.";
+  }
+  return " Fewer than " + std::to_string(MinDiscordantPairs()) +
+         " problems that only one of both solves cannot show a difference in success.";
+}
+
 std::string RuleText(const Comparison& comparison) {
   const std::string margin =
       comparison.options.margin > 0 ? " by a margin of " + Percent(comparison.options.margin) + " %" : "";
@@ -138,9 +149,8 @@ std::string RuleText(const Comparison& comparison) {
          margin +
          " and its adjusted p is below 0.05. Work: term evaluations, weighted by kind, which do not depend on the "
          "load; "
-         "where they were not counted, time decides. Fewer than " +
-         std::to_string(MinDiscordantPairs()) +
-         " problems that only one of both solves cannot show a difference in success.";
+         "where they were not counted, time decides." +
+         LeastText(comparison);
 }
 
 // Returns e.g. "B is worse in 1 of 4 comparisons, better in 2, mixed in 0."

@@ -45,7 +45,8 @@ PlotPanel ProfilePanel(const StatisticsTable& table, const BenchmarkColumn& colu
   PlotPanel panel;
   panel.title = ColumnTitle(column) + ": " + std::to_string(profile.problems) +
                 (profile.problems == 1 ? " problem" : " problems");
-  panel.x = {"time over that of the best method", true, 1.0, kMinSpan, false};
+  panel.x = {std::string(table.columns.at(column).by_work ? "work" : "time") + " over that of the best method", true,
+             1.0, kMinSpan, false};
   panel.y = {"problems solved within it (%)", false, 0.0, kPercent, false};
   std::size_t next = 0;
   for (std::size_t row = 0; row < table.rows.size(); ++row) {

@@ -55,7 +55,7 @@ struct ColumnStatistics {
                                       ///< none
   /// Test over the `complete` problems; nullopt without problems, with fewer than three rows, or with repetitions.
   std::optional<statistics::CochranTest> success;
-  bool by_work = false;  ///< ranks and profile are by work: that of all solves of the shown rows was counted; else time
+  bool by_work = false;  ///< ranks and profile use work, because it was counted for all shown rows; else time
   std::optional<statistics::FriedmanTest> ranks;  ///< test of ranks; nullopt without problems or with fewer
                                                   ///< than three rows
   Charge charge;                                  ///< charge of a failed run, equal for all initializations
@@ -105,7 +105,7 @@ std::string RenderStatisticsTable(const StatisticsTable& table, TableFormat form
 /// times the best time in the table. There is one row for each step of each method, task and initialization, in
 /// ascending order; every curve begins at ratio 1, with share 0 if the method is never the best. Columns:
 /// experiment_id, method_id, method, multi_starts, inner_starts, sample_size, incremental, collision, task,
-/// initialization, problems, ratio, share.
+/// initialization, measure (work or time), problems, ratio, share.
 std::string RenderProfiles(const StatisticsTable& table, TableFormat format, const TableStyle& style = {});
 
 /// Returns the JSON as an object, to be inserted into a larger one.

@@ -89,18 +89,16 @@ struct Keys {
 
 std::string Note(const TimeUnit& unit) {
   return "The unit is the problem. Every figure is over the n problems that all rows have completed. Solved: of n, "
-         "with "
-         "Wilson's 95 % interval in percent; jobs that died or could not run are failures, queued, running and "
+         "with Wilson's 95 % interval in percent; jobs that died or could not run are failures, queued, running and "
          "cancelled ones are missing. Times, in " +
          std::string(unit.name) +
          ", are CPU times of whole solves. Work: term evaluations, each with the typical time of its kind of term; it "
-         "does "
-         "not depend on the load. Median and 95 % quantile of work, time and cost count "
+         "does not depend on the load. Median and 95 % quantile of work, time and cost count "
          "an unsolved problem as infinite. Common: geometric mean over the problems that all methods solved (times "
          "shifted by 1 ms). Ratio: to the row that is named, geometric mean over the problems that both solved. PAR10, "
          "Charged: mean time, a failure at the charge given here. Rank: mean rank by work, by time where work was not "
-         "counted, failures last. CPU: "
-         "seconds of all runs. Contended: percent of runs that others disturbed. Stopped: runs whose solver a limit "
+         "counted, failures last. CPU: seconds of all runs. Contended: percent of runs that others disturbed. Stopped: "
+         "runs whose solver a limit "
          "ended.";
 }
 
@@ -258,11 +256,11 @@ Listing ListingOf(const nlohmann::ordered_json& rows) {
 }
 
 // Adds the steps of a method's curve.
-void AddSteps(const nlohmann::ordered_json& key, int problems, const statistics::StepCurve& curve,
+void AddSteps(const nlohmann::ordered_json& key, bool by_work, int problems, const statistics::StepCurve& curve,
               nlohmann::ordered_json* rows) {
   const auto add = [&](double ratio, double share) {
     nlohmann::ordered_json row = key;
-    row.update({{"problems", problems}, {"ratio", ratio}, {"share", share}});
+    row.update({{"measure", by_work ? "work" : "time"}, {"problems", problems}, {"ratio", ratio}, {"share", share}});
     rows->push_back(std::move(row));
   };
   if (curve.at.empty() || curve.at.front() > 1.0) add(1.0, 0.0);
@@ -276,7 +274,7 @@ nlohmann::ordered_json ProfileRows(const StatisticsTable& table) {
     for (const StatisticsRow& row : table.rows) {
       const auto cell = row.cells.find(column);
       if (cell == row.cells.end() || cell->second.n == 0 || curve == common.profile.curves.end()) continue;
-      AddSteps(KeyJson(table, row, column), common.profile.problems, *curve++, &rows);
+      AddSteps(KeyJson(table, row, column), common.by_work, common.profile.problems, *curve++, &rows);
     }
   }
   return rows;

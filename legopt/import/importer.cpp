@@ -373,7 +373,7 @@ class Importer {
     } catch (const InputError& error) {
       if (!unclear.ends().empty()) throw unclear;
       InputError::Fault fault = error.fault();
-      fault.message += " (needed: no end link of the robot has collision geometry)";
+      fault.message += " (needed because no end link of the robot has collision geometry)";
       throw InputError(fault);
     }
     CheckMeshScale();

@@ -63,7 +63,7 @@ void RefusePointer(std::string_view start, const std::filesystem::path& path) {
     if (!start.starts_with(pointer.bytes)) continue;
     throw InputError({path.string(), "", "",
                       std::string("is a pointer of ") + pointer.program + ", not the file itself",
-                      std::string("run '") + pointer.command + "' in the repository that it is from"});
+                      std::string("run '") + pointer.command + "' in its repository"});
   }
 }
 

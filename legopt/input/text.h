@@ -11,7 +11,7 @@ namespace legopt {
 /// Reads all bytes of a file, pipe or device, at most `most_bytes`. Reading stops at this limit, so that endless files
 /// do not exhaust memory. Throws InputError for a folder, a file that cannot be opened, and a file above the limit;
 /// std::system_error if file descriptors or memory are exhausted.
-/// Calls RefusePointer.
+/// Throws InputError for pointers of Git LFS and git-annex as well.
 std::string ReadFileText(const std::filesystem::path& path, std::size_t most_bytes);
 
 /// Throws InputError if a file starts like a pointer of Git LFS or git-annex, which a clone without large files has in

@@ -86,7 +86,7 @@ TEST_F(Feet, AnAbsentMeshOfTheirOnlyGeometryIsTheCause) {
   urdf.replace(urdf.find(foot), foot.size(),
                foot + "<visual><geometry><mesh filename='gone.stl'/></geometry></visual>");
   EXPECT_THAT(test::MessageOf([&] { ImportText(urdf); }),
-              AllOf(HasSubstr("gone.stl"), HasSubstr("no end link of the robot has collision geometry")));
+              AllOf(HasSubstr("gone.stl"), HasSubstr("because no end link of the robot has collision geometry")));
 }
 
 TEST_F(Feet, HandsThatReachBelowTheSolesAreAskedAbout) {

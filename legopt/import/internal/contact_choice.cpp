@@ -141,7 +141,7 @@ class ContactChooser {
     return contacts;
   }
 
-  /// Two feet that touch with corners would carry no robot: their soles may be steep in this posture.
+  /// A robot cannot stand on the corners of two feet, so soles up to 60 degrees steep are tried then.
   std::vector<FoundSole> SolesOf(const std::vector<std::string>& links) const {
     constexpr double kSteep_rad = std::numbers::pi / 3.0;
     const auto measured = [&](double steepest_rad) {

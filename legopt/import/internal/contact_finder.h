@@ -27,7 +27,7 @@ struct FoundFeet {
 /// that cannot be read.
 FoundFeet FindFeet(const RobotModel& robot, const Eigen::VectorXd& standing);
 
-/// Largest angle of a sole and the horizontal; the flanks of bent legs are steeper.
+/// Default of the largest angle between a sole and the horizontal; the flanks of bent legs are steeper.
 inline constexpr double kSteepestSole_rad = 35.0 * std::numbers::pi / 180.0;
 
 /// A contact measured on the geometry of a link.

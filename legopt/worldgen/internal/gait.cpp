@@ -47,13 +47,13 @@ Gait EverySecond(const ReachCloud& reach, const std::string& name) {
 std::vector<Gait> GaitsOf(const ReachCloud& reach) {
   constexpr int kFour = 4;
   constexpr int kSix = 6;
+  const int n = reach.num_contacts();
   std::vector<Gait> gaits;
-  if (reach.num_contacts() == kFour) gaits.push_back(EverySecond(reach, "trot"));
-  if (reach.num_contacts() == kSix) gaits.push_back(EverySecond(reach, "tripod"));
-  if (reach.num_contacts() > kFour && reach.num_contacts() != kSix) gaits.push_back(EverySecond(reach, "alternating"));
-  const bool known = !gaits.empty() && gaits.front().name != "alternating";
+  if (n == kFour) gaits.push_back(EverySecond(reach, "trot"));
+  if (n == kSix) gaits.push_back(EverySecond(reach, "tripod"));
+  if (n > kFour && n != kSix) gaits.push_back(EverySecond(reach, "alternating"));
   gaits.push_back(Walk(reach));
-  gaits.back().any_order = !known;
+  gaits.back().any_order = n != kFour && n != kSix;
   return gaits;
 }
 

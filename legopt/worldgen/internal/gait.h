@@ -15,7 +15,7 @@ struct Gait {
 };
 
 /// Returns the gaits of a robot by its number of contacts, the one that moves most contacts at once first: four have
-/// trot and walk, six have tripod and walk, five or more have alternating and walk, three walk.
+/// trot and walk, six have tripod and walk, five, seven and more have alternating and walk, three walk.
 ///
 /// Walk moves one contact at a time, on each side from hind to front; in any order with another number of contacts than
 /// four or six. The others move every second contact around the robot: the diagonal pairs of four, the two tripods of

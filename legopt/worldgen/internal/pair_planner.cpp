@@ -117,12 +117,12 @@ void RequireStride(const ProbeModel& model) {
                     "run 'legopt dataset hash'"});
 }
 
-/// Reports that a robot with many feet found no plan, the most frequent reason, and the foot with the shortest stride.
-/// `planner`: has failed.
+/// Reports that a robot with many feet found no plan, the most frequent reason for the first pair, and the foot with
+/// the shortest stride. `planner`: planner of that search.
 [[noreturn]] void RefuseLegs(const ProbeModel& model, const LeggedPlanner& planner, FloorChange change, int pairs) {
   const ReachCloud& reach = *model.reach;
   std::string reason = planner.MainRefusal();
-  if (!reason.empty()) reason = "; most often, " + reason;
+  if (!reason.empty()) reason = "; of the first pair, most often: " + reason;
   const std::string& foot = model.dataset->feet()[static_cast<size_t>(reach.limiting_contact())].name;
   throw InputError({"footstep plans", std::string(ToString(change)) + " floor", "0 plans",
                     "no plan between " + std::to_string(pairs) + " pairs of stances" + reason +
