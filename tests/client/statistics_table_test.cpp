@@ -131,7 +131,7 @@ TEST(StatisticsTable, ProfilesAreStepsFromRatioOne) {
                                    std::tuple("D", 1.0, 0.0), std::tuple("D", 5.0, 0.2), std::tuple("D", 10.0, 0.8)));
   EXPECT_THAT(RenderProfiles(table, TableFormat::kCsv),
               testing::StartsWith("experiment_id,method_id,method,multi_starts,inner_starts,sample_size,incremental,"
-                                  "collision,task,initialization,problems,ratio,share\n"));
+                                  "collision,task,initialization,measure,problems,ratio,share\n"));
   EXPECT_THAT(RenderProfiles(table, TableFormat::kLatex), HasSubstr("\\midrule"));
 }
 
