@@ -37,7 +37,7 @@ struct CellStatistics {
   std::optional<double> common_cost;             ///< geometric mean over the problems that all methods solved
   int paired = 0;                                ///< number of problems that this row and the column's reference both
                                                  ///< solved
-  std::optional<double> work_ratio;              ///< as time_ratio; nullopt if work was not counted on all of them
+  std::optional<double> work_ratio;              ///< ratio of work, like time_ratio; nullopt if not counted on all
   std::optional<double> time_ratio, cost_ratio;  ///< ratio to the reference, geometric means over the paired problems
   std::optional<double> mean_rank;  ///< mean rank by the column's measure among the shown rows; failures last
   double cpu_ms = 0.0;

@@ -23,7 +23,7 @@ struct SrdfPair {
   std::string reason;         ///< reason given by the file, lower case; may be empty
 };
 
-/// What the SRDF files of a robot say besides postures.
+/// Content of a robot's SRDF files besides postures.
 struct SrdfContent {
   std::filesystem::path file;         ///< first file that has any of these; empty: none
   std::vector<SrdfPair> disabled;     ///< pairs of links that the robot has
