@@ -25,6 +25,15 @@ std::chrono::microseconds TimeOfLatestAttempts(const std::vector<db::OpenJob>& j
   return std::chrono::microseconds(covered_us);
 }
 
+// Returns a number whose bits all depend on all bits of `value`: the output function of SplitMix64 (Steele, Lea, Flood
+// 2014).
+std::uint64_t Scrambled(std::uint64_t value) {
+  value += 0x9e3779b97f4a7c15;
+  value = (value ^ (value >> 30)) * 0xbf58476d1ce4e5b9;
+  value = (value ^ (value >> 27)) * 0x94d049bb133111eb;
+  return value ^ (value >> 31);
+}
+
 }  // namespace
 
 Experiment::Experiment(std::int64_t experiment_id, std::int64_t first_job_id, ExperimentSpec spec)
@@ -47,7 +56,8 @@ void Experiment::MakeGroups() {
     for (JobRequirement& need : NeedsOf(method)) needs.push_back(std::move(need));
     for (const ExperimentSpec::TaskProblems& task : spec_.tasks) {
       Group group;
-      group.first = group.next_fresh = group.searched = first;
+      group.first = first;
+      group.task_index = static_cast<std::size_t>(&task - spec_.tasks.data());
       group.end =
           first + static_cast<std::int64_t>(task.problems.size() * spec_.initializations.size()) * spec_.repetitions;
       group.queued = group.end - group.first;
@@ -65,11 +75,26 @@ bool Experiment::HasQueued(const Admits& admits) const {
                      [&](const Group& group) { return group.queued > 0 && admits(group); });
 }
 
+std::int64_t Experiment::JobAt(const Group& group, std::int64_t position) const {
+  const auto problems = static_cast<std::int64_t>(spec_.tasks[group.task_index].problems.size());
+  const auto starts = static_cast<std::int64_t>(spec_.initializations.size());
+  const std::int64_t problem = position % problems, start = position / problems % starts,
+                     repetition = position / problems / starts;
+  return group.first + (start * problems + problem) * spec_.repetitions + repetition;
+}
+
+std::tuple<std::size_t, std::int64_t, std::uint64_t> Experiment::PlaceOf(const Group& group) const {
+  const auto method = static_cast<std::uint64_t>(&group - groups_.data());
+  const std::uint64_t block =
+      Scrambled(static_cast<std::uint64_t>(spec_.seed) ^ Scrambled(static_cast<std::uint64_t>(group.next_fresh)));
+  return {group.task_index, group.next_fresh, Scrambled(block ^ method)};
+}
+
 // Jobs that were leased or finished before a restart are skipped.
 void Experiment::SkipTaken(Group& group) {
   std::set<std::int64_t>& returned = group.returned;
   while (!returned.empty() && job(*returned.begin()).state != db::JobState::kQueued) returned.erase(returned.begin());
-  while (group.next_fresh < group.end && job(group.next_fresh).state != db::JobState::kQueued) ++group.next_fresh;
+  while (group.HasFresh() && job(JobAt(group, group.next_fresh)).state != db::JobState::kQueued) ++group.next_fresh;
 }
 
 std::optional<std::int64_t> Experiment::TakeQueued(const Admits& admits) {
@@ -82,25 +107,38 @@ std::optional<std::int64_t> Experiment::TakeQueued(const Admits& admits) {
       group.returned.erase(group.returned.begin());
       return index;
     }
-    if (fresh == nullptr && group.next_fresh < group.end) fresh = &group;
+    if (group.HasFresh() && (fresh == nullptr || PlaceOf(group) < PlaceOf(*fresh))) fresh = &group;
   }
-  return fresh == nullptr ? std::nullopt : std::optional(fresh->next_fresh++);
+  return fresh == nullptr ? std::nullopt : std::optional(JobAt(*fresh, fresh->next_fresh++));
 }
 
-std::optional<Experiment::Range> Experiment::NextUnsearched(std::int64_t most, const Admits& admits) {
-  if (spec_.again) return std::nullopt;
-  const Group* fresh = nullptr;
+// All groups of the task whose turn it is are searched before one of its jobs starts: a request that has been granted a
+// lease searches no more.
+std::vector<std::int64_t> Experiment::NextUnsearched(std::int64_t most, const Admits& admits) {
+  if (spec_.again) return {};
+  const Group* next = nullptr;
   for (Group& group : groups_) {
     if (group.queued == 0 || !admits(group)) continue;
     SkipTaken(group);
-    if (!group.returned.empty()) return std::nullopt;
-    if (fresh == nullptr && group.next_fresh < group.end) fresh = &group;
+    if (!group.returned.empty()) return {};
+    if (!group.HasFresh() || (next != nullptr && next->task_index < group.task_index)) continue;
+    const bool unsearched = group.next_fresh >= group.searched;
+    if (next == nullptr || group.task_index < next->task_index || unsearched) next = &group;
   }
-  if (fresh == nullptr || fresh->next_fresh < fresh->searched) return std::nullopt;
-  Range range{fresh->next_fresh, fresh->next_fresh};
-  const std::size_t kind = KindOf(range.first);
-  while (range.end < fresh->end && range.end < range.first + most && KindOf(range.end) == kind) ++range.end;
-  return range;
+  if (next == nullptr || next->next_fresh < next->searched) return {};
+  std::vector<std::int64_t> jobs = {JobAt(*next, next->next_fresh)};
+  const std::size_t kind = KindOf(jobs.front());
+  for (std::int64_t position = next->next_fresh + 1; position < next->end - next->first; ++position) {
+    const std::int64_t index = JobAt(*next, position);
+    if (static_cast<std::int64_t>(jobs.size()) == most || KindOf(index) != kind) break;
+    jobs.push_back(index);
+  }
+  return jobs;
+}
+
+void Experiment::SetSearched(const std::vector<std::int64_t>& jobs) {
+  Group& group = MutableGroupOf(jobs.front());
+  group.searched = group.next_fresh + static_cast<std::int64_t>(jobs.size());
 }
 
 void Experiment::CountQueued(std::int64_t index, int change) {

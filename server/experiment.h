@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "db/store.h"
@@ -59,17 +60,21 @@ class Experiment {
 
   Task TaskOf(std::int64_t index) const { return spec_.tasks[CoordinatesOf(spec_, index).task].task; }
 
-  /// Jobs of one method and task: a contiguous range of jobs with the same requirements.
+  /// Jobs of one method and task: a contiguous range of jobs with the same requirements. A position counts them in the
+  /// order in which they start (see TakeQueued).
   struct Group {
     std::int64_t first = 0, end = 0;    ///< jobs [first, end)
+    std::size_t task_index = 0;         ///< index of the task in the spec
     std::vector<JobRequirement> needs;  ///< requirements except the build
     std::string method_hash;
     Task task{};
     std::int64_t queued = 0;               ///< number of queued jobs
     int able_workers = 0;                  ///< number of online workers that can run its jobs
-    std::int64_t next_fresh = 0;           ///< all earlier jobs have been taken at least once
-    std::int64_t searched = 0;             ///< reusable results have been searched for all earlier jobs
+    std::int64_t next_fresh = 0;           ///< position; all earlier jobs have been taken at least once
+    std::int64_t searched = 0;             ///< position; reusable results have been searched for all earlier jobs
     std::set<std::int64_t> returned = {};  ///< re-queued jobs
+
+    bool HasFresh() const { return next_fresh < end - first; }
   };
   using Admits = std::function<bool(const Group&)>;  ///< whether a worker can run the jobs of a group
 
@@ -77,8 +82,13 @@ class Experiment {
   const Group& GroupOf(std::int64_t index) const { return groups_[KindOf(index) / spec_.initializations.size()]; }
   /// Returns whether TakeQueued would return a job.
   bool HasQueued(const Admits& admits) const;
-  /// Takes the next queued job of the admitted groups in execution order, re-queued jobs first; nullopt if there is
-  /// none. The caller must set its state to leased.
+  /// Takes the next queued job of the admitted groups, re-queued jobs first; nullopt if there is none. The caller must
+  /// set its state to leased.
+  ///
+  /// Jobs start in blocks: all methods on one problem from one initialization, in a random order that is drawn for each
+  /// block from the experiment's seed. Tasks follow each other; within a task, repetitions, initializations and
+  /// problems. So the methods of a block run within a short time, under the same load and clock frequency, and none is
+  /// always first.
   std::optional<std::int64_t> TakeQueued(const Admits& admits);
   /// Re-queues a job that TakeQueued returned.
   void PutBack(std::int64_t index) { MutableGroupOf(index).returned.insert(index); }
@@ -91,15 +101,12 @@ class Experiment {
   /// Number of queued jobs in groups that have able workers.
   std::int64_t num_takable() const { return takable_; }
 
-  /// Returns the next jobs of the admitted groups for which no reusable results have been searched: at most `most`
-  /// jobs, [first, end), all in one cell. Returns nullopt if TakeQueued should be called instead: the next job was
-  /// re-queued or already searched, or the experiment does not reuse results.
-  struct Range {
-    std::int64_t first = 0, end = 0;
-  };
-  std::optional<Range> NextUnsearched(std::int64_t most, const Admits& admits);
-  /// Marks the jobs of the range as searched.
-  void SetSearched(const Range& range) { MutableGroupOf(range.first).searched = range.end; }
+  /// Returns the next jobs of an admitted group for which no reusable results have been searched: at most `most` jobs,
+  /// all in one cell, in the order in which they start. Empty if TakeQueued should be called instead: jobs were
+  /// re-queued, the next ones have been searched, or the experiment does not reuse results.
+  std::vector<std::int64_t> NextUnsearched(std::int64_t most, const Admits& admits);
+  /// Marks what NextUnsearched returned as searched.
+  void SetSearched(const std::vector<std::int64_t>& jobs);
 
   /// Returns the expected CPU time of an attempt of this job in microseconds: the mean of its kind (method and task) if
   /// known, else of its task, else an upper bound from its limits at one microsecond per term evaluation.
@@ -124,6 +131,10 @@ class Experiment {
   void MakeGroups();
   /// Removes jobs that are no longer queued from the front of the group's queues.
   void SkipTaken(Group& group);
+  /// Returns the index of the job at a position of the group, 0 <= position < end - first.
+  std::int64_t JobAt(const Group& group, std::int64_t position) const;
+  /// Returns the place of the group's next fresh job among those of all groups: the smallest one starts first.
+  std::tuple<std::size_t, std::int64_t, std::uint64_t> PlaceOf(const Group& group) const;
 
   struct Mean {
     std::int64_t sum_us = 0, count = 0;

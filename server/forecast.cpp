@@ -155,11 +155,11 @@ std::string OtherBuilds(const db::ExperimentSummary& summary, const std::set<std
 }
 
 // Merges adjacent jobs of the same kind and size, so that a cell of postures is a single entry.
-void AddQueued(WorkLeft& left, std::size_t kind, double waypoints) {
-  if (!left.queued.empty() && left.queued.back().kind == kind && left.queued.back().waypoints == waypoints) {
-    ++left.queued.back().count;
+void AddQueued(std::vector<QueuedWork>& queued, std::size_t kind, double waypoints) {
+  if (!queued.empty() && queued.back().kind == kind && queued.back().waypoints == waypoints) {
+    ++queued.back().count;
   } else {
-    left.queued.push_back({kind, waypoints, 1});
+    queued.push_back({kind, waypoints, 1});
   }
 }
 
@@ -329,20 +329,23 @@ WorkLeft ForecastSnapshot::Left(const Experiment& experiment) const {
   const ExperimentSpec& spec = experiment.spec();
   WorkLeft left;
   std::int64_t index = 0;
+  std::vector<std::vector<QueuedWork>> queued(spec.tasks.size());  // of each task
   for (std::size_t method = 0; method < spec.methods.size(); ++method) {
-    for (const ExperimentSpec::TaskProblems& task : spec.tasks) {
+    for (std::size_t task_index = 0; task_index < spec.tasks.size(); ++task_index) {
+      const ExperimentSpec::TaskProblems& task = spec.tasks[task_index];
       for (std::size_t start = 0; start < spec.initializations.size(); ++start) {
         const std::size_t kind = left.kinds.size();
         const KindTime& time = experiment.kind_time(kind);
         left.kinds.push_back({method, task.task, time.seconds, time.waypoints});
         for (const int waypoints : task.waypoints) {
           for (int repetition = 0; repetition < spec.repetitions; ++repetition, ++index) {
-            if (experiment.job(index).state == db::JobState::kQueued) AddQueued(left, kind, waypoints);
+            if (experiment.job(index).state == db::JobState::kQueued) AddQueued(queued[task_index], kind, waypoints);
           }
         }
       }
     }
   }
+  for (const auto& of_task : queued) left.queued.insert(left.queued.end(), of_task.begin(), of_task.end());
   const auto worked_on = worked_on_.find(experiment.experiment_id());
   if (worked_on == worked_on_.end()) return left;
   for (const LeaseView& lease : worked_on->second) {

@@ -323,14 +323,13 @@ class Scheduler {
   int BatchSize(int wanted) const;
   void ExpireLeases(const Instant& now, Ops& ops);
   void ExpireLease(const Instant& now, std::int64_t job_id, bool may_have_begun, Ops& ops);
-  // scheduler_takeover.cpp
-  void ReuseKnownResults(const Instant& now, Experiment& experiment, const Experiment::Range& range,
-                         const Worker& worker, Ops& ops);
-  std::vector<db::KnownResult> KnownResultsOf(const Experiment& experiment, const Experiment::Range& range,
+  // scheduler_results.cpp
+  std::int64_t ReuseKnownResults(const Instant& now, Experiment& experiment, const std::vector<std::int64_t>& jobs,
+                                 const Worker& worker, Ops& ops);
+  std::vector<db::KnownResult> KnownResultsOf(const Experiment& experiment, const std::vector<std::int64_t>& jobs,
                                               const Worker& worker) const;
   void ReuseStoredResult(const Instant& now, Experiment& experiment, std::int64_t index, const db::KnownResult& known,
                          Ops& ops);
-  // scheduler_results.cpp
   legopt_msg::result_reply AcceptCurrent(const Instant& now, const JobRef& ref,
                                          const legopt_msg::result_request& request, Ops& ops);
   enum class Charge : std::uint8_t { kNever, kByOutcome };

@@ -100,9 +100,8 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
     const Experiment& experiment = *open_.at(experiment_id);
     return experiment.HasQueued(admits(experiment));
   };
-  constexpr std::int64_t kSearchedAtOnce = 64, kMaxSearched = 128;  // numbers of jobs; their results are copied in one
-                                                                    // commit
-  std::int64_t searched = 0;
+  constexpr std::int64_t kSearchedAtOnce = 64, kMaxReused = 128;  // numbers of jobs; results are copied in one commit
+  std::int64_t reused = 0;
   // A long job ends a batch, so that a worker that asked for many short jobs does not block long ones that others could
   // start.
   bool full = false;
@@ -111,12 +110,11 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
     if (!next) break;
     Enlist(now, *worker, ops);
     Experiment& experiment = *open_.at(*next);
-    if (const auto range = experiment.NextUnsearched(kSearchedAtOnce, admits(experiment))) {
+    if (const auto jobs = experiment.NextUnsearched(kSearchedAtOnce, admits(experiment)); !jobs.empty()) {
       // Reading the store may fail, and then the request is repeated, so no lease may have been granted before. The
       // remaining jobs are left to the next request.
-      if (!reply.jobs.empty() || searched >= kMaxSearched) break;
-      searched += range->end - range->first;
-      ReuseKnownResults(now, experiment, *range, *worker, ops);
+      if (!reply.jobs.empty() || reused >= kMaxReused) break;
+      reused += ReuseKnownResults(now, experiment, jobs, *worker, ops);
       continue;
     }
     const std::int64_t index = experiment.TakeQueued(admits(experiment)).value();

@@ -230,32 +230,35 @@ legopt_msg::result_reply Scheduler::AnswerEnded(const Instant& now, const db::At
 
 // Reuse of finished results of identical jobs.
 
-// Jobs with known results become done; the others wait for their leases. The state is consistent whether or not the
-// request is answered.
-void Scheduler::ReuseKnownResults(const Instant& now, Experiment& experiment, const Experiment::Range& range,
-                                  const Worker& worker, Ops& ops) {
-  const std::vector<db::KnownResult> known = KnownResultsOf(experiment, range, worker);
-  experiment.SetSearched(range);
-  for (std::int64_t index = range.first; index < range.end && !known.empty(); ++index) {
-    const db::KnownResult& result = known[static_cast<std::size_t>(index - range.first)];
-    const Job& job = experiment.job(index);
+// Jobs with known results become done; the others wait for their leases. Returns the number of the former. The state is
+// consistent whether or not the request is answered.
+std::int64_t Scheduler::ReuseKnownResults(const Instant& now, Experiment& experiment,
+                                          const std::vector<std::int64_t>& jobs, const Worker& worker, Ops& ops) {
+  const std::vector<db::KnownResult> known = KnownResultsOf(experiment, jobs, worker);
+  experiment.SetSearched(jobs);
+  std::int64_t reused = 0;
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    const Job& job = experiment.job(jobs[i]);
     const bool fresh = job.state == db::JobState::kQueued && job.attempts == 0;
     // Results deleted in the same round are still in the store.
-    if (!fresh || result.job_id == 0 || IsDeleted(result.job_id)) continue;
+    if (!fresh || known[i].job_id == 0 || IsDeleted(known[i].job_id)) continue;
     Bind(now, experiment, worker, ops);
-    ReuseStoredResult(now, experiment, index, result, ops);
+    ReuseStoredResult(now, experiment, jobs[i], known[i], ops);
+    ++reused;
   }
   FinishIfComplete(now, experiment, ops);
+  return reused;
 }
 
-// Returns one element per job of the range; empty if the experiment is restricted to one build and that build is
+// Returns one element per job; empty if the experiment is restricted to one build and that build is
 // unknown. Jobs are described by the inputs that determine their results, because rows of this experiment may not be
 // committed yet.
-std::vector<db::KnownResult> Scheduler::KnownResultsOf(const Experiment& experiment, const Experiment::Range& range,
+std::vector<db::KnownResult> Scheduler::KnownResultsOf(const Experiment& experiment,
+                                                       const std::vector<std::int64_t>& jobs,
                                                        const Worker& worker) const {
   const ExperimentSpec& spec = experiment.spec();
   const db::ExperimentControl& control = summaries_.at(experiment.experiment_id()).control;
-  const JobCoordinates cell = CoordinatesOf(spec, range.first);
+  const JobCoordinates cell = CoordinatesOf(spec, jobs.front());
   const ExperimentSpec::TaskProblems& task = spec.tasks[cell.task];
   db::ResultSearch search;
   if (control.builds == BuildPolicy::kOne) {
@@ -272,7 +275,7 @@ std::vector<db::KnownResult> Scheduler::KnownResultsOf(const Experiment& experim
   search.wall_limit_us = task.wall_limit_us;
   search.memory_limit_bytes = spec.memory_limit_bytes;
   search.rule = summaries_.at(experiment.experiment_id()).rule;
-  for (std::int64_t index = range.first; index < range.end; ++index) {
+  for (const std::int64_t index : jobs) {
     const JobCoordinates at = CoordinatesOf(spec, index);
     search.problems.push_back({task.problems[at.problem], static_cast<int>(at.repetition)});
   }

@@ -210,6 +210,9 @@ void AddSuiteOptions(const app::Command& command, SuiteOptions* options) {
                          "Problems to tune on (even ids) or to report on (odd ids): " + Joined(EnumNamesOf<Split>()));
   command.AddOption("--seed", options->filter.seed, "Seed of the experiment, instead of the suite's")
       .Check(app::WholeNumber(0));
+  command.AddFlag("--null", options->null_row,
+                  "Add a copy of the first method, to measure how much times of the same work differ; no results are "
+                  "reused from identical jobs");
   command.AddFlag("--again,--new", options->fresh,
                   "Re-run everything as another experiment, although an identical one exists; no results are reused "
                   "from identical jobs");

@@ -93,7 +93,8 @@ struct SuiteOptions {
   std::optional<std::string> dataset;
   std::vector<std::filesystem::path> solvers;  ///< description files of external solvers
   SuiteFilter filter;
-  bool fresh = false;  ///< --again: create a new experiment and solve all its jobs
+  bool null_row = false;  ///< --null: add a copy of the first method
+  bool fresh = false;     ///< --again: create a new experiment and solve all its jobs
 };
 void AddSuiteOptions(const app::Command& command, SuiteOptions* options);
 

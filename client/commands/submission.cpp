@@ -98,6 +98,7 @@ Submission PrepareSubmission(const SuiteOptions& options) {
   Suite suite = ReadSuite(FindSuite(options.suite), external::RegistryWith(external::ReadDeclarations(solvers)));
   ReportPlaceOfDataset(suite);
   ApplyFilter(options.filter, &suite);
+  if (options.null_row) AddNullRow(&suite);
   Submission submission;
   submission.dataset_folder =
       std::filesystem::absolute(ChooseDatasetFolder(options.dataset, &suite)).lexically_normal();
@@ -110,7 +111,7 @@ Submission PrepareSubmission(const SuiteOptions& options) {
             "choose another, then 'legopt dataset hash'");
   submission.spec = BuildSpec(suite, facts, &submission.left_out);
   if (const std::string name = SubmitterName(); !name.empty()) submission.spec["submitter"] = name;
-  if (options.fresh) submission.spec["again"] = true;
+  if (options.fresh || options.null_row) submission.spec["again"] = true;
   const bool task_lost = submission.spec.at("tasks").size() < suite.tasks.size();
   submission.surprising = !submission.left_out.empty() && (task_lost || !options.filter.problems.empty());
   submission.num_jobs = CountJobs(submission.spec);

@@ -294,6 +294,7 @@ CellComparison CompareCells(const SolveCell& a, const SolveCell& b, const Charge
   comparison.column = a.column;
   comparison.limit_ms = std::min(a.limit_ms, b.limit_ms);
   comparison.charge = charge;
+  comparison.time_margin = options.margin;
   comparison.contended_share = ContendedShare(a, b);
   const auto pairs = PairsOf(Truncated(a, comparison.limit_ms), Truncated(b, comparison.limit_ms), &comparison);
   std::vector<ProblemScore> times_a, times_b;
@@ -323,7 +324,7 @@ void Decide(const ComparisonOptions& options, std::vector<CellComparison>* cells
   for (CellComparison& cell : *cells) {
     cell.success.change = ChangeOf(cell.success);
     cell.work.change = ChangeOf(cell.work, options.margin);
-    cell.time.change = cell.work.n > 0 ? ComparisonResult::kNone : ChangeOf(cell.time, options.margin);
+    cell.time.change = cell.work.n > 0 ? ComparisonResult::kNone : ChangeOf(cell.time, cell.time_margin);
     cell.cost.change = ChangeOf(cell.cost, options.margin);
     cell.change = cell.success.change == ComparisonResult::kNone
                       ? Together({cell.work.change, cell.time.change, cell.cost.change})

@@ -76,6 +76,7 @@ struct CellComparison {
   int only_in_a = 0, only_in_b = 0;  ///< numbers of problems that the other was not asked to solve
   SuccessComparison success;
   RatioComparison work, time, cost;            ///< work.n is 0 if it was not counted on all problems that both solved
+  double time_margin = 0.0;                    ///< minimum deviation of the ratio of times from 1 to be reported
   Charge charge;                               ///< charge of a failed run
   double par10_a_ms = 0.0, par10_b_ms = 0.0;   ///< mean times, with failed runs at the charge
   statistics::Interval par10_ratio;            ///< BCa
@@ -90,7 +91,8 @@ struct CellComparison {
 
 /// Options of a comparison.
 struct ComparisonOptions {
-  double margin = 0.0;     ///< minimum deviation of a ratio from 1 to be reported, e.g. 0.05; >= 0
+  double margin = 0.0;  ///< minimum deviation of a ratio from 1 to be reported, e.g. 0.05; >= 0; that of times may be
+                        ///< larger (RaiseTimeMargins)
   std::uint64_t seed = 1;  ///< seed of the bootstrap
 };
 

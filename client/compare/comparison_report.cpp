@@ -153,6 +153,15 @@ std::string RuleText(const Comparison& comparison) {
          LeastText(comparison);
 }
 
+// Returns e.g. "The same work differs: SQP (copy) takes 1.03 [0.98, 1.08] of the time of SQP, postures, good init;
+// smaller differences of times than 8.2 % are not reported."
+std::string IdenticalWorkText(const IdenticalWork& work) {
+  return "The same work differs: " + work.copy.name + " takes " + Ratio(work.time.mean) + " [" +
+         Ratio(work.time.interval.lower) + ", " + Ratio(work.time.interval.upper) + "] of the time of " +
+         work.method.name + ", " + ColumnTitle(work.column) + "; smaller differences of times than " +
+         Percent(work.Margin()) + " % are not reported.";
+}
+
 // Returns e.g. "B is worse in 1 of 4 comparisons, better in 2, mixed in 0."
 std::string Summary(const Comparison& comparison) {
   EnumArray<ComparisonResult, int> counts;
@@ -212,6 +221,21 @@ Json RatioJson(const RatioComparison& ratios) {
           {"change", ToString(ratios.change)}};
 }
 
+Json IdenticalWorkJson(const std::vector<IdenticalWork>& identical) {
+  auto json = Json::array();
+  for (const IdenticalWork& work : identical) {
+    json.push_back({{"task", ToString(work.column.task)},
+                    {"initialization", ToString(work.column.initialization)},
+                    {"method", MethodJson(work.method)},
+                    {"copy", MethodJson(work.copy)},
+                    {"n", work.time.n},
+                    {"time_ratio", Number(work.time.mean)},
+                    {"interval", IntervalJson(work.time.interval)},
+                    {"margin", Number(work.Margin())}});
+  }
+  return json;
+}
+
 Json ProblemsJson(const std::vector<ProblemRatio>& ratios) {
   auto json = Json::array();
   for (const ProblemRatio& ratio : ratios) {
@@ -246,6 +270,7 @@ Json CellJson(const CellComparison& cell) {
           {"success", SuccessJson(cell.success)},
           {"work", RatioJson(cell.work)},
           {"time", RatioJson(cell.time)},
+          {"time_margin", Number(cell.time_margin)},
           {"cost", RatioJson(cell.cost)},
           {"charge_ms", cell.charge.ms},
           {"charge_rule", EnumNameOf(cell.charge.rule)},
@@ -325,7 +350,8 @@ nlohmann::ordered_json ComparisonJson(const Comparison& comparison) {
                {"bootstrap_seed", comparison.options.seed},
                {"change", ToString(comparison.change)},
                {"least_discordant", MinDiscordantPairs()},
-               {"notes", comparison.notes}};
+               {"notes", comparison.notes},
+               {"identical_work", IdenticalWorkJson(comparison.identical_work)}};
   json["comparisons"] = Json::array();
   for (const CellComparison& cell : comparison.cells) json["comparisons"].push_back(CellJson(cell));
   return json;
@@ -342,6 +368,7 @@ Table TableOf(const Comparison& comparison, const TimeUnit& unit) {
       table.rows.push_back({{TextCell(line[0]), TextCell(line[1])}, TitleOf(comparison, cell), emphasis});
     }
   }
+  for (const IdenticalWork& work : comparison.identical_work) table.notes.push_back({IdenticalWorkText(work)});
   for (const std::string& note : comparison.notes) table.notes.push_back({"Note: " + note});
   table.notes.push_back({RuleText(comparison)});
   table.notes.push_back({Summary(comparison), Emphasis::kBest});

@@ -304,6 +304,18 @@ void NoteCells(const std::vector<CellComparison>& cells, std::vector<std::string
   }
 }
 
+// Reads how times of identical work differ in the experiments of both sides.
+std::vector<IdenticalWork> IdenticalWorkOf(const Sides& sides, const ComparisonRequest& request) {
+  const auto& [a, b] = sides;
+  std::vector<IdenticalWork> identical =
+      ReadIdenticalWork(*a.source, a.experiment, RuleOf(sides, request), request.options);
+  if (a.place == b.place && a.experiment.info.id == b.experiment.info.id) return identical;
+  for (IdenticalWork& work : ReadIdenticalWork(*b.source, b.experiment, RuleOf(sides, request), request.options)) {
+    identical.push_back(std::move(work));
+  }
+  return identical;
+}
+
 }  // namespace
 
 Comparison ReadComparison(const ComparisonRequest& request) {
@@ -324,6 +336,8 @@ Comparison ReadComparison(const ComparisonRequest& request) {
                                             ") have no problem in common that both have finished");
   }
   KeepRows(request.rows, &comparison.cells);  // before p values are adjusted for the number of comparisons
+  comparison.identical_work = IdenticalWorkOf(sides, request);
+  RaiseTimeMargins(comparison.identical_work, &comparison.cells);
   Decide(request.options, &comparison.cells);
   comparison.change = OverallChange(comparison.cells);
   const auto told = [](const Side& side) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "client/compare/comparison.h"
+#include "client/compare/identical_work.h"
 #include "client/report/result_filter.h"
 #include "client/report/result_source.h"
 
@@ -39,6 +40,7 @@ struct Comparison {
   Rule rule = Rule::kSolid;
   ComparisonOptions options;
   std::vector<CellComparison> cells;                  ///< ordered as in A's table
+  std::vector<IdenticalWork> identical_work;          ///< of both experiments
   std::vector<std::string> notes;                     ///< caveats for the reader: other builds, machines, seeds
   ComparisonResult change = ComparisonResult::kNone;  ///< overall change of all cells
 };

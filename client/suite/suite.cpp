@@ -384,6 +384,16 @@ void ApplyFilter(const SuiteFilter& filter, Suite* suite) {
   if (filter.split) suite->split = *filter.split;
 }
 
+void AddNullRow(Suite* suite) {
+  Method copy = suite->methods.front();
+  copy.name += " (copy)";
+  const auto same = [&](const Method& method) { return method.name == copy.name; };
+  if (std::any_of(suite->methods.begin(), suite->methods.end(), same)) {
+    throw InputError({suite->file, "methods", copy.name, "is the name that --null gives to its copy", "rename it"});
+  }
+  suite->methods.push_back(std::move(copy));
+}
+
 std::vector<int> ParseProblemIds(const std::vector<std::string>& items, const std::string& place,
                                  const std::string& field) {
   std::set<int> ids;

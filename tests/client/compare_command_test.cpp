@@ -159,6 +159,49 @@ TEST_F(CompareCommand, EqualWorkIsNoDifferenceWhateverTheTimes) {
               AllOf(HasSubstr("B is worse (slower)"), HasSubstr("- (not counted)")));
 }
 
+// C is a copy of A whose solves were slower by 1.1 to 1.3; B was slower than A by 1.05 to 1.25. No work was counted.
+TEST_F(CompareCommand, TimesOfTheSameWorkGiveTheLeastMargin) {
+  TestExperiment experiment;
+  experiment.methods = {{"A"}, {"B"}};
+  for (int problem = 0; problem < 30; ++problem) {
+    const std::int64_t wall_us = 10'000 * (1 + problem), percent = problem % 5 * 5;
+    experiment.results.push_back({.method = 0, .problem = problem, .wall_us = wall_us});
+    experiment.results.push_back({.method = 1, .problem = problem, .wall_us = wall_us * (105 + percent) / 100});
+  }
+  const auto alone = Compared(Stored(experiment, "alone.sqlite"));
+  EXPECT_EQ(alone.at("time").at("change"), "worse");
+  EXPECT_EQ(alone.at("time_margin"), 0.0);
+  experiment.methods.push_back({.name = "C", .copy_of = 0});
+  for (int problem = 0; problem < 30; ++problem) {
+    const std::int64_t wall_us = 10'000 * (1 + problem), percent = problem % 5 * 5;
+    experiment.results.push_back({.method = 2, .problem = problem, .wall_us = wall_us * (110 + percent) / 100});
+  }
+  const std::string file = Stored(experiment);
+  const auto result = Run({"compare", "A", "B", "--db", file, "--format", "json"});
+  const auto json = nlohmann::json::parse(result.out);
+  ASSERT_EQ(json.at("identical_work").size(), 1U);
+  const auto& same = json.at("identical_work").at(0);
+  EXPECT_EQ(same.at("copy").at("name"), "C");
+  EXPECT_NEAR(same.at("time_ratio"), 1.198, 1e-3);  // geometric mean of 1.1, 1.15, ..., 1.3
+  EXPECT_DOUBLE_EQ(same.at("margin"), same.at("interval").at(1).get<double>() - 1.0);
+  const auto& cell = json.at("comparisons").at(0);
+  EXPECT_EQ(cell.at("time_margin"), same.at("margin"));
+  EXPECT_EQ(cell.at("time").at("change"), "none");
+  EXPECT_THAT(Run({"compare", "A", "B", "--db", file}).out,
+              HasSubstr("The same work differs: C takes 1.2 [1.17, 1.22] of the time of A, "));
+  EXPECT_THAT(Run({"compare", "A", "C", "--db", file}).out, HasSubstr("no difference shown"));
+}
+
+TEST_F(CompareCommand, CopiesThatReusedOneResultSayNothing) {
+  TestExperiment experiment;
+  experiment.methods = {{"A"}, {"B"}, {.name = "C", .copy_of = 0}};
+  AddTimes(0, {1, 2, 3}, &experiment);
+  AddTimes(1, {2, 3, 4}, &experiment);
+  AddTimes(2, {1, 2, 3}, &experiment);
+  const auto result = Run({"compare", "A", "B", "--db", Stored(experiment), "--format", "json"});
+  EXPECT_TRUE(nlohmann::json::parse(result.out).at("identical_work").empty());
+}
+
 TEST_F(CompareCommand, WithRepetitionsShareDifferencesAreTested) {
   TestExperiment experiment;
   experiment.methods = {{"A"}, {"B"}};

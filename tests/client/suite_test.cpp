@@ -150,6 +150,17 @@ TEST(Suite, CollisionMakesOneMethodPerValue) {
   EXPECT_EQ(shared.methods.size(), 2U);
 }
 
+TEST(Suite, ANullRowIsTheFirstMethodUnderAnotherName) {
+  Suite suite = ParseSuite(
+      "tasks: posture\nmethods:\n  - {name: B, solver: sqp, multi_starts: 3}\n  - {solver: adam}\n", "s.yaml");
+  AddNullRow(&suite);
+  ASSERT_EQ(suite.methods.size(), 3U);
+  EXPECT_EQ(suite.methods[2].name, "B (copy)");
+  EXPECT_EQ(suite.methods[2].multi_starts, 3);
+  EXPECT_EQ(suite.methods[2].Hash(), suite.methods[0].Hash());
+  EXPECT_THROW(AddNullRow(&suite), InputError) << "the name is taken";
+}
+
 TEST(Suite, WallTimeMayDifferByTask) {
   const Suite suite = ParseSuite(std::string(kSmall) + "limits: {wall_time_s: {posture: 5, motion: 7.5}}\n", "s.yaml");
   EXPECT_EQ(suite.wall_time_s[Task::kPosture], 5);

@@ -64,7 +64,8 @@ db::NewExperiment DescriptionOf(const TestExperiment& experiment) {
   description.submitted_at_us = kNow_us;
   description.dataset = {experiment.dataset_name, experiment.dataset_hash};
   for (std::size_t i = 0; i < experiment.methods.size(); ++i) {
-    const std::string hash(64, static_cast<char>('0' + i));
+    const int original = experiment.methods[i].copy_of;
+    const std::string hash(64, static_cast<char>('0' + (original < 0 ? static_cast<int>(i) : original)));
     description.methods.push_back({experiment.methods[i].name, hash, experiment.methods[i].options,
                                    experiment.methods[i].multi_starts, 100, false,
                                    ParseEnum<SceneRepresentation>(experiment.methods[i].collision).value()});

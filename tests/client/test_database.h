@@ -39,6 +39,7 @@ struct TestMethod {
   int multi_starts = 0;
   std::string collision = "solid";
   std::string options = "{}";  ///< canonical form of the method, as text
+  int copy_of = -1;            ///< index of an earlier method with the same options; -1: none
 };
 
 struct TestExperiment {

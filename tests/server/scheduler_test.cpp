@@ -4,9 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <csignal>
+#include <set>
+#include <vector>
 
 #include "server/status.h"
 #include "tests/server/scheduler_fixture.h"
@@ -123,6 +126,47 @@ TEST_F(SchedulerTest, JobsAreLeasedInOrderAndOnce) {
   const auto none = Lease(kFirst);
   EXPECT_EQ(StatusOf(none), LeaseStatus::kNoneNow);
   EXPECT_GT(none.retry_after_us, 0);
+}
+
+// Three methods, two repetitions, two initializations, ten problems: the first forty blocks of three jobs.
+TEST_F(SchedulerTest, MethodsOfOneProblemStartAsABlockInRandomOrder) {
+  constexpr std::int64_t kMethods = 3, kProblems = 10, kStarts = 2, kRepetitions = 2, kOfMethod = 40;
+  nlohmann::json spec = SampleSpec(kProblems);
+  spec["methods"] = {MethodJson("a", 'a'), MethodJson("b", 'b'), MethodJson("c", 'c')};
+  spec["initializations"] = {"good", "in_collision"};
+  spec["repetitions"] = kRepetitions;
+  Submit(spec);
+  Hello(kFirst);
+  std::set<std::vector<std::int64_t>> orders;
+  for (std::int64_t block = 0; block < kOfMethod; ++block) {
+    const std::int64_t problem = block % kProblems, start = block / kProblems % kStarts,
+                       repetition = block / kProblems / kStarts;
+    std::vector<std::int64_t> order;
+    for (std::int64_t i = 0; i < kMethods; ++i) {
+      const std::int64_t index = LeaseOne(kFirst).job_id - 1;
+      order.push_back(index / kOfMethod);
+      EXPECT_EQ(index % kOfMethod, (start * kProblems + problem) * kRepetitions + repetition) << "block " << block;
+    }
+    orders.insert(order);
+    std::sort(order.begin(), order.end());
+    EXPECT_EQ(order, (std::vector<std::int64_t>{0, 1, 2})) << "block " << block;
+  }
+  EXPECT_EQ(orders.size(), 6U) << "every order occurs among forty";
+}
+
+TEST_F(SchedulerTest, BlocksAreTheSameAfterARestart) {
+  nlohmann::json spec = SampleSpec(20);
+  spec["methods"] = {MethodJson("a", 'a'), MethodJson("b", 'b'), MethodJson("c", 'c')};
+  Submit(spec);
+  Hello(kFirst);
+  std::vector<std::int64_t> first, second;
+  for (int i = 0; i < 60; ++i) first.push_back(LeaseOne(kFirst).job_id);
+  EXPECT_EQ(Submit(spec, "again").experiment_id, 2);
+  for (int i = 0; i < 31; ++i) second.push_back(LeaseOne(kFirst).job_id - 60);
+  Restart();
+  Hello(kFirst);
+  for (int i = 31; i < 60; ++i) second.push_back(LeaseOne(kFirst).job_id - 60);
+  EXPECT_EQ(first, second);
 }
 
 TEST_F(SchedulerTest, BatchesAreSharedNearTheEnd) {
