@@ -145,7 +145,7 @@ void AddServiceCommands(const app::Command& program, Invocation* invocation) {
   AddSolverCommand(service, invocation);
 }
 
-// A test limits the number of commands to 26.
+// A test limits the number of commands.
 void AddCommands(const app::Command& program, Invocation* invocation) {
   AddRunCommand(program, invocation);
   AddSubmitCommand(program, invocation);
@@ -159,6 +159,7 @@ void AddCommands(const app::Command& program, Invocation* invocation) {
 
   AddTableCommand(program, invocation);
   AddCompareCommand(program, invocation);
+  AddPlotCommand(program, invocation);
   AddReportCommand(program, invocation);
   AddViewCommand(program, invocation);
   AddServeCommand(program, invocation);

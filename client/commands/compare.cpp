@@ -5,7 +5,7 @@
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "client/compare/comparison_report.h"
-#include "client/compare/figures.h"
+#include "client/figures/figures.h"
 
 namespace legopt::client {
 namespace {

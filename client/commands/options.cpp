@@ -9,8 +9,8 @@
 #include "app/command_line.h"
 #include "bus/message_limits.h"
 #include "client/client_error.h"
+#include "client/plot/drawing.h"
 #include "client/plot/plot.h"
-#include "client/plot/plot_svg.h"
 #include "client/report/output.h"
 #include "legopt/types/task.h"
 
@@ -71,8 +71,9 @@ void AddOutputOptions(const app::Command& command, OutputOptions* options) {
   command.AddFlag("--no-pager", options->no_pager, "Do not use a pager (LEGOPT_PAGER, PAGER or less) for long text");
 }
 
-void AddRowsOption(const app::Command& command, std::vector<std::string>* rows, const std::string& noun) {
-  command.AddOption("--rows", *rows, "Show only these " + noun + ", by position: numbers and ranges, e.g. 1-3,5")
+void AddRowsOption(const app::Command& command, std::vector<std::string>* rows, const std::string& noun,
+                   const std::string& name) {
+  command.AddOption(name, *rows, "Show only these " + noun + ", by position: numbers and ranges, e.g. 1-3,5")
       .OneArgumentEach();
 }
 
@@ -129,7 +130,7 @@ void CheckPlotOptions(const PlotOptions& options, bool is_text) {
 }
 
 std::string DrawPlot(const Plot& plot, const PlotOptions& options, const TextLayout& layout) {
-  if (!options.svg.empty()) ReplaceFile(options.svg, RenderPlotSvg(plot));
+  if (!options.svg.empty()) ReplaceFile(options.svg, RenderFigure(plot, PlotFormat::kSvg));
   return options.text ? "\n" + RenderPlotText(plot, layout) : "";
 }
 

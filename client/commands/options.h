@@ -29,8 +29,9 @@ void AddFormatOption(const app::Command& command, TableFormat* format);
 void AddLayoutOptions(const app::Command& command, OutputOptions* options);
 /// Adds the layout options and --no-pager, for output that may go through a pager.
 void AddOutputOptions(const app::Command& command, OutputOptions* options);
-/// Adds --rows; `noun` names the rows in the help, e.g. "methods".
-void AddRowsOption(const app::Command& command, std::vector<std::string>* rows, const std::string& noun = "rows");
+/// Adds --rows or another option; `noun` names the rows in the help, e.g. "methods".
+void AddRowsOption(const app::Command& command, std::vector<std::string>* rows, const std::string& noun = "rows",
+                   const std::string& name = "--rows");
 /// Adds --columns.
 void AddColumnsOption(const app::Command& command, std::vector<std::string>* columns);
 /// Output options of a listing; see PrintListing.
@@ -64,7 +65,7 @@ struct PlotOptions {
 void AddPlotOptions(const app::Command& command, const std::string& what, PlotOptions* options);
 /// Throws ClientError (kUsage) for --plot with a format other than text, and for --png.
 void CheckPlotOptions(const PlotOptions& options, bool is_text);
-/// Writes the file, and returns the text to be printed; empty without --plot. Throws the errors of RenderPlotSvg and
+/// Writes the file, and returns the text to be printed; empty without --plot. Throws the errors of RenderFigure and
 /// ReplaceFile.
 std::string DrawPlot(const Plot& plot, const PlotOptions& options, const TextLayout& layout);
 /// Adds --charge SECONDS: the time charged for a failed run in mean times.

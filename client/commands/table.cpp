@@ -6,7 +6,7 @@
 #include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
-#include "client/compare/figures.h"
+#include "client/figures/figures.h"
 #include "client/compare/statistics_table.h"
 #include "client/report/benchmark_table.h"
 #include "client/report/certificate_report.h"

@@ -114,14 +114,12 @@ void ReadSolves(ResultSource& source, Rule rule, SolvedExperiment* experiment) {
 
 std::vector<ProblemRuns> ProblemsOf(const SolveCell& cell) {
   std::vector<ProblemRuns> problems;
-  std::vector<statistics::Repetition> costs, work;
   const auto add_up = [&] {
     if (problems.empty()) return;
-    problems.back().time = statistics::ScoreOf(problems.back().runs);
-    problems.back().cost = statistics::ScoreOf(costs);
-    problems.back().work = statistics::ScoreOf(work);
-    costs.clear();
-    work.clear();
+    ProblemRuns& runs = problems.back();
+    runs.time = statistics::ScoreOf(runs.runs);
+    runs.cost = statistics::ScoreOf(runs.cost_runs);
+    runs.work = statistics::ScoreOf(runs.work_runs);
   };
   for (const Solve& solve : cell.solves) {
     if (problems.empty() || problems.back().problem != solve.problem) {
@@ -132,8 +130,8 @@ std::vector<ProblemRuns> ProblemsOf(const SolveCell& cell) {
       runs.job_id = solve.job_id;
     }
     problems.back().runs.push_back({solve.end, solve.time_ms});
-    costs.push_back({solve.end, solve.cost});
-    work.push_back({solve.end, solve.work_ms});
+    problems.back().cost_runs.push_back({solve.end, solve.cost});
+    problems.back().work_runs.push_back({solve.end, solve.work_ms});
     problems.back().work_counted &= solve.end != RunOutcome::kSolved || solve.work_ms > 0.0;
   }
   add_up();

@@ -83,12 +83,13 @@ void ReadSolves(ResultSource& source, Rule rule, SolvedExperiment* experiment);
 struct ProblemRuns {
   int problem = 0;
   int waypoints = 1;
-  std::int64_t job_id = 0;                   ///< first repetition
-  statistics::ProblemScore time;             ///< score of Solve::time_ms
-  statistics::ProblemScore work;             ///< score of Solve::work_ms
-  statistics::ProblemScore cost;             ///< score of Solve::cost
-  bool work_counted = true;                  ///< the work of all solved repetitions was counted
-  std::vector<statistics::Repetition> runs;  ///< values of Solve::time_ms
+  std::int64_t job_id = 0;                                   ///< first repetition
+  statistics::ProblemScore time;                             ///< score of Solve::time_ms
+  statistics::ProblemScore work;                             ///< score of Solve::work_ms
+  statistics::ProblemScore cost;                             ///< score of Solve::cost
+  bool work_counted = true;                                  ///< the work of all solved repetitions was counted
+  std::vector<statistics::Repetition> runs;                  ///< values of Solve::time_ms
+  std::vector<statistics::Repetition> work_runs, cost_runs;  ///< values of Solve::work_ms and Solve::cost
 
   /// Returns whether every repetition has ended.
   bool complete() const { return time.finished() > 0 && time.missing == 0; }

@@ -267,12 +267,16 @@ StatisticsTable ComputeStatistics(const SolvedExperiment& experiment, Rule rule,
   return table;
 }
 
-StatisticsTable ReadStatisticsTable(ResultSource& source, const TableSelection& selection,
-                                    std::optional<double> charge_ms) {
+SolvedExperiment ReadSelectedSolves(ResultSource& source, const TableSelection& selection) {
   SolvedExperiment experiment = ReadCells(source, selection.experiment);
   KeepSelected(source, selection, &experiment);
   ReadSolves(source, selection.rule, &experiment);
-  return ComputeStatistics(experiment, selection.rule, charge_ms);
+  return experiment;
+}
+
+StatisticsTable ReadStatisticsTable(ResultSource& source, const TableSelection& selection,
+                                    std::optional<double> charge_ms) {
+  return ComputeStatistics(ReadSelectedSolves(source, selection), selection.rule, charge_ms);
 }
 
 }  // namespace legopt::client

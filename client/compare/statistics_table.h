@@ -85,6 +85,9 @@ struct StatisticsTable {
 /// Computes the statistics of an experiment whose solves have been read by the same `rule`. `charge_ms`: see ChargesOf.
 StatisticsTable ComputeStatistics(const SolvedExperiment& experiment, Rule rule, std::optional<double> charge_ms = {});
 
+/// Reads an experiment with the solves of the selected cells. Throws the errors of ReadBenchmarkTable.
+SolvedExperiment ReadSelectedSolves(ResultSource& source, const TableSelection& selection);
+
 /// Reads an experiment and computes its statistics. Throws the errors of ReadBenchmarkTable.
 StatisticsTable ReadStatisticsTable(ResultSource& source, const TableSelection& selection,
                                     std::optional<double> charge_ms = {});

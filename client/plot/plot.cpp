@@ -91,9 +91,9 @@ constexpr std::string_view kLetters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNO
 char LetterOf(std::size_t entry) { return kLetters[entry % kLetters.size()]; }
 
 // The plane of one panel, rows from top to bottom: a row for the rim and its bar (if any), then the cells of the axes.
-class Canvas {
+class TextPlane {
  public:
-  Canvas(const PlotPanel& panel, std::size_t width)
+  TextPlane(const PlotPanel& panel, std::size_t width)
       : panel_(panel),
         top_(panel.y.rim ? 2 : 0),
         columns_(width - kLabelColumns - 1 - (panel.x.rim ? kRimColumns : 0)),
@@ -125,49 +125,49 @@ class Canvas {
 };
 
 // Returns the value of a step curve at each column: the value of the last step up to that column.
-std::vector<double> Sampled(const PlotSeries& series, const Canvas& canvas) {
-  std::vector<double> values(canvas.columns(), 0.0);
+std::vector<double> Sampled(const PlotSeries& series, const TextPlane& plane) {
+  std::vector<double> values(plane.columns(), 0.0);
   for (const PlotPoint& step : series.points) {
-    for (std::size_t column = canvas.ColumnOf(step.x); column < values.size(); ++column) values[column] = step.y;
+    for (std::size_t column = plane.ColumnOf(step.x); column < values.size(); ++column) values[column] = step.y;
   }
   return values;
 }
 
-void DrawSteps(const PlotPanel& panel, Canvas* canvas) {
+void DrawSteps(const PlotPanel& panel, TextPlane* plane) {
   std::vector<std::vector<std::size_t>> rows;  // row of each series at each column
   for (const PlotSeries& series : panel.series) {
     auto& places = rows.emplace_back();
-    for (const double value : Sampled(series, *canvas)) places.push_back(canvas->RowOf(value));
+    for (const double value : Sampled(series, *plane)) places.push_back(plane->RowOf(value));
   }
-  for (std::size_t column = 0; column < canvas->columns(); ++column) {
+  for (std::size_t column = 0; column < plane->columns(); ++column) {
     for (std::size_t i = 0; i < rows.size(); ++i) {
       std::vector<std::size_t> meeting;
       for (std::size_t other = 0; other < rows.size(); ++other) {
         if (rows[other][column] == rows[i][column]) meeting.push_back(other);
       }
       const PlotSeries& shown = panel.series[meeting[column % meeting.size()]];
-      canvas->At(rows[i][column], column) = LetterOf(shown.entry);
+      plane->At(rows[i][column], column) = LetterOf(shown.entry);
     }
   }
 }
 
-void DrawPoints(const PlotPanel& panel, Canvas* canvas) {
-  for (std::size_t column = 0; column < canvas->columns(); ++column) {
-    const double share = static_cast<double>(column) / static_cast<double>(canvas->columns() - 1);
+void DrawPoints(const PlotPanel& panel, TextPlane* plane) {
+  for (std::size_t column = 0; column < plane->columns(); ++column) {
+    const double share = static_cast<double>(column) / static_cast<double>(plane->columns() - 1);
     const double x = panel.x.logarithmic ? panel.x.from * std::pow(panel.x.to / panel.x.from, share)
                                          : panel.x.from + share * (panel.x.to - panel.x.from);
-    if (x >= panel.y.from && x <= panel.y.to) canvas->At(canvas->RowOf(x), column) = '.';
+    if (x >= panel.y.from && x <= panel.y.to) plane->At(plane->RowOf(x), column) = '.';
   }
-  std::vector<std::vector<int>> counts(canvas->rows().size(), std::vector<int>(canvas->rows().front().size()));
+  std::vector<std::vector<int>> counts(plane->rows().size(), std::vector<int>(plane->rows().front().size()));
   for (const PlotSeries& series : panel.series) {
-    for (const PlotPoint& point : series.points) ++counts[canvas->RowOf(point.y)][canvas->ColumnOf(point.x)];
+    for (const PlotPoint& point : series.points) ++counts[plane->RowOf(point.y)][plane->ColumnOf(point.x)];
   }
   for (std::size_t row = 0; row < counts.size(); ++row) {
     for (std::size_t column = 0; column < counts[row].size(); ++column) {
       const int count = counts[row][column];
       if (count == 0) continue;
       constexpr int kMany = 10;
-      canvas->At(row, column) = count == 1 ? 'o' : count < kMany ? static_cast<char>('0' + count) : '#';
+      plane->At(row, column) = count == 1 ? 'o' : count < kMany ? static_cast<char>('0' + count) : '#';
     }
   }
 }
@@ -177,18 +177,18 @@ std::string Aligned(std::string text, std::size_t width) {
 }
 
 // Returns the labels of the rows; empty for rows without a tick.
-std::vector<std::string> RowLabels(const PlotPanel& panel, const Canvas& canvas) {
+std::vector<std::string> RowLabels(const PlotPanel& panel, const TextPlane& plane) {
   constexpr int kMost = 6;
-  std::vector<std::string> labels(canvas.rows().size());
-  for (const PlotTick& tick : TicksOf(panel.y, kMost)) labels[canvas.RowOf(tick.value)] = tick.label;
+  std::vector<std::string> labels(plane.rows().size());
+  for (const PlotTick& tick : TicksOf(panel.y, kMost)) labels[plane.RowOf(tick.value)] = tick.label;
   if (panel.y.rim) labels[0] = "failed";
   return labels;
 }
 
 // Returns the marks of the x axis, and their labels below.
-std::string ColumnAxis(const PlotPanel& panel, const Canvas& canvas) {
+std::string ColumnAxis(const PlotPanel& panel, const TextPlane& plane) {
   constexpr std::size_t kPerLabel = 9;
-  std::string marks(canvas.rows().front().size(), '-'), labels(marks.size() + kPerLabel, ' ');
+  std::string marks(plane.rows().front().size(), '-'), labels(marks.size() + kPerLabel, ' ');
   const auto put = [&](std::size_t column, const std::string& label) {
     const std::size_t from = column >= label.size() / 2 ? column - label.size() / 2 : 0;
     const bool free = labels.substr(from, label.size() + 1).find_first_not_of(' ') == std::string::npos &&
@@ -199,10 +199,10 @@ std::string ColumnAxis(const PlotPanel& panel, const Canvas& canvas) {
     const std::string failed = "failed";
     put(marks.size() - failed.size() / 2, failed);
   }
-  const int most = std::max(2, static_cast<int>(canvas.columns() / kPerLabel));
+  const int most = std::max(2, static_cast<int>(plane.columns() / kPerLabel));
   for (const PlotTick& tick : TicksOf(panel.x, most)) {
-    marks[canvas.ColumnOf(tick.value)] = '+';
-    put(canvas.ColumnOf(tick.value), tick.label);
+    marks[plane.ColumnOf(tick.value)] = '+';
+    put(plane.ColumnOf(tick.value), tick.label);
   }
   labels.erase(labels.find_last_not_of(' ') + 1);
   const std::string margin(kLabelColumns, ' ');
@@ -224,19 +224,19 @@ std::string PanelText(const Plot& plot, const PlotPanel& panel, const TextLayout
   const std::size_t asked = layout.width == 0 ? kDefaultWidth : layout.width;
   // The labels of the x axis may extend three columns beyond the plane.
   constexpr std::size_t kBeyond = 3;
-  Canvas canvas(panel, std::clamp(asked, kMinWidth, kMaxWidth) - kBeyond);
+  TextPlane plane(panel, std::clamp(asked, kMinWidth, kMaxWidth) - kBeyond);
   if (panel.kind == PlotKind::kSteps) {
-    DrawSteps(panel, &canvas);
+    DrawSteps(panel, &plane);
   } else {
-    DrawPoints(panel, &canvas);
+    DrawPoints(panel, &plane);
   }
   std::string text = Paragraph(panel.title, layout, Emphasis::kBest) + Paragraph("y: " + panel.y.title, layout);
-  const auto labels = RowLabels(panel, canvas);
+  const auto labels = RowLabels(panel, plane);
   for (std::size_t row = 0; row < labels.size(); ++row) {
-    std::string line = Aligned(labels[row] + " ", kLabelColumns) + "|" + canvas.rows()[row];
+    std::string line = Aligned(labels[row] + " ", kLabelColumns) + "|" + plane.rows()[row];
     text += line.erase(line.find_last_not_of(' ') + 1) + "\n";
   }
-  text += ColumnAxis(panel, canvas) + Paragraph("x: " + panel.x.title, layout);
+  text += ColumnAxis(panel, plane) + Paragraph("x: " + panel.x.title, layout);
   return text + Legend(plot, panel, layout);
 }
 

@@ -11,8 +11,8 @@
 #include <sstream>
 
 #include "client/client_error.h"
-#include "client/compare/figures.h"
-#include "client/plot/plot_svg.h"
+#include "client/figures/figures.h"
+#include "client/plot/drawing.h"
 #include "toy_experiment.h"
 
 namespace legopt::client {
@@ -156,13 +156,13 @@ std::set<std::string> CurveColors(const tinyxml2::XMLElement* element) {
 }
 
 TEST_F(PlotOfDatabase, AnSvgParsesAloneAndHasACurveOfEachMethod) {
-  const std::string bytes = RenderPlotSvg(Profiles(ToyPool()));
+  const std::string bytes = RenderFigure(Profiles(ToyPool()), PlotFormat::kSvg);
   tinyxml2::XMLDocument document;
   ASSERT_EQ(document.Parse(bytes.data(), bytes.size()), tinyxml2::XML_SUCCESS) << document.ErrorStr();
   const tinyxml2::XMLElement* root = document.RootElement();
   EXPECT_STREQ(root->Name(), "svg");
   EXPECT_STREQ(root->Attribute("xmlns"), "http://www.w3.org/2000/svg");
-  EXPECT_STREQ(root->Attribute("width"), "720pt");
+  EXPECT_STREQ(root->Attribute("width"), "360pt") << "one panel";
   EXPECT_EQ(CurveColors(root).size(), 3u);
 }
 
@@ -179,7 +179,7 @@ std::string TextsOf(const tinyxml2::XMLElement* element) {
 TEST_F(PlotOfDatabase, AnSvgHasAxesLegendAndCaptionAsText) {
   const Plot plot = Scatter(Discordant(3, 1, 1, 0));
   tinyxml2::XMLDocument document;
-  ASSERT_EQ(document.Parse(RenderPlotSvg(plot).c_str()), tinyxml2::XML_SUCCESS) << document.ErrorStr();
+  ASSERT_EQ(document.Parse(RenderFigure(plot, PlotFormat::kSvg).c_str()), tinyxml2::XML_SUCCESS) << document.ErrorStr();
   const std::string texts = TextsOf(document.RootElement());
   EXPECT_THAT(texts, HasSubstr(plot.panels[0].x.title));
   EXPECT_THAT(texts, HasSubstr(plot.panels[0].y.title));
@@ -192,7 +192,7 @@ TEST(PlotSvg, NamesAreEscaped) {
   Plot plot;
   plot.entries = {"<b>&\"x\"", "bell\a", "broken\xff"};
   tinyxml2::XMLDocument document;
-  ASSERT_EQ(document.Parse(RenderPlotSvg(plot).c_str()), tinyxml2::XML_SUCCESS) << document.ErrorStr();
+  ASSERT_EQ(document.Parse(RenderFigure(plot, PlotFormat::kSvg).c_str()), tinyxml2::XML_SUCCESS) << document.ErrorStr();
   EXPECT_EQ(TextsOf(document.RootElement()), "<b>&\"x\"\nbell\\x07\nbroken\\xff\n");
 }
 
@@ -200,7 +200,7 @@ TEST(PlotSvg, MorePanelsThanAPageHoldsAreRefused) {
   Plot plot;
   plot.panels.resize(kMaxPanels + 1);
   try {
-    RenderPlotSvg(plot);
+    RenderFigure(plot, PlotFormat::kSvg);
     FAIL() << "was drawn";
   } catch (const ClientError& error) {
     EXPECT_EQ(error.code(), ExitCode::kUsage);

@@ -8,11 +8,11 @@
 
 #include "client/client_error.h"
 #include "client/compare/comparison_report.h"
-#include "client/compare/figures.h"
 #include "client/compare/statistics_table.h"
+#include "client/figures/figures.h"
 #include "client/page/page_experiment.h"
+#include "client/plot/drawing.h"
 #include "client/plot/plot.h"
-#include "client/plot/plot_svg.h"
 #include "test_database.h"
 
 namespace legopt::client {
@@ -80,7 +80,7 @@ Figures FiguresOf(const TestExperiment& experiment) {
   }
   const Plot profiles = ProfilePlot(figures.table);
   figures.texts.push_back(RenderPlotText(profiles));
-  figures.texts.push_back(RenderPlotSvg(profiles));
+  figures.texts.push_back(RenderFigure(profiles, PlotFormat::kSvg));
   ComparisonRequest request;
   request.a = "A";
   request.b = "B";
@@ -90,7 +90,7 @@ Figures FiguresOf(const TestExperiment& experiment) {
     figures.texts.push_back(RenderComparison(comparison, TableFormat::kText));
     figures.texts.push_back(ComparisonJson(comparison).dump());
     figures.texts.push_back(RenderPlotText(ScatterPlot(comparison, kMilliseconds)));
-    figures.texts.push_back(RenderPlotSvg(ScatterPlot(comparison, kMilliseconds)));
+    figures.texts.push_back(RenderFigure(ScatterPlot(comparison, kMilliseconds), PlotFormat::kSvg));
   } catch (const ClientError& error) {
     figures.texts.emplace_back(error.what());  // no problem that both have finished
   }

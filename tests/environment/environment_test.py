@@ -9,6 +9,7 @@
 environment_test.py BUILD GROUP [CLOCK_LIBRARY] [--all]: GROUP is one of GROUPS below. By default, every command is
 tried in one or a few of a group's similar environments, and a selection of commands in the others; --all tries all in
 all."""
+import multiprocessing
 import os
 import re
 import shutil
@@ -22,6 +23,8 @@ import time
 import surroundings
 
 SKIPPED = 77
+AT_ONCE = 3             # environments; programs wait for most of the time
+FIRST_PORT = 17700      # of the deployments of environments, two ports each
 EXIT_CODES = os.path.join(os.path.dirname(__file__), "..", "..", "app", "exit_codes.h")
 DEFECT, INTERRUPTED = 70, 8
 PATIENCE_S = 120        # time limit of a command on a busy machine
@@ -132,11 +135,15 @@ def commands(dataset):
     ]
 
 
-# With the exit code after SIGTERM.
-SERVICES = (
-    (["legopt-server", "--db", "served.sqlite"], 0), (["legopt-worker", "--slots", "1"], 0),
-    (["legopt", "serve", "--db", "small.sqlite", "--http-port", "0"], 0),
-    (["legopt-server", "--db", "reached.sqlite", "--port", "17690", "--listen", "127.0.0.1:17692", "--access", "reached.access"], 0))
+def services(port):
+    """With the exit code after SIGTERM. The last one has a deployment of its own, at `port`."""
+    return (
+        (["legopt-server", "--db", "served.sqlite"], 0), (["legopt-worker", "--slots", "1"], 0),
+        (["legopt", "serve", "--db", "small.sqlite", "--http-port", "0"], 0),
+        (["legopt-server", "--db", "reached.sqlite", "--port", str(port), "--listen", f"127.0.0.1:{port + 2}",
+          "--access", "reached.access"], 0))
+
+
 STOPPED = (
     (["legopt", "run", "long.yaml", "--db", "stopped.sqlite", "--workers", "1", "--solver", "sleeper.json"], INTERRUPTED),
     (["legopt", "watch", "1", "--access", ACCESS], INTERRUPTED))
@@ -159,10 +166,11 @@ def processor_seconds(process):
 
 
 class Trial:
-    """The commands and services of one environment, each in its own folder."""
+    """The commands and services of one environment, each in its own folder. `port`: of its deployment; eight are free
+    from there on."""
 
-    def __init__(self, bench, surrounding, everything):
-        self.bench, self.surrounding, self.everything = bench, surrounding, everything
+    def __init__(self, bench, surrounding, everything, port):
+        self.bench, self.surrounding, self.everything, self.port = bench, surrounding, everything, port
         self.faults = []
         self.temporary = tempfile.mkdtemp(dir=bench.scratch)
         os.chmod(self.temporary, 0o777)
@@ -172,7 +180,7 @@ class Trial:
 
     def start(self, command, folder):
         program = os.path.join(self.bench.build, command[0])
-        environment = self.surrounding.variables({**self.bench.environment(), "TMPDIR": self.temporary})
+        environment = self.surrounding.variables({**self.bench.environment(), "LEGOPT_PORT": str(self.port), "TMPDIR": self.temporary})
         return subprocess.Popen(self.surrounding.wrap([program, *command[1:]]), cwd=folder, env=environment,
                                 stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                 preexec_fn=self.surrounding.prepare, start_new_session=True)
@@ -277,7 +285,7 @@ class Trial:
         """Tries all services at once, since they mostly wait."""
         started = []
         # A run needs seconds to stop: tried where every command is.
-        for command, usual in SERVICES + (STOPPED if self.everything else ()):
+        for command, usual in services(self.port + 4) + (STOPPED if self.everything else ()):
             folder = self.fresh_folder()
             started.append((command, usual, folder, set(os.listdir(folder)), self.start(command, folder)))
         shares = self.lowest_shares([process for *_, process in started])
@@ -387,33 +395,52 @@ def in_own_network():
     os.execvp("unshare", ["unshare", "-n", "sh", "-c", script, "sh", sys.executable, "-B", *sys.argv])
 
 
+def try_surrounding(bench, surrounding, everything, port):
+    """Returns the faults; None if it was skipped."""
+    if surrounding.needs_root and os.geteuid() != 0:
+        print(f"{surrounding.name}: skipped, needs root")
+        return None
+    # One environment of each family tries every command.
+    whole = everything or surrounding.name in WHOLE or not surrounding.name.startswith(FAMILIES)
+    begin = time.monotonic()
+    faults = Trial(bench, surrounding, whole, port).run()
+    print("\n  ".join([f"{surrounding.name}: {len(faults)} faults, {time.monotonic() - begin:.1f} s", *faults]), flush=True)
+    return faults
+
+
+INHERITED = []  # the bench, in processes of the pool
+
+
+def inherit(bench):
+    INHERITED.append(bench)
+
+
+def try_in_process(*arguments):
+    return try_surrounding(INHERITED[0], *arguments)
+
+
 def main():
     everything = "--all" in sys.argv
     build, group, *rest = [word for word in sys.argv[1:] if word != "--all"]
     if not in_own_network():
         print("SKIPPED: no network namespaces here (root is needed)")
         return SKIPPED
-    faults = []
     bench = Bench(os.path.abspath(build))
     try:
-        tried = 0
-        for surrounding in chosen(group, rest[0] if rest else None):
-            if surrounding.needs_root and os.geteuid() != 0:
-                print(f"{surrounding.name}: skipped, needs root")
-                continue
-            # One environment of each family tries every command.
-            whole = everything or surrounding.name in WHOLE or not surrounding.name.startswith(FAMILIES)
-            begin = time.monotonic()
-            found = Trial(bench, surrounding, whole).run()
-            tried += 1
-            print(f"{surrounding.name}: {len(found)} faults, {time.monotonic() - begin:.1f} s", flush=True)
-            for fault in found:
-                print("  " + fault, flush=True)
-            faults += found
+        usual, *others = chosen(group, rest[0] if rest else None)
+        assert usual.name == "usual"  # the others are compared with it
+        found = [try_surrounding(bench, usual, everything, FIRST_PORT)]
+        # Processes rather than threads, since each changes its own state before it starts a program.
+        with multiprocessing.get_context("fork").Pool(AT_ONCE, initializer=inherit, initargs=(bench,)) as pool:
+            ports = range(FIRST_PORT + 8, FIRST_PORT + 8 * (len(others) + 1), 8)
+            tasks = [(other, everything, port) for other, port in zip(others, ports)]
+            found += pool.starmap(try_in_process, tasks, chunksize=1)
     finally:
         bench.remove()
-    print(f"{tried} surroundings, {len(faults)} faults")
-    return 1 if faults or tried == 0 else 0
+    faults = sum(len(each) for each in found if each is not None)
+    tried = sum(1 for each in found if each is not None)
+    print(f"{tried} surroundings, {faults} faults")
+    return 1 if faults or tried < 2 else 0
 
 
 FAMILIES = ("closed", "file_size", "descriptors", "memory", "processes", "ignored", "home_is", "clock")

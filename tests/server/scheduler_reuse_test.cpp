@@ -2,10 +2,14 @@
 // done. Only results of the experiment's build are reused (none if any build may finish it), and none if all jobs must
 // be solved again. The search never loses a lease.
 
+#include <gmock/gmock.h>
+
 #include "tests/server/scheduler_fixture.h"
 
 namespace legopt::server {
 namespace {
+
+using testing::AnyOf;
 
 class SchedulerReuseTest : public SchedulerTest {
  protected:
@@ -73,7 +77,7 @@ TEST_F(SchedulerReuseTest, AnotherBuildSolvesForItself) {
   SolveAll(kFirst);
   HelloOf(kSecond, "two");
   Submit(Larger(), "s2");
-  EXPECT_EQ(LeaseOne(kSecond).job_id, 5);
+  EXPECT_THAT(LeaseOne(kSecond).job_id, AnyOf(5, 9)) << "of the first block";
   EXPECT_EQ(Summary(2).control.build_id, "two");
   EXPECT_EQ(Summary(2).taken_over, 0);
   nlohmann::json any = Larger();
@@ -89,7 +93,8 @@ TEST_F(SchedulerReuseTest, AWorkerThatTellsNoBuildTakesNothingOver) {
   Hello(kFirst);
   SolveAll(kFirst);
   Submit(Larger(), "s2");
-  EXPECT_EQ(LeaseOne(kFirst).job_id, 5);
+  EXPECT_THAT(LeaseOne(kFirst).job_id, AnyOf(5, 9)) << "of the first block";
+  EXPECT_EQ(Summary(2).taken_over, 0);
 }
 
 TEST_F(SchedulerReuseTest, AgainIsAgain) {

@@ -1,4 +1,4 @@
-#include "client/compare/figures.h"
+#include "client/figures/figures.h"
 
 #include <algorithm>
 #include <cmath>
@@ -102,9 +102,15 @@ PlotPanel ScatterPanel(const Comparison& comparison, const CellComparison& cell,
 
 }  // namespace
 
+std::vector<std::string> EntryNamesOf(const StatisticsTable& table) {
+  std::vector<std::string> names;
+  for (const StatisticsRow& row : table.rows) names.push_back(NameOf(table, row));
+  return names;
+}
+
 Plot ProfilePlot(const StatisticsTable& table) {
   Plot plot;
-  for (const StatisticsRow& row : table.rows) plot.entries.push_back(NameOf(table, row));
+  plot.entries = EntryNamesOf(table);
   for (const auto& [column, common] : table.columns) plot.panels.push_back(ProfilePanel(table, column));
   plot.caption = app::Printable(CaptionOf("Performance profiles", table));
   return plot;
