@@ -17,13 +17,13 @@ enum class ExitCode : int {
   kJobsFailed = 4,       ///< the experiment ended, but jobs crashed, died or could not run; `evaluate` could not read
                          ///< solutions of the file; `export` could not sample a motion; or `check-solver` found a fault
   kDatasetMismatch = 5,  ///< the dataset's content differs from that of the experiment
-  kDatabaseUnusable = 6,      ///< missing, unwritable, damaged, or in use by another server
-  kNetworkUnusable = 7,       ///< no multicast route, or the port belongs to another deployment
-  kInterrupted = 8,           ///< cancelled by the user or interrupted by a signal
-  kNewerDatabase = 9,         ///< the database was written by a newer legopt and was not changed
-  kWorse = 10,                ///< `compare --fail-if-worse`: B is worse than A
-  kOtherBits = 11,            ///< `replay`: same status and verdicts, but different bits
-  kOtherResult = 12,          ///< `replay`: another status or verdict, or no result
+  kDatabaseUnusable = 6,  ///< missing, unwritable, damaged, or in use by another server
+  kNetworkUnusable = 7,   ///< no multicast route, or the port belongs to another deployment
+  kInterrupted = 8,       ///< cancelled by the user or interrupted by a signal
+  kNewerDatabase = 9,     ///< the database was written by a newer legopt and was not changed
+  kWorse = 10,            ///< `compare --fail-if-worse`: B is worse than A
+  kOtherBits = 11,        ///< `replay`: same status and verdicts, but different bits
+  kOtherResult = 12,  ///< `replay`: another status or verdict, or no result; `archive judge`: another verdict or cost
   kCertificateMismatch = 13,  ///< a certificate of feasibility belongs to another dataset, or to another version of it
   kEngineRefused = 14,        ///< the batch system refuses a pool, does not answer, or has ended all its workers
   kNoProgress = 15,           ///< waiting ended by --give-up: no progress for that time
@@ -53,7 +53,7 @@ inline constexpr std::array<ExitCodeText, 19> kExitCodeTexts{{
     {ExitCode::kNewerDatabase, "database of a newer legopt"},
     {ExitCode::kWorse, "compare: B is worse"},
     {ExitCode::kOtherBits, "replay: same status, other bits"},
-    {ExitCode::kOtherResult, "replay: another result"},
+    {ExitCode::kOtherResult, "replay, archive judge: another result"},
     {ExitCode::kCertificateMismatch, "certificate of another dataset"},
     {ExitCode::kEngineRefused, "the batch system refuses or ended the pool"},
     {ExitCode::kNoProgress, "gave up: nothing moved for the time of --give-up"},

@@ -15,6 +15,9 @@ namespace legopt::db {
 /// The queries in db/queries, embedded by the build: kJobDetails is job_details.sql. The comment at the top of each
 /// file states its rows, parameters and order.
 enum class Query {
+  kArchivedExperiment,
+  kArchivedMethods,
+  kArchivedResults,
   kAttemptsOfJob,
   kBenchmarkCellsOfExperiment,
   kClockStoppedCount,

@@ -167,6 +167,7 @@ void AddCommands(const app::Command& program, Invocation* invocation) {
   AddQueryCommand(program, invocation);
   AddEvaluateCommand(program, invocation);
   AddExportCommand(program, invocation);
+  AddArchiveCommand(program, invocation);
   program.GroupCommands("Results");
 
   AddImportCommand(program, invocation);

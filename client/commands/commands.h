@@ -26,6 +26,7 @@ void AddCancelCommand(const app::Command& program, Invocation* invocation);
 void AddDeleteCommand(const app::Command& program, Invocation* invocation);
 /// Adds pause, resume, retry, edit.
 void AddControlCommands(const app::Command& program, Invocation* invocation);
+void AddArchiveCommand(const app::Command& program, Invocation* invocation);
 void AddPlotCommand(const app::Command& program, Invocation* invocation);
 void AddTableCommand(const app::Command& program, Invocation* invocation);
 void AddCompareCommand(const app::Command& program, Invocation* invocation);

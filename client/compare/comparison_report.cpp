@@ -154,12 +154,12 @@ std::string RuleText(const Comparison& comparison) {
 }
 
 // Returns e.g. "The same work differs: SQP (copy) takes 1.03 [0.98, 1.08] of the time of SQP, postures, good init;
-// smaller differences of times than 8.2 % are not reported."
+// smaller differences of times are not reported (margin 8.2 %)."
 std::string IdenticalWorkText(const IdenticalWork& work) {
   return "The same work differs: " + work.copy.name + " takes " + Ratio(work.time.mean) + " [" +
          Ratio(work.time.interval.lower) + ", " + Ratio(work.time.interval.upper) + "] of the time of " +
-         work.method.name + ", " + ColumnTitle(work.column) + "; smaller differences of times than " +
-         Percent(work.Margin()) + " % are not reported.";
+         work.method.name + ", " + ColumnTitle(work.column) +
+         "; smaller differences of times are not reported (margin " + Percent(work.Margin()) + " %).";
 }
 
 // Returns e.g. "B is worse in 1 of 4 comparisons, better in 2, mixed in 0."

@@ -154,6 +154,12 @@ std::shared_ptr<const Dataset> FindStored(ResultSource& source, const std::strin
 
 }  // namespace
 
+std::shared_ptr<const Dataset> FindLocalDataset(const std::string& hash) {
+  if (auto embedded = FindEmbedded(hash)) return embedded;
+  if (auto submitted = FindSubmitted(hash)) return submitted;
+  return FindCached(hash);
+}
+
 std::shared_ptr<const Dataset> FindResultDataset(ResultSource& source, const std::string& hash) {
   if (auto embedded = FindEmbedded(hash)) return embedded;
   const auto cached = FindCached(hash);

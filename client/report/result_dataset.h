@@ -29,4 +29,9 @@ std::optional<std::filesystem::path> RecordedDatasetFolder(const std::string& ha
 /// dataset is not found. Throws ClientError if no temporary folder can be created.
 std::shared_ptr<const Dataset> FindResultDataset(ResultSource& source, const std::string& hash);
 
+/// Finds the dataset with this content hash as FindResultDataset does, but without results: an embedded one, the folder
+/// of this user's last submission with it, or one that a worker of this user has fetched. Returns nullptr if there is
+/// none.
+std::shared_ptr<const Dataset> FindLocalDataset(const std::string& hash);
+
 }  // namespace legopt::client

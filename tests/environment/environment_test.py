@@ -106,6 +106,10 @@ def commands(dataset):
         Command("export", "export", "1", *stored, *of_dataset, "--out", "solutions.json", creates=["solutions.json"],
                 often=True, writes=True),
         Command("export to output", "export", "1", *stored, "--out", "-", often=True),
+        Command("plot", "plot", "ecdf", *stored, "--out", "ecdf.pdf", creates=["ecdf.pdf"], writes=True),
+        Command("archive", "archive", "pack", *stored, "--out", "a.legopt-archive", creates=["a.legopt-archive"], writes=True),
+        Command("archive judge", "archive", "judge", "given.legopt-archive", *of_dataset, "--out", "judged.json",
+                creates=["judged.json"], writes=True),
         Command("evaluate", "evaluate", "given.json", *of_dataset),
         Command("replay", "replay", "1", *stored, *of_dataset),
         Command("dataset info", "dataset", "info", dataset, often=True),
@@ -351,6 +355,7 @@ class Bench:
             os.chmod(program, 0o755)
         self.legopt("run", "s.yaml", "--db", "small.sqlite", "--workers", "1")
         self.legopt("export", "1", "--db", "small.sqlite", "--dataset", dataset, "--out", "given.json")
+        self.legopt("archive", "pack", "1", "--db", "small.sqlite", "--out", "given.legopt-archive")
         self.server = self.start_server()
 
     def write(self, name, text):

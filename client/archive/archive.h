@@ -1,0 +1,80 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "legopt/types/check.h"
+#include "legopt/types/collision.h"
+#include "legopt/types/enum_names.h"
+#include "legopt/types/task.h"
+
+/// Archives of experiments (docs/reference/archives.md): one file with the results of an experiment, from which others
+/// can judge its solutions again. What an archive says of itself, such as times and verdicts, is only reported.
+namespace legopt::client {
+
+/// Who made an archive, and how. All texts may be empty.
+struct ArchiveAbout {
+  std::string title, paper, licence, code, notes;
+  std::vector<std::string> authors;
+};
+
+struct ArchivedMethod {
+  std::string name;
+  std::string hash;     ///< of its options, 64 hex digits
+  std::string options;  ///< canonical JSON
+  int multi_starts = 0;
+  int sample_size = 100;  ///< percent
+};
+
+/// Program and kind of machine that made results.
+struct ArchivedBuild {
+  std::string id;    ///< equal ids imply equal bits
+  std::string text;  ///< release, commit, compiler
+  std::string processor;
+};
+
+/// The problems of a task.
+struct ArchivedTask {
+  Task task{};
+  std::vector<int> problems;  ///< ids, ascending
+};
+
+/// One result. A job without a result has none.
+struct ArchivedResult {
+  std::size_t method = 0;  ///< index in Archive::methods
+  Task task{};
+  Initialization initialization{};
+  int problem = 0;
+  int repetition = 0;
+  std::size_t build = 0;     ///< index in Archive::builds
+  std::int64_t cpu_us = 0;   ///< CPU time of the solve; 0: unknown
+  std::int64_t work_ns = 0;  ///< weighted term evaluations; 0: not counted
+  std::int64_t evaluations = 0;
+  EnumArray<Rule, std::optional<Verdict>> verdicts;  ///< as stored; nullopt: not judged by that rule
+  std::optional<double> cost;                        ///< as stored, per waypoint; nullopt: none
+  std::vector<Eigen::VectorXd> waypoints;            ///< n + 7 numbers each; empty: no solution
+};
+
+/// An experiment with its results.
+struct Archive {
+  ArchiveAbout about;
+  std::string experiment;  ///< name
+  std::string dataset, dataset_hash;
+  std::int64_t seed = 0;
+  int repetitions = 1;
+  Rule rule = Rule::kSolid;
+  std::vector<ArchivedTask> tasks;
+  std::vector<Initialization> initializations;
+  std::vector<ArchivedMethod> methods;
+  std::vector<ArchivedBuild> builds;
+  std::vector<ArchivedResult> results;
+  std::string hash;  ///< of the file's content, 64 hex digits; set by DecodeArchive
+
+  /// Number of jobs of the experiment: results, and jobs that ended or stay without one.
+  std::int64_t num_jobs() const;
+};
+
+}  // namespace legopt::client

@@ -1,0 +1,198 @@
+// Policy: an archive has everything that judging needs, and equal archives have equal bytes. A damaged, newer, foreign
+// or contradictory file is refused with its cause. What an archive claims is never believed: a judge finds it again.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "client/archive/archive_file.h"
+#include "client/archive/archive_pack.h"
+#include "command_line_fixture.h"
+#include "legopt/math/blake2b.h"
+#include "legopt/types/input_error.h"
+
+namespace legopt::client {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+Archive Sample() {
+  Archive archive;
+  archive.about.title = "A \"sample\"";
+  archive.about.authors = {"Ä", "B"};
+  archive.experiment = "quick";
+  archive.dataset = "garage";
+  archive.dataset_hash = std::string(64, 'd');
+  archive.seed = 7;
+  archive.repetitions = 2;
+  archive.tasks = {{Task::kPosture, {0, 3}}};
+  archive.initializations = {Initialization::kGood};
+  archive.methods = {{"SQP", std::string(64, 'a'), "{}", 10, 80}};
+  archive.builds = {{"0123456789ab", "legopt 1", "a processor"}};
+  ArchivedResult result;
+  result.problem = 3;
+  result.repetition = 1;
+  result.cpu_us = 1500;
+  result.work_ns = 1'234'567;
+  result.evaluations = 99;
+  result.verdicts[Rule::kLiteral] = Verdict::kSuccess;
+  result.cost = 0.1 + 0.2;
+  result.waypoints = {Eigen::Vector3d(1.0 / 3.0, -0.0, std::numeric_limits<double>::quiet_NaN())};
+  archive.results = {result};
+  return archive;
+}
+
+std::string FaultOf(const std::string& bytes) {
+  try {
+    DecodeArchive(bytes, "a.legopt-archive");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(ArchiveFile, KeepsEveryBit) {
+  const std::string bytes = EncodeArchive(Sample());
+  const Archive read = DecodeArchive(bytes, "a");
+  EXPECT_EQ(EncodeArchive(read), bytes);
+  EXPECT_EQ(read.num_jobs(), 4);
+  EXPECT_EQ(read.about.authors[0], "Ä");
+  EXPECT_EQ(read.methods[0].multi_starts, 10);
+  ASSERT_EQ(read.results.size(), 1U);
+  EXPECT_EQ(read.results[0].cost, 0.1 + 0.2);
+  EXPECT_EQ(read.results[0].waypoints[0][0], 1.0 / 3.0);
+  EXPECT_TRUE(std::signbit(read.results[0].waypoints[0][1]));
+  EXPECT_TRUE(std::isnan(read.results[0].waypoints[0][2]));
+  EXPECT_FALSE(read.results[0].verdicts[Rule::kSolid].has_value());
+}
+
+TEST(ArchiveFile, EveryFlippedBitIsFound) {
+  const std::string bytes = EncodeArchive(Sample());
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    std::string flipped = bytes;
+    flipped[i] = static_cast<char>(flipped[i] ^ 1);
+    EXPECT_NE(FaultOf(flipped), "no error") << "byte " << i;
+  }
+  for (std::size_t length = 0; length < bytes.size(); ++length) {
+    EXPECT_NE(FaultOf(bytes.substr(0, length)), "no error") << length << " bytes";
+  }
+}
+
+TEST(ArchiveFile, AnotherFileAndANewerFormatAreNamed) {
+  EXPECT_THAT(FaultOf("SQLite format 3"), HasSubstr("is no archive of legopt"));
+  std::string newer = EncodeArchive(Sample());
+  newer.replace(newer.find(" 1 "), 3, " 2 ");
+  EXPECT_THAT(FaultOf(newer), AllOf(HasSubstr("newer than this legopt, which reads format 1"), HasSubstr("'2'")));
+}
+
+// The writer checks nothing, so it can make every contradiction.
+std::string FaultWith(const std::function<void(Archive*)>& change) {
+  Archive archive = Sample();
+  change(&archive);
+  return FaultOf(EncodeArchive(archive));
+}
+
+TEST(ArchiveFile, ContradictionsAreNamed) {
+  EXPECT_THAT(FaultWith([](Archive* a) { a->results.push_back(a->results[0]); }),
+              AllOf(HasSubstr("is of the same job as result 1"), HasSubstr("SQP, posture 3, good, repetition 1")));
+  EXPECT_THAT(FaultWith([](Archive* a) { a->builds[0].id.clear(); }),
+              HasSubstr("builds.id: is empty: the results are of an unknown build"));
+  EXPECT_THAT(FaultWith([](Archive* a) { a->results[0].build = 1; }),
+              HasSubstr("build: must be a whole number from 0 to 0"));
+  EXPECT_THAT(FaultWith([](Archive* a) { a->results[0].method = 5; }),
+              HasSubstr("method: must be a whole number from 0 to 0"));
+  EXPECT_THAT(FaultWith([](Archive* a) { a->results[0].problem = 1; }),
+              HasSubstr("is not among the problems of the experiment (got '1')"));
+  EXPECT_THAT(FaultWith([](Archive* a) { a->results[0].repetition = 2; }),
+              HasSubstr("repetition: must be a whole number from 0 to 1"));
+  EXPECT_THAT(FaultWith([](Archive* a) { a->initializations = {Initialization::kInCollision}; }),
+              HasSubstr("is not among those of the experiment"));
+  EXPECT_THAT(FaultWith([](Archive* a) { a->tasks[0].problems = {3, 3}; }), HasSubstr("must be ascending"));
+  EXPECT_THAT(FaultWith([](Archive* a) { a->dataset_hash = "x"; }), HasSubstr("dataset_hash: must have 64 hex digits"));
+  EXPECT_THAT(FaultWith([](Archive* a) { a->methods.clear(); }), HasSubstr("method: refers to an empty list"));
+  EXPECT_THAT(FaultWith([](Archive* a) { a->seed = -1; }), HasSubstr("seed: must be a whole number"));
+}
+
+TEST(ArchiveFile, UnknownAndMissingKeysAreNamed) {
+  const auto with_header = [](const std::string& from, const std::string& to) {
+    std::string content = EncodeArchive(Sample());
+    content.erase(0, content.find('\n') + 1);
+    const std::size_t at = content.find(from);
+    EXPECT_NE(at, std::string::npos);
+    content.replace(at, from.size(), to);
+    return FaultOf("legopt-archive 1 " + Blake2bHex(content) + "\n" + content);
+  };
+  EXPECT_THAT(with_header("\"seed\":7,", ""), HasSubstr("seed: is missing"));
+  EXPECT_THAT(with_header("\"seed\":7,", "\"seed\":7,\"sed\":7,"), HasSubstr("sed: is an unknown key"));
+  EXPECT_THAT(with_header("\"solid\"", "\"loose\""), HasSubstr("rule: is none of the known words (got '\"loose\"')"));
+  EXPECT_THAT(with_header("{\"about\"", "{about"), HasSubstr("a.legopt-archive: header"));
+}
+
+class ArchiveCommand : public CommandLine {
+ protected:
+  // Solves two postures and packs them.
+  std::filesystem::path Packed() {
+    const std::string database = (folder_.path() / "r.sqlite").string();
+    const auto solved =
+        Run({"run", "quick", "--methods", "SQP", "--tasks", "posture", "--problems", "0-1", "--db", database});
+    EXPECT_EQ(solved.exit_code, 0) << solved.err;
+    const std::filesystem::path file = folder_.path() / "r.legopt-archive";
+    const auto packed = Run({"archive", "pack", "--db", database, "--out", file.string()});
+    EXPECT_EQ(packed.exit_code, 0) << packed.err;
+    EXPECT_THAT(packed.out, HasSubstr("2 methods, 8 of 8 jobs with a result"));
+    EXPECT_THAT(packed.err, HasSubstr("the archive does not state: authors, licence, code"));
+    return file;
+  }
+  std::string Written(const Archive& archive) {
+    const std::filesystem::path file = folder_.path() / "changed.legopt-archive";
+    std::ofstream(file, std::ios::binary) << EncodeArchive(archive);
+    return file.string();
+  }
+};
+
+TEST_F(ArchiveCommand, IsJudgedAgainToTheSameBytesAndAFalseClaimIsFound) {
+  const std::filesystem::path file = Packed();
+  const auto first = Run({"archive", "judge", file.string(), "--out", "a.json", "--format", "csv"});
+  EXPECT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_THAT(first.out, HasSubstr("SQP,10,100,posture,in_collision,2,2,2,2,2,2,0\n"));
+  Archive archive = ReadArchive(file);
+  EXPECT_THAT(Run({"archive", "check", file.string()}).out, HasSubstr("hash " + archive.hash));
+
+  archive.results[0].waypoints[0][3] += 0.5;
+  const auto moved = Run({"archive", "judge", Written(archive)});
+  EXPECT_EQ(moved.exit_code, 12);
+  EXPECT_THAT(moved.err, HasSubstr("1 of 8 results have another verdict or cost than the archive states"));
+
+  archive = ReadArchive(file);
+  archive.results[0].waypoints.clear();
+  EXPECT_EQ(Run({"archive", "judge", Written(archive)}).exit_code, 12) << "a success without a solution";
+
+  archive = ReadArchive(file);
+  archive.results[1].cost = std::nextafter(*archive.results[1].cost, 0.0);
+  EXPECT_EQ(Run({"archive", "judge", Written(archive)}).exit_code, 12) << "one bit of a cost";
+
+  archive = ReadArchive(file);
+  archive.dataset_hash = std::string(64, '0');
+  EXPECT_EQ(Run({"archive", "judge", Written(archive)}).exit_code, 5) << "no such dataset";
+}
+
+TEST_F(ArchiveCommand, AboutIsReadStrictly) {
+  const std::filesystem::path file = folder_.path() / "about.yaml";
+  std::ofstream(file) << "title: T\nauthors: [A, B]\nlicence: MIT\n";
+  const ArchiveAbout about = ReadAbout(file);
+  EXPECT_EQ(about.title, "T");
+  EXPECT_THAT(about.authors, testing::ElementsAre("A", "B"));
+  std::ofstream(file) << "titel: T\n";
+  EXPECT_THROW(ReadAbout(file), InputError);
+}
+
+TEST_F(ArchiveCommand, AFileOfTenGigabytesIsRefusedAtOnce) {
+  const std::filesystem::path file = folder_.path() / "big.legopt-archive";
+  std::ofstream(file, std::ios::binary) << "legopt-archive 1 ";
+  std::filesystem::resize_file(file, std::uintmax_t{10} << 30);
+  ExpectError(Run({"archive", "check", file.string()}), 2, "larger than");
+}
+
+}  // namespace
+}  // namespace legopt::client
