@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "app/command_line.h"
+#include "client/client_error.h"
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "client/compare/comparison_report.h"
@@ -22,8 +23,19 @@ struct CompareOptions {
   PlotOptions plot;
 };
 
+void RequireSides(const ComparisonRequest& request) {
+  const bool control = !request.control.empty();
+  if (control && !request.a.empty()) {
+    throw ClientError(ExitCode::kUsage, "--control takes the place of A and B; give one or the other");
+  }
+  if (!control && request.b.empty()) {
+    throw ClientError(ExitCode::kUsage, "two sides are compared: give A and B, or --control METHOD");
+  }
+}
+
 ExitCode Compare(const CompareOptions& options) {
   constexpr double kPercent = 0.01;
+  RequireSides(options.request);
   ComparisonRequest request = options.request;
   request.options.margin = kPercent * options.margin_percent;
   request.charge_ms = ChargeMs(options.charge_s);
@@ -47,12 +59,13 @@ void AddCompareCommand(const app::Command& program, Invocation* invocation) {
   const auto command = program.AddCommand("compare", "Compare two methods, experiments or database files by problems");
   const auto options = std::make_shared<CompareOptions>();
   ComparisonRequest& request = options->request;
-  command
-      .AddOption("A", request.a,
-                 "A method (SQP, or SQP:multi_starts=10 where there are several), an experiment (number or name), or "
-                 "a database file")
-      .Required();
-  command.AddOption("B", request.b, "Second method, experiment or file; of the same kind").Required();
+  command.AddOption(
+      "A", request.a,
+      "A method (SQP, or SQP:multi_starts=10 where there are several), an experiment (number or name), or "
+      "a database file");
+  command.AddOption("B", request.b, "Second method, experiment or file; of the same kind");
+  command.AddOption("--control", request.control,
+                    "Instead of A and B: compare every other method of the experiment with this one");
   command
       .AddOption("--experiment", request.experiment, "Experiment of both methods, or of both files (default: newest)")
       .Check(app::WholeNumber(1));

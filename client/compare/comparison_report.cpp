@@ -32,11 +32,17 @@ std::string P(double p, double adjusted, int informative) {
   return FormatGeneral(p, 2) + ", adjusted " + FormatGeneral(adjusted, 2);
 }
 
-bool SeveralMethods(const Comparison& comparison) {
-  for (const CellComparison& cell : comparison.cells) {
-    if (cell.a.method_id != comparison.cells.front().a.method_id) return true;
-  }
-  return false;
+// Returns the method that distinguishes a comparison from the others: that of A, or with a control that of B; nullptr
+// if all are of the same two methods.
+const MethodIdentity* DistinguishingMethod(const Comparison& comparison, const CellComparison& cell) {
+  const CellComparison& first = comparison.cells.front();
+  const auto differ = [&](MethodIdentity CellComparison::*method) {
+    return std::ranges::any_of(comparison.cells, [&](const CellComparison& other) {
+      return (other.*method).method_id != (first.*method).method_id;
+    });
+  };
+  if (differ(&CellComparison::a)) return &cell.a;
+  return differ(&CellComparison::b) ? &cell.b : nullptr;
 }
 
 struct ChangeWords {
@@ -325,7 +331,8 @@ std::string DescribePairs(const statistics::PairCounts& counts) {
 }
 
 std::string TitleOf(const Comparison& comparison, const CellComparison& cell) {
-  return (SeveralMethods(comparison) ? NameOf(cell.a) + ": " : "") + ColumnTitle(cell.column) + ": " + Verdict(cell);
+  const MethodIdentity* method = DistinguishingMethod(comparison, cell);
+  return (method != nullptr ? NameOf(*method) + ": " : "") + ColumnTitle(cell.column) + ": " + Verdict(cell);
 }
 
 std::string DescribeComparison(const Comparison& comparison) {

@@ -75,6 +75,16 @@ Side ExperimentSide(const Side& common, std::int64_t id) {
   return side;
 }
 
+// Returns the control and all methods of its experiment.
+Sides ControlSides(const ComparisonRequest& request) {
+  Side all;
+  all.source = OpenResults(request.source);
+  if (request.source.db) all.place = *request.source.db;
+  all.experiment = ReadCells(*all.source, request.experiment);
+  all.title = "each other method of " + Titled(all.experiment);
+  return {MethodSide(all, ChooseMethod(request.control, all.experiment.Methods(), all.experiment.info.id)), all};
+}
+
 // Finds both sides in one database: methods of an experiment if A is one, else experiments.
 Sides SidesOfOneDatabase(const ComparisonRequest& request) {
   Side common;
@@ -98,6 +108,7 @@ Sides SidesOfOneDatabase(const ComparisonRequest& request) {
 }
 
 Sides FindSides(const ComparisonRequest& request) {
+  if (!request.control.empty()) return ControlSides(request);
   const bool file_a = IsFile(request.a), file_b = IsFile(request.b);
   if (file_a && file_b) return {FileSide(request.a, request), FileSide(request.b, request)};
   if (file_a || file_b) {
@@ -111,6 +122,7 @@ Sides FindSides(const ComparisonRequest& request) {
 void RequireDistinctSides(const Sides& sides) {
   const auto& [a, b] = sides;
   if (a.place != b.place || a.experiment.info.id != b.experiment.info.id) return;
+  if (a.method && !b.method) return;  // a control
   if (a.method && b.method && a.method->method_id != b.method->method_id) return;
   throw ClientError(ExitCode::kUsage, "A and B are the same, " + a.title + "; a comparison takes two");
 }
@@ -125,16 +137,19 @@ void RequireOneDataset(const Sides& sides) {
                         "); their problems are not the same, so that nothing can be paired");
 }
 
-// Removes the cells of A that the filter omits; those of B then have no counterpart.
+// Removes the cells that the filter omits: of A, so that those of B have no counterpart, or of the methods beside a
+// control.
 void FilterA(const ResultFilter& filter, Sides* sides) {
   ResultFilter methods = filter;
   methods.tasks.clear();
   methods.initializations.clear();
-  if (sides->a.method && !methods.empty()) {
+  if (sides->a.method && sides->b.method && !methods.empty()) {
     throw ClientError(ExitCode::kUsage, Describe(methods) + ": A and B are methods; this option selects methods of " +
                                             "two experiments or files");
   }
-  KeepCells(KeptCells(*sides->a.source, sides->a.experiment.info.id, filter), &sides->a.experiment);
+  // A control is kept whatever the filter; it selects the methods that are compared with it.
+  SolvedExperiment& filtered = sides->a.method && !sides->b.method ? sides->b.experiment : sides->a.experiment;
+  KeepCells(KeptCells(*sides->a.source, filtered.info.id, filter), &filtered);
 }
 
 // Returns the method of B that corresponds to `method` of A: equal name and properties; if several match, equal
@@ -153,9 +168,20 @@ std::optional<MethodIdentity> Counterpart(const MethodIdentity& method, const st
 
 using MethodPair = std::pair<MethodIdentity, MethodIdentity>;
 
+std::vector<MethodPair> PairsWithControl(const MethodIdentity& control, const SolvedExperiment& experiment) {
+  std::vector<MethodPair> pairs;
+  for (const MethodIdentity& method : experiment.Methods()) {
+    if (method.method_id != control.method_id) pairs.emplace_back(control, method);
+  }
+  if (!pairs.empty()) return pairs;
+  throw ClientError(ExitCode::kUsage, Titled(experiment) + " has no other method to compare with " + control.name +
+                                          ", or the filters keep none");
+}
+
 std::vector<MethodPair> PairMethods(const Sides& sides, std::vector<std::string>* notes) {
   const auto& [a, b] = sides;
-  if (a.method) return {{*a.method, *b.method}};
+  if (a.method && b.method) return {{*a.method, *b.method}};
+  if (a.method) return PairsWithControl(*a.method, b.experiment);
   const std::vector<MethodIdentity> ours = a.experiment.Methods();
   const std::vector<MethodIdentity> theirs = b.experiment.Methods();
   if (ours.size() == 1 && theirs.size() == 1) return {{ours.front(), theirs.front()}};

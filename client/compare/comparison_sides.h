@@ -13,9 +13,11 @@
 namespace legopt::client {
 
 /// Arguments of `legopt compare A B`. A and B are both database files, experiments (number or name), or methods of one
-/// experiment (see method_choice.h).
+/// experiment (see method_choice.h). With `control`, A is that method and B is in turn each other method of its
+/// experiment.
 struct ComparisonRequest {
   std::string a, b;
+  std::string control;                     ///< method; empty: A and B are compared
   std::optional<std::int64_t> experiment;  ///< experiment of the methods, or in each file; default: the newest
   ResultFilter filter;                     ///< cells of A to compare
   std::vector<std::string> rows;           ///< values of --rows: comparisons to keep, by position

@@ -192,6 +192,41 @@ TEST_F(CompareCommand, TimesOfTheSameWorkGiveTheLeastMargin) {
   EXPECT_THAT(Run({"compare", "A", "C", "--db", file}).out, HasSubstr("no difference shown"));
 }
 
+// B solves each problem in half of A's time, C in twice as much, D in the same.
+TEST_F(CompareCommand, AControlIsComparedWithEveryOtherMethodInOneFamily) {
+  TestExperiment experiment;
+  experiment.methods = {{"A"}, {"B"}, {"C"}, {"D"}};
+  std::vector<std::optional<double>> a, b, c;
+  for (int i = 0; i < 12; ++i) {
+    a.emplace_back(10.0 + i);
+    b.emplace_back(5.0 + i / 2.0);
+    c.emplace_back(20.0 + 2 * i);
+  }
+  AddTimes(0, a, &experiment);
+  AddTimes(1, b, &experiment);
+  AddTimes(2, c, &experiment);
+  AddTimes(3, a, &experiment);
+  const std::string file = Stored(experiment);
+  const auto result = Run({"compare", "--control", "A", "--db", file, "--format", "json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto cells = nlohmann::json::parse(result.out).at("comparisons");
+  ASSERT_EQ(cells.size(), 3U);
+  EXPECT_EQ(cells.at(0).at("method_b").at("name"), "B");
+  EXPECT_EQ(cells.at(0).at("change"), "better");
+  EXPECT_EQ(cells.at(1).at("change"), "worse");
+  EXPECT_EQ(cells.at(2).at("change"), "none");
+  // Holm over the three: the smallest p is tripled.
+  EXPECT_DOUBLE_EQ(cells.at(0).at("time").at("adjusted_p"), 3 * cells.at(0).at("time").at("wilcoxon_p").get<double>());
+  EXPECT_THAT(Run({"compare", "--control", "A", "--db", file}).out,
+              AllOf(HasSubstr("B: each other method of experiment 1"), HasSubstr("C, 0 multi-starts")));
+  const auto one = Run({"compare", "--control", "A", "--methods", "C", "--db", file, "--format", "json"});
+  EXPECT_EQ(nlohmann::json::parse(one.out).at("comparisons").size(), 1U);
+  ExpectError(Run({"compare", "--control", "A", "--methods", "A", "--db", file}), 2, "no other method");
+  ExpectError(Run({"compare", "--control", "A", "B", "--db", file}), 2, "give one or the other");
+  ExpectError(Run({"compare", "A", "--db", file}), 2, "give A and B, or --control METHOD");
+  ExpectError(Run({"compare", "--control", "X", "--db", file}), 2, "X");
+}
+
 TEST_F(CompareCommand, CopiesThatReusedOneResultSayNothing) {
   TestExperiment experiment;
   experiment.methods = {{"A"}, {"B"}, {.name = "C", .copy_of = 0}};
