@@ -25,6 +25,8 @@ FAULTS = (  # file, new text, line of the output
     ("mkdocs.yml", "nav:\n  - A: guide.md\n  - B: b.md\n", "mkdocs.yml:3: there is no docs/b.md"),
     ("README.md", "word " * 701, "README.md:1: has 701 words, 700 at most"),
     ("CITATION.cff", "version: 1.2.4\n", "CITATION.cff:1: version 1.2.4, and 1.2.3 in CMakeLists.txt"),
+    ("results/page.md", "    legopt generate dataset --kind garage --seed 4026 --out F\n",
+     "results/page.md:1: seed 4026 is not in results/seeds.md"),
     ("source.h", "/// See docs/absent.md.\n", "source.h:1: there is no docs/absent.md"),
     ("source.h", "/// See results/absent.md.\n", "source.h:1: there is no results/absent.md"),
 )
