@@ -112,8 +112,6 @@ std::optional<std::int64_t> Experiment::TakeQueued(const Admits& admits) {
   return fresh == nullptr ? std::nullopt : std::optional(JobAt(*fresh, fresh->next_fresh++));
 }
 
-// All groups of the task whose turn it is are searched before one of its jobs starts: a request that has been granted a
-// lease searches no more.
 std::vector<std::int64_t> Experiment::NextUnsearched(std::int64_t most, const Admits& admits) {
   if (spec_.again) return {};
   const Group* next = nullptr;
@@ -126,12 +124,10 @@ std::vector<std::int64_t> Experiment::NextUnsearched(std::int64_t most, const Ad
     if (next == nullptr || group.task_index < next->task_index || unsearched) next = &group;
   }
   if (next == nullptr || next->next_fresh < next->searched) return {};
-  std::vector<std::int64_t> jobs = {JobAt(*next, next->next_fresh)};
-  const std::size_t kind = KindOf(jobs.front());
-  for (std::int64_t position = next->next_fresh + 1; position < next->end - next->first; ++position) {
-    const std::int64_t index = JobAt(*next, position);
-    if (static_cast<std::int64_t>(jobs.size()) == most || KindOf(index) != kind) break;
-    jobs.push_back(index);
+  std::vector<std::int64_t> jobs;
+  for (std::int64_t position = next->next_fresh; position < next->end - next->first; ++position) {
+    if (static_cast<std::int64_t>(jobs.size()) == most) break;
+    jobs.push_back(JobAt(*next, position));
   }
   return jobs;
 }

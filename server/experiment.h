@@ -87,8 +87,7 @@ class Experiment {
   ///
   /// Jobs start in blocks: all methods on one problem from one initialization, in a random order that is drawn for each
   /// block from the experiment's seed. Tasks follow each other; within a task, repetitions, initializations and
-  /// problems. So the methods of a block run within a short time, under the same load and clock frequency, and none is
-  /// always first.
+  /// problems. So the jobs of a block start close together, and no method is always first.
   std::optional<std::int64_t> TakeQueued(const Admits& admits);
   /// Re-queues a job that TakeQueued returned.
   void PutBack(std::int64_t index) { MutableGroupOf(index).returned.insert(index); }
@@ -102,11 +101,15 @@ class Experiment {
   std::int64_t num_takable() const { return takable_; }
 
   /// Returns the next jobs of an admitted group for which no reusable results have been searched: at most `most` jobs,
-  /// all in one cell, in the order in which they start. Empty if TakeQueued should be called instead: jobs were
-  /// re-queued, the next ones have been searched, or the experiment does not reuse results.
+  /// in the order in which they start. Groups of the task whose turn it is come first. Empty if TakeQueued should be
+  /// called instead: jobs were re-queued, the next ones have been searched, or the experiment does not reuse results.
   std::vector<std::int64_t> NextUnsearched(std::int64_t most, const Admits& admits);
-  /// Marks what NextUnsearched returned as searched.
+  /// Marks jobs as searched: those that the last call of NextUnsearched returned, which must not be empty.
   void SetSearched(const std::vector<std::int64_t>& jobs);
+  /// Returns whether TakeQueued can take the group's next job without a search.
+  bool IsSearched(const Group& group) const {
+    return spec_.again || !group.returned.empty() || group.next_fresh < group.searched;
+  }
 
   /// Returns the expected CPU time of an attempt of this job in microseconds: the mean of its kind (method and task) if
   /// known, else of its task, else an upper bound from its limits at one microsecond per term evaluation.

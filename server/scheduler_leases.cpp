@@ -101,7 +101,9 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
     return experiment.HasQueued(admits(experiment));
   };
   constexpr std::int64_t kSearchedAtOnce = 64, kMaxReused = 128;  // numbers of jobs; results are copied in one commit
+  constexpr int kMaxSearches = 32;                                // of the store, in one request
   std::int64_t reused = 0;
+  int searches = 0;
   // A long job ends a batch, so that a worker that asked for many short jobs does not block long ones that others could
   // start.
   bool full = false;
@@ -110,16 +112,21 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
     if (!next) break;
     Enlist(now, *worker, ops);
     Experiment& experiment = *open_.at(*next);
-    if (const auto jobs = experiment.NextUnsearched(kSearchedAtOnce, admits(experiment)); !jobs.empty()) {
-      // Reading the store may fail, and then the request is repeated, so no lease may have been granted before. The
-      // remaining jobs are left to the next request.
-      if (!reply.jobs.empty() || reused >= kMaxReused) break;
-      reused += ReuseKnownResults(now, experiment, jobs, *worker, ops);
-      continue;
+    // Reading the store may fail, and then the request is repeated, so no lease may have been granted before.
+    if (reply.jobs.empty() && reused < kMaxReused && searches < kMaxSearches) {
+      if (const auto jobs = experiment.NextUnsearched(kSearchedAtOnce, admits(experiment)); !jobs.empty()) {
+        ++searches;
+        reused += ReuseKnownResults(now, experiment, jobs, *worker, ops);
+        continue;
+      }
     }
-    const std::int64_t index = experiment.TakeQueued(admits(experiment)).value();
-    reply.jobs.push_back(LeaseFrom(now, experiment, index, *worker, ops));
-    full = DescriptionOf(experiment.TaskOf(index)).long_jobs;
+    // Jobs that have not been searched are left to the next request.
+    const auto index = experiment.TakeQueued([&, admit = admits(experiment)](const Experiment::Group& group) {
+      return admit(group) && experiment.IsSearched(group);
+    });
+    if (!index) break;
+    reply.jobs.push_back(LeaseFrom(now, experiment, *index, *worker, ops));
+    full = DescriptionOf(experiment.TaskOf(*index)).long_jobs;
   }
   reply.num_jobs = static_cast<std::int32_t>(reply.jobs.size());
   if (!reply.jobs.empty()) {

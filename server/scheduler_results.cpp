@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <csignal>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -234,23 +235,29 @@ legopt_msg::result_reply Scheduler::AnswerEnded(const Instant& now, const db::At
 // consistent whether or not the request is answered.
 std::int64_t Scheduler::ReuseKnownResults(const Instant& now, Experiment& experiment,
                                           const std::vector<std::int64_t>& jobs, const Worker& worker, Ops& ops) {
-  const std::vector<db::KnownResult> known = KnownResultsOf(experiment, jobs, worker);
+  std::map<std::size_t, std::vector<std::int64_t>> of_cell;  // a search is of one cell
+  for (const std::int64_t index : jobs) of_cell[experiment.KindOf(index)].push_back(index);
+  std::map<std::int64_t, db::KnownResult> known;
+  for (const auto& [cell, indices] : of_cell) {
+    const std::vector<db::KnownResult> found = KnownResultsOf(experiment, indices, worker);
+    for (std::size_t i = 0; i < found.size(); ++i) known.emplace(indices[i], found[i]);
+  }
   experiment.SetSearched(jobs);
   std::int64_t reused = 0;
-  for (std::size_t i = 0; i < known.size(); ++i) {
-    const Job& job = experiment.job(jobs[i]);
+  for (const auto& [index, result] : known) {
+    const Job& job = experiment.job(index);
     const bool fresh = job.state == db::JobState::kQueued && job.attempts == 0;
     // Results deleted in the same round are still in the store.
-    if (!fresh || known[i].job_id == 0 || IsDeleted(known[i].job_id)) continue;
+    if (!fresh || result.job_id == 0 || IsDeleted(result.job_id)) continue;
     Bind(now, experiment, worker, ops);
-    ReuseStoredResult(now, experiment, jobs[i], known[i], ops);
+    ReuseStoredResult(now, experiment, index, result, ops);
     ++reused;
   }
   FinishIfComplete(now, experiment, ops);
   return reused;
 }
 
-// Returns one element per job; empty if the experiment is restricted to one build and that build is
+// Returns one element per job of one cell; empty if the experiment is restricted to one build and that build is
 // unknown. Jobs are described by the inputs that determine their results, because rows of this experiment may not be
 // committed yet.
 std::vector<db::KnownResult> Scheduler::KnownResultsOf(const Experiment& experiment,

@@ -12,10 +12,11 @@
 #include "legopt/types/task.h"
 
 /// Archives of experiments (docs/reference/archives.md): one file with the results of an experiment, from which others
-/// can judge its solutions again. What an archive says of itself, such as times and verdicts, is only reported.
+/// can judge its solutions again. Times and verdicts in an
+/// archive are claims; they are only reported.
 namespace legopt::client {
 
-/// Who made an archive, and how. All texts may be empty.
+/// Authors and origin of an archive. All texts may be empty.
 struct ArchiveAbout {
   std::string title, paper, licence, code, notes;
   std::vector<std::string> authors;
@@ -23,7 +24,7 @@ struct ArchiveAbout {
 
 struct ArchivedMethod {
   std::string name;
-  std::string hash;     ///< of its options, 64 hex digits
+  std::string hash;     ///< BLAKE2b-256 of the options, 64 hex digits
   std::string options;  ///< canonical JSON
   int multi_starts = 0;
   int sample_size = 100;  ///< percent
@@ -71,7 +72,7 @@ struct Archive {
   std::vector<ArchivedMethod> methods;
   std::vector<ArchivedBuild> builds;
   std::vector<ArchivedResult> results;
-  std::string hash;  ///< of the file's content, 64 hex digits; set by DecodeArchive
+  std::string hash;  ///< BLAKE2b-256 of the file after its first line, 64 hex digits; set by DecodeArchive
 
   /// Number of jobs of the experiment: results, and jobs that ended or stay without one.
   std::int64_t num_jobs() const;

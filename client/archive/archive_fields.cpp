@@ -6,16 +6,21 @@
 #include <set>
 #include <string_view>
 
+#include "bus/message_limits.h"
 #include "legopt/input/json.h"
 #include "legopt/math/blake2b.h"
 #include "legopt/types/input_error.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt::client {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
+namespace limits = bus::spec_limits;
+
 constexpr std::size_t kMaxText = 10'000, kMaxItems = 1'000'000;
+constexpr std::size_t kMaxOptions = std::size_t{1} << 20;  // as in a submission
 
 /// Reads the members of a JSON object; `Finish` refuses those that were not read.
 class Members {
@@ -31,7 +36,7 @@ class Members {
     if (!json_.contains(key)) Refuse(key, "is missing");
     return json_.at(key);
   }
-  std::string Text(const std::string& key) { return TextOf(Get(key), key); }
+  std::string Text(const std::string& key, std::size_t most = kMaxText) { return TextOf(Get(key), key, most); }
   std::int64_t Integer(const std::string& key, std::int64_t low, std::int64_t high) {
     const Json& value = Get(key);
     const bool whole =
@@ -54,16 +59,16 @@ class Members {
     }
     return value;
   }
-  std::string TextOf(const Json& value, const std::string& key) const {
-    if (!value.is_string() || value.get_ref<const std::string&>().size() > kMaxText) {
-      Refuse(key, "must be a text of at most " + std::to_string(kMaxText) + " bytes", Dump(value).substr(0, kShown));
+  std::string TextOf(const Json& value, const std::string& key, std::size_t most = kMaxText) const {
+    if (!value.is_string() || value.get_ref<const std::string&>().size() > most) {
+      Refuse(key, "must be a text of at most " + std::to_string(most) + " bytes", Dump(value));
     }
     return value.get<std::string>();
   }
   template <NamedEnum Enum>
   Enum WordOf(const Json& value, const std::string& key) const {
     const auto word = value.is_string() ? ParseEnum<Enum>(value.get_ref<const std::string&>()) : std::nullopt;
-    if (!word) Refuse(key, "is none of the known words", Dump(value).substr(0, kShown));
+    if (!word) Refuse(key, "is none of the known words", Dump(value));
     return *word;
   }
   void Finish() const {
@@ -72,7 +77,8 @@ class Members {
     }
   }
   [[noreturn]] void Refuse(const std::string& key, const std::string& message, const std::string& value = {}) const {
-    throw InputError({source_, path_ + key, value, message, "make the archive anew with 'legopt archive pack'"});
+    throw InputError(
+        {source_, path_ + key, value.substr(0, kShown), message, "pack the archive again with 'legopt archive pack'"});
   }
 
  private:
@@ -101,7 +107,8 @@ ArchivedTask TaskOf(const Json& json, const std::string& source) {
   ArchivedTask task;
   task.task = members.Word<Task>("task");
   for (const Json& problem : members.List("problems")) {
-    const bool valid = problem.is_number_unsigned() && problem.get<std::uint64_t>() <= std::numeric_limits<int>::max();
+    const bool valid = problem.is_number_unsigned() &&
+                       problem.get<std::uint64_t>() <= static_cast<std::uint64_t>(limits::kMaxProblemId);
     if (!valid) members.Refuse("problems", "must be ids of problems", Dump(problem));
     if (!task.problems.empty() && problem.get<int>() <= task.problems.back()) {
       members.Refuse("problems", "must be ascending, each once", Dump(problem));
@@ -118,7 +125,7 @@ ArchivedMethod MethodOf(const Json& json, const std::string& source) {
   method.name = members.Text("name");
   method.hash = members.Text("hash");
   if (!IsBlake2bHex(method.hash)) members.Refuse("hash", "must have 64 hex digits", method.hash);
-  method.options = members.Text("options");
+  method.options = members.Text("options", kMaxOptions);
   method.multi_starts = static_cast<int>(members.Integer("multi_starts", 0, std::numeric_limits<int>::max()));
   method.sample_size = static_cast<int>(members.Integer("sample_size", 1, 100));
   members.Finish();
@@ -130,7 +137,7 @@ ArchivedBuild BuildOf(const Json& json, const std::string& source) {
   ArchivedBuild build;
   build.id = members.Text("id");
   if (build.id.empty()) {
-    members.Refuse("id", "is empty: the results are of an unknown build, and nobody can make them again");
+    members.Refuse("id", "is empty: the results are of an unknown build and cannot be reproduced");
   }
   build.text = members.Text("text");
   build.processor = members.Text("processor");
@@ -155,6 +162,31 @@ Eigen::VectorXd WaypointOf(const Json& json, const Members& members) {
     waypoint[next++] = value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
   }
   return waypoint;
+}
+
+template <class Item, class Key>
+bool AllDiffer(const std::vector<Item>& items, const Key& key) {
+  std::set<decltype(key(items.front()))> keys;
+  return std::ranges::all_of(items, [&](const Item& item) { return keys.insert(key(item)).second; });
+}
+
+// Refuses repeated tasks and initializations, and more jobs than an experiment may have.
+void RequireSoundLists(const Archive& archive, const Members& members) {
+  if (!AllDiffer(archive.tasks, [](const ArchivedTask& task) { return task.task; }))
+    members.Refuse("tasks", "names a task twice");
+  if (!AllDiffer(archive.initializations, [](Initialization initialization) { return initialization; })) {
+    members.Refuse("initializations", "names one twice");
+  }
+  if (archive.methods.size() > limits::kMostMethods) {
+    members.Refuse("methods", "has more than " + std::to_string(limits::kMostMethods) + " methods",
+                   std::to_string(archive.methods.size()));
+  }
+  double jobs = 0.0;  // no overflow
+  for (const ArchivedTask& task : archive.tasks) jobs += static_cast<double>(task.problems.size());
+  jobs *= static_cast<double>(archive.methods.size() * archive.initializations.size()) * archive.repetitions;
+  if (jobs > static_cast<double>(limits::kMaxJobs)) {
+    members.Refuse("tasks", "has more than " + std::to_string(limits::kMaxJobs) + " jobs", FormatGeneral(jobs));
+  }
 }
 
 Json AboutFields(const ArchiveAbout& about) {
@@ -215,7 +247,6 @@ Json ResultFields(const ArchivedResult& result) {
 }
 
 Archive HeaderOf(const Json& json, const std::string& source) {
-  constexpr int kMostRepetitions = 1'000'000;
   Members members(json, source, "");
   Archive archive;
   archive.about = AboutOf(members.Get("about"), source);
@@ -225,7 +256,7 @@ Archive HeaderOf(const Json& json, const std::string& source) {
   if (!IsBlake2bHex(archive.dataset_hash))
     members.Refuse("dataset_hash", "must have 64 hex digits", archive.dataset_hash);
   archive.seed = members.Integer("seed", 0, std::numeric_limits<std::int64_t>::max());
-  archive.repetitions = static_cast<int>(members.Integer("repetitions", 1, kMostRepetitions));
+  archive.repetitions = static_cast<int>(members.Integer("repetitions", 1, limits::kMaxRepetitions));
   archive.rule = members.Word<Rule>("rule");
   for (const Json& task : members.List("tasks")) archive.tasks.push_back(TaskOf(task, source));
   for (const Json& word : members.List("initializations")) {
@@ -234,10 +265,12 @@ Archive HeaderOf(const Json& json, const std::string& source) {
   for (const Json& method : members.List("methods")) archive.methods.push_back(MethodOf(method, source));
   for (const Json& build : members.List("builds")) archive.builds.push_back(BuildOf(build, source));
   members.Finish();
+  RequireSoundLists(archive, members);
   return archive;
 }
 
 ArchivedResult ResultOf(const Json& json, const Archive& archive, const std::string& source) {
+  constexpr std::size_t kMaxWaypoints = 100'000;
   constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
   Members members(json, source, "");
   const auto index = [&](const std::string& key, std::size_t size) {
@@ -263,6 +296,8 @@ ArchivedResult ResultOf(const Json& json, const Archive& archive, const std::str
     if (!cost.is_number()) members.Refuse("cost", "must be a number", Dump(cost));
     result.cost = cost.get<double>();
   }
+  if (members.List("x").size() > kMaxWaypoints)
+    members.Refuse("x", "has more than " + std::to_string(kMaxWaypoints) + " waypoints");
   for (const Json& waypoint : members.List("x")) result.waypoints.push_back(WaypointOf(waypoint, members));
   members.Finish();
   const auto task = std::ranges::find(archive.tasks, result.task, &ArchivedTask::task);

@@ -9,6 +9,7 @@ namespace legopt::client {
 
 /// The JSON of an archive; the keys are those of docs/reference/archives.md.
 
+/// Returns the JSON of the header or of one result.
 nlohmann::ordered_json HeaderFields(const Archive& archive);
 nlohmann::ordered_json ResultFields(const ArchivedResult& result);
 

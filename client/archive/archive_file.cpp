@@ -5,15 +5,17 @@
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <set>
+#include <optional>
 #include <tuple>
 
 #include "client/archive/archive_fields.h"
+#include "client/client_error.h"
 #include "legopt/input/json.h"
 #include "legopt/input/text.h"
 #include "legopt/math/blake2b.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/invariant.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt::client {
 namespace {
@@ -22,6 +24,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::string_view kMagic = "legopt-archive ";
 constexpr int kFormat = 1;
+constexpr std::size_t kMaxNumbers = 100'000'000;  // 800 MB
 
 std::string Compressed(const std::string& plain) {
   constexpr int kLevel = 9;
@@ -37,7 +40,9 @@ std::string Uncompressed(std::string_view packed, const std::string& source) {
   if (size == ZSTD_CONTENTSIZE_UNKNOWN || size == ZSTD_CONTENTSIZE_ERROR) {
     throw InputError({source, "results", "", "are not compressed by zstd", "get the file again"});
   }
-  if (size > kMaxArchiveText) {
+  // Text of numbers shrinks to a third or a half, that of equal lines to a hundredth.
+  constexpr std::size_t kAlwaysUnpacked = std::size_t{64} << 20, kMaxExpansion = 200;
+  if (size > kMaxArchiveText || size > kAlwaysUnpacked + kMaxExpansion * packed.size()) {
     throw InputError({source, "results", std::to_string(size) + " bytes unpacked",
                       "are larger than an archive may be, " + std::to_string(kMaxArchiveText) + " bytes",
                       "split the experiment"});
@@ -67,7 +72,12 @@ std::string CheckFirstLine(std::string_view* rest, const std::string& source) {
   line.remove_prefix(kMagic.size());
   const std::size_t space = line.find(' ');
   const std::string format(line.substr(0, space));
-  if (format != std::to_string(kFormat)) {
+  const std::optional<int> number = ParseInteger<int>(format);
+  if (!number || *number < kFormat) {
+    throw InputError(
+        {source, "format", format.substr(0, 64), "is no format of archives", "'legopt archive pack' makes one"});
+  }
+  if (*number != kFormat) {
     throw InputError({source, "format", format,
                       "is newer than this legopt, which reads format " + std::to_string(kFormat),
                       "use a newer legopt"});
@@ -105,6 +115,11 @@ std::int64_t Archive::num_jobs() const {
 std::string EncodeArchive(const Archive& archive) {
   std::string lines;
   for (const ArchivedResult& result : archive.results) lines += Dump(ResultFields(result)) + "\n";
+  if (lines.size() > kMaxArchiveText) {
+    throw ClientError(ExitCode::kUsage, "the results have " + std::to_string(lines.size()) +
+                                            " bytes as text, more than an archive may have (" +
+                                            std::to_string(kMaxArchiveText) + "); split the experiment");
+  }
   const std::string content = Dump(HeaderFields(archive)) + "\n" + Compressed(lines);
   return std::string(kMagic) + std::to_string(kFormat) + " " + Blake2bHex(content) + "\n" + content;
 }
@@ -119,12 +134,20 @@ Archive DecodeArchive(std::string_view bytes, const std::string& source) {
   const std::string text = Uncompressed(rest, source);
   std::string_view lines = text;
   std::map<JobKey, std::size_t> seen;
+  std::size_t numbers = 0;  // in all solutions
   while (!lines.empty()) {
     const std::size_t number = archive.results.size() + 1;
     const std::string place = source + ": result " + std::to_string(number);
     const Json fields = ParseOrderedJson(TakeLine(&lines), place, {.bytes = kMaxLine});
     archive.results.push_back(ResultOf(fields, archive, place));
     RefuseTwice(archive, archive.results.back(), source, number, &seen);
+    for (const Eigen::VectorXd& waypoint : archive.results.back().waypoints)
+      numbers += static_cast<std::size_t>(waypoint.size()) + 1;
+    if (numbers > kMaxNumbers) {
+      throw InputError({place, "x", "",
+                        "with the solutions before it has more than " + std::to_string(kMaxNumbers) + " numbers",
+                        "split the experiment"});
+    }
   }
   return archive;
 }

@@ -18,10 +18,7 @@ bool ClaimsSuccess(const ArchivedResult& result) {
 JudgedResult JudgeResult(const ArchivedResult& result, const Dataset& dataset, Judge& judge) {
   JudgedResult judged;
   if (result.waypoints.empty() && !ClaimsSuccess(result)) {
-    for (const auto& [rule, word] : kEnumNames<Rule>) {
-      judged.verdicts[rule] = result.verdicts[rule].value_or(Verdict::kWrongWaypointCount);
-    }
-    judged.cost = result.cost;
+    judged.verdicts = result.verdicts;
     return judged;
   }
   const Evaluation evaluation =
@@ -33,6 +30,10 @@ JudgedResult JudgeResult(const ArchivedResult& result, const Dataset& dataset, J
   if (std::isfinite(evaluation.cost)) judged.cost = evaluation.cost;
   judged.differs |= judged.cost != result.cost;
   return judged;
+}
+
+nlohmann::ordered_json WordOf(const std::optional<Verdict>& verdict) {
+  return verdict ? nlohmann::ordered_json(ToString(*verdict)) : nlohmann::ordered_json();
 }
 
 using CellKey = std::tuple<std::size_t, Task, Initialization>;
@@ -83,8 +84,7 @@ nlohmann::ordered_json JudgementJson(const Archive& archive, const JudgedArchive
                                   {"initialization", ToString(result.initialization)},
                                   {"problem", result.problem},
                                   {"repetition", result.repetition}};
-    for (const auto& [rule, word] : kEnumNames<Rule>)
-      row[std::string(word)] = ToString(judged.results[i].verdicts[rule]);
+    for (const auto& [rule, word] : kEnumNames<Rule>) row[std::string(word)] = WordOf(judged.results[i].verdicts[rule]);
     row["cost"] = judged.results[i].cost ? nlohmann::ordered_json(*judged.results[i].cost) : nlohmann::ordered_json();
     row["differs"] = judged.results[i].differs;
     json["results"].push_back(std::move(row));

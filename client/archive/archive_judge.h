@@ -14,9 +14,9 @@ namespace legopt::client {
 
 /// Verdicts on one result of an archive.
 struct JudgedResult {
-  EnumArray<Rule, Verdict> verdicts;
-  std::optional<double> cost;  ///< nullopt: none
-  bool differs = false;        ///< a stored verdict or the stored cost is another one
+  EnumArray<Rule, std::optional<Verdict>> verdicts;  ///< nullopt: there is no solution, and none is stored
+  std::optional<double> cost;                        ///< nullopt: none
+  bool differs = false;                              ///< a stored verdict or the stored cost is another one
 };
 
 /// Judgement of an archive: one element for each result, in order.
@@ -25,9 +25,10 @@ struct JudgedArchive {
   std::int64_t differing = 0;
 };
 
-/// Judges every solution of an archive again. A result without a solution keeps its stored verdicts, unless one of them
-/// is success: it is then judged as a motion of no waypoints. `progress` is called with the number of judged results.
-/// `dataset` must have the archive's hash. Throws InputError if it lacks one of the problems.
+/// Judges every solution of an archive again. A result without a solution keeps its stored verdicts and has no cost,
+/// unless a stored verdict is success: it is then judged as a solution of no waypoints. `progress` is called with the
+/// number of judged results. `dataset` must have the archive's hash. Throws InputError for a problem that it lacks and
+/// for a corrupt mesh.
 JudgedArchive JudgeArchive(const Archive& archive, const std::shared_ptr<const Dataset>& dataset,
                            const std::function<void(std::size_t)>& progress = {});
 

@@ -17,8 +17,8 @@ namespace {
 void ReadSpec(ResultSource& source, std::int64_t experiment_id, Archive* archive) {
   const Listing row = source.Query(db::Sql(db::Query::kArchivedExperiment, {{"experiment_id", experiment_id}}));
   const std::string place = "experiment " + std::to_string(experiment_id) + ": spec_json";
-  const nlohmann::json spec = ParseJson(row.At(0, "spec_json").get<std::string>(), place);
   try {
+    const nlohmann::json spec = ParseJson(row.At(0, "spec_json").get<std::string>(), place);
     archive->seed = spec.at("seed").get<std::int64_t>();
     archive->repetitions = spec.at("repetitions").get<int>();
     for (const nlohmann::json& task : spec.at("tasks")) {
@@ -40,8 +40,8 @@ std::size_t BuildAt(const Listing& rows, std::size_t row, Archive* archive) {
   const ArchivedBuild build{rows.Text(row, "build_id"), rows.Text(row, "build"), rows.Text(row, "processor")};
   if (build.id.empty()) {
     throw ClientError(ExitCode::kUsage, "job " + rows.Text(row, "job_id") +
-                                            " was solved by a build that did not tell its id, so nobody can make its "
-                                            "result again; solve the experiment with this release ('--again')");
+                                            " was solved by a build that reported no id, so its result cannot be "
+                                            "reproduced; solve the experiment with this release ('--again')");
   }
   const auto same = [&](const ArchivedBuild& other) {
     return other.id == build.id && other.text == build.text && other.processor == build.processor;
@@ -69,15 +69,21 @@ ArchivedResult ResultAt(const Listing& rows, std::size_t row) {
   return result;
 }
 
-// Reads the solutions of results; `jobs` are their numbers. Several jobs are read at once.
-void ReadSolutions(ResultSource& source, const std::vector<std::int64_t>& jobs, Archive* archive) {
-  constexpr std::size_t kJobsPerQuery = 200;
+struct PackedJob {
+  std::int64_t id = 0, waypoints = 0;
+};
+
+// Reads the solutions of results, which belong to the jobs of the same position. Many waypoints are read at once.
+void ReadSolutions(ResultSource& source, const std::vector<PackedJob>& jobs, Archive* archive) {
+  constexpr std::int64_t kWaypointsPerQuery = 20'000;
   std::map<std::int64_t, ArchivedResult*> by_job;
-  for (std::size_t i = 0; i < jobs.size(); ++i) by_job[jobs[i]] = &archive->results[i];
-  for (std::size_t first = 0; first < jobs.size(); first += kJobsPerQuery) {
-    const auto begin = jobs.begin() + static_cast<std::ptrdiff_t>(first);
-    const std::vector<std::int64_t> some(
-        begin, begin + static_cast<std::ptrdiff_t>(std::min(kJobsPerQuery, jobs.size() - first)));
+  for (std::size_t i = 0; i < jobs.size(); ++i) by_job[jobs[i].id] = &archive->results[i];
+  for (std::size_t next = 0; next < jobs.size();) {
+    std::vector<std::int64_t> some;
+    for (std::int64_t waypoints = 0; next < jobs.size() && (some.empty() || waypoints < kWaypointsPerQuery); ++next) {
+      waypoints += jobs[next].waypoints;
+      some.push_back(jobs[next].id);
+    }
     const Listing rows = source.Query(db::Sql(db::Query::kWaypointsOfJobs, {{"job_ids", some}}));
     for (std::size_t i = 0; i < rows.rows.size(); ++i) {
       const auto job = rows.At(i, "job_id").get<std::int64_t>();
@@ -94,8 +100,13 @@ ArchiveAbout ReadAbout(const std::filesystem::path& file) {
   const YAML::Node node = ReadYamlFile(file);
   const YamlMap map(node, file.string(), "", {"title", "authors", "paper", "licence", "code", "notes"});
   ArchiveAbout about;
+  constexpr std::size_t kMost = 10'000;
   const auto read = [&](const char* key, std::string* text) {
-    if (map.Has(key)) *text = map.String(key);
+    if (!map.Has(key)) return;
+    *text = map.String(key);
+    if (text->size() > kMost) {
+      throw YamlFault(map.file(), map.Get(key), key, "has more than " + std::to_string(kMost) + " bytes", "shorten it");
+    }
   };
   read("title", &about.title);
   read("paper", &about.paper);
@@ -126,9 +137,9 @@ Archive PackExperiment(ResultSource& source, std::optional<std::int64_t> experim
                                methods.At(i, "multi_starts").get<int>(), methods.At(i, "sample_size").get<int>()});
   }
   const Listing rows = source.Query(db::Sql(db::Query::kArchivedResults, {{"experiment_id", info.id}}));
-  std::vector<std::int64_t> jobs;
+  std::vector<PackedJob> jobs;
   for (std::size_t i = 0; i < rows.rows.size(); ++i) {
-    jobs.push_back(rows.At(i, "job_id").get<std::int64_t>());
+    jobs.push_back({rows.At(i, "job_id").get<std::int64_t>(), rows.At(i, "num_waypoints").get<std::int64_t>()});
     archive.results.push_back(ResultAt(rows, i));
     archive.results.back().method = method_of.at(rows.At(i, "method_id").get<std::int64_t>());
     archive.results.back().build = BuildAt(rows, i, &archive);

@@ -13,7 +13,7 @@ namespace legopt::client {
 ArchiveAbout ReadAbout(const std::filesystem::path& file);
 
 /// Makes an archive of the results of an experiment (default: the newest). Throws the errors of FindExperiment, and
-/// ClientError: kUsage for an experiment without results, or with results of a build that did not tell its id;
+/// ClientError: kUsage for an experiment without results, or with results of a build that reported no id;
 /// kDatabaseUnusable for damaged rows.
 Archive PackExperiment(ResultSource& source, std::optional<std::int64_t> experiment_id, ArchiveAbout about);
 

@@ -70,6 +70,14 @@ ExitCode CheckArchive(const std::filesystem::path& file) {
   WarnAboutMissing(archive);
   std::cout << app::Printable(file.string() + ": " + DescriptionOf(archive)) << "\n";
   std::cout << "hash " << archive.hash << "\n";
+  const ArchiveAbout& about = archive.about;
+  std::string authors;
+  for (const std::string& author : about.authors) authors += (authors.empty() ? "" : ", ") + author;
+  for (const auto& [key, text] :
+       {std::pair("title", about.title), std::pair("authors", authors), std::pair("paper", about.paper),
+        std::pair("licence", about.licence), std::pair("code", about.code), std::pair("notes", about.notes)}) {
+    if (!text.empty()) std::cout << key << " " << app::Printable(text) << "\n";
+  }
   for (const ArchivedBuild& build : archive.builds) {
     std::cout << app::Printable("build " + build.id + " (" + build.text + ") on " + build.processor) << "\n";
   }
@@ -126,7 +134,8 @@ void AddArchiveCommand(const app::Command& program, Invocation* invocation) {
   const auto judge = archive.AddCommand("judge", "Judge every solution of an archive again, without its programs");
   const auto judged = std::make_shared<ArchiveJudgeOptions>();
   judge.AddOption("FILE", judged->file, "Archive").Required();
-  AddDatasetOption(judge, &judged->dataset);
+  judge.AddOption("--dataset", judged->dataset,
+                  "Dataset folder (default: the dataset with the archive's hash: embedded, submitted or fetched)");
   judge.AddOption("--out", judged->out, "Write all verdicts and costs to this JSON file");
   AddListingOptions(judge, &judged->listing);
   judge.WhenChosen([=] { invocation->body = [judged] { return JudgeArchiveAgain(*judged); }; });

@@ -92,7 +92,7 @@ FigureFormat FormatOf(const PlotCommandOptions& options) {
   const auto format = ParseEnum<FigureFormat>(ending.empty() ? ending : ending.substr(1));
   if (format) return *format;
   throw ClientError(ExitCode::kUsage, "--out " + options.out +
-                                          ": the ending does not tell the format; name it .svg, .pdf, .pgf or .csv, "
+                                          ": unknown file extension; name it .svg, .pdf, .pgf or .csv, "
                                           "or give --format");
 }
 

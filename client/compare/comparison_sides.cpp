@@ -348,8 +348,9 @@ Comparison ReadComparison(const ComparisonRequest& request) {
   Sides sides = FindSides(request);
   RequireDistinctSides(sides);
   RequireOneDataset(sides);
-  FilterA(request.filter, &sides);
   Comparison comparison;
+  comparison.identical_work = IdenticalWorkOf(sides, request);  // of all methods, whatever the filter
+  FilterA(request.filter, &sides);
   const std::vector<MethodPair> methods = PairMethods(sides, &comparison.notes);
   const std::vector<CellPair> pairs = PairCells(sides, methods, request);
   const EnumArray<Task, Charge> charges = ChargesOf(CellsOf(pairs), request.charge_ms);
@@ -362,7 +363,9 @@ Comparison ReadComparison(const ComparisonRequest& request) {
                                             ") have no problem in common that both have finished");
   }
   KeepRows(request.rows, &comparison.cells);  // before p values are adjusted for the number of comparisons
-  comparison.identical_work = IdenticalWorkOf(sides, request);
+  std::erase_if(comparison.identical_work, [&](const IdenticalWork& work) {
+    return std::ranges::find(comparison.cells, work.column, &CellComparison::column) == comparison.cells.end();
+  });
   RaiseTimeMargins(comparison.identical_work, &comparison.cells);
   Decide(request.options, &comparison.cells);
   comparison.change = OverallChange(comparison.cells);

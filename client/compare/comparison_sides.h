@@ -42,7 +42,7 @@ struct Comparison {
   Rule rule = Rule::kSolid;
   ComparisonOptions options;
   std::vector<CellComparison> cells;                  ///< ordered as in A's table
-  std::vector<IdenticalWork> identical_work;          ///< of both experiments
+  std::vector<IdenticalWork> identical_work;          ///< pairs of equal methods in both experiments
   std::vector<std::string> notes;                     ///< caveats for the reader: other builds, machines, seeds
   ComparisonResult change = ComparisonResult::kNone;  ///< overall change of all cells
 };

@@ -1,26 +1,29 @@
 #include "client/compare/identical_work.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace legopt::client {
 
-double IdenticalWork::Margin() const { return std::max(time.interval.upper, 1.0 / time.interval.lower) - 1.0; }
+double IdenticalWork::Margin() const {
+  if (!(time.interval.lower > 0.0)) return std::numeric_limits<double>::infinity();
+  return std::max(time.interval.upper, 1.0 / time.interval.lower) - 1.0;
+}
 
 std::vector<IdenticalWork> ReadIdenticalWork(ResultSource& source, const SolvedExperiment& experiment, Rule rule,
                                              const ComparisonOptions& options) {
   std::vector<IdenticalWork> identical;
   const std::vector<SolveCell>& cells = experiment.cells;
   for (auto cell = cells.begin(); cell != cells.end(); ++cell) {
-    const auto copy = std::find_if(cell + 1, cells.end(), [&](const SolveCell& other) {
-      return other.column == cell->column && other.method.hash == cell->method.hash;
-    });
-    if (copy == cells.end()) continue;
-    SolvedExperiment both = experiment;
-    both.cells = {*cell, *copy};
-    ReadSolves(source, rule, &both);
-    const CellComparison compared = CompareCells(both.cells[0], both.cells[1], {}, options);
-    if (compared.time.test.pairs == 0) continue;
-    identical.push_back({cell->column, cell->method, copy->method, compared.time});
+    for (auto copy = cell + 1; copy != cells.end(); ++copy) {
+      if (copy->column != cell->column || copy->method.hash != cell->method.hash) continue;
+      SolvedExperiment both = experiment;
+      both.cells = {*cell, *copy};
+      ReadSolves(source, rule, &both);
+      const CellComparison compared = CompareCells(both.cells[0], both.cells[1], {}, options);
+      if (compared.time.test.pairs == 0) continue;
+      identical.push_back({cell->column, cell->method, copy->method, compared.time});
+    }
   }
   return identical;
 }

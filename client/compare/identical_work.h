@@ -17,6 +17,7 @@ struct IdenticalWork {
   RatioComparison time;  ///< copy / method
 
   /// Returns the larger deviation from 1 of the interval's bounds, as a ratio above 1, minus 1: 0.25 for [0.8, 1.1].
+  /// Infinite if the lower bound is 0.
   double Margin() const;
 };
 

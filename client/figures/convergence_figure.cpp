@@ -24,7 +24,8 @@ Course CourseOf(const std::vector<IterationRecord>& records) {
   Course course;
   for (const IterationRecord& record : records) {
     const bool better = course.empty() || record.cost < course.back().cost;
-    if (record.violation > kFeasible || !better) continue;
+    const bool feasible = record.violation <= kFeasible && std::isfinite(record.cost);  // not for NaN
+    if (!feasible || !better) continue;
     course.push_back({std::max(static_cast<double>(record.evaluations), 1.0), record.cost});
   }
   return course;
@@ -84,8 +85,9 @@ PlotSeries MedianCurve(std::size_t entry, const std::vector<Course>& courses, co
     const double evaluations = std::pow(most, static_cast<double>(sample) / kSamples);
     std::vector<double> gaps;
     for (std::size_t i = 0; i < courses.size(); ++i) {
-      gaps.push_back(best[i] > 0.0 && std::isfinite(best[i]) ? CostAt(courses[i], evaluations) / best[i] : INFINITY);
+      if (best[i] > 0.0) gaps.push_back(std::isinf(best[i]) ? INFINITY : CostAt(courses[i], evaluations) / best[i]);
     }
+    if (gaps.empty()) break;
     const std::vector<double> quartiles = statistics::Quantiles(gaps, kShares);
     if (!std::isfinite(quartiles[1])) continue;
     series.points.push_back({evaluations, quartiles[1]});
@@ -100,6 +102,11 @@ void DrawCourses(ResultSource& source, const FigureColumn& column, PlotPanel* pa
   const Courses courses = ReadCourses(source, column);
   const std::vector<double> best = BestKnown(courses, column.problems());
   panel->x.to = std::max(MostEvaluations(courses), panel->x.to);
+  const auto without_ratio = std::ranges::count_if(best, [](double cost) { return cost <= 0.0; });
+  if (without_ratio > 0) {
+    panel->notes.push_back(std::to_string(without_ratio) +
+                           " problems are left out: their best known cost is not positive.");
+  }
   for (std::size_t i = 0; i < courses.size(); ++i) {
     const PlotSeries& series =
         panel->series.emplace_back(MedianCurve(column.entries[i], courses[i], best, panel->x.to));

@@ -7,6 +7,7 @@
 #include "app/printable.h"
 #include "client/client_error.h"
 #include "client/report/benchmark_table.h"
+#include "legopt/statistics/internal/checks.h"
 
 namespace legopt::client {
 namespace {
@@ -74,16 +75,26 @@ void RequireMeasure(const FigureData& data, Measure measure) {
                                           "--measure time");
 }
 
-double ValueOf(const ProblemRuns& runs, Measure measure) {
+namespace {
+
+const statistics::ProblemScore& ScoreOf(const ProblemRuns& runs, Measure measure) {
   switch (measure) {
     case Measure::kWork:
-      return runs.work.MeanSolvedValue();
+      return runs.work;
     case Measure::kTime:
-      return runs.time.MeanSolvedValue();
+      return runs.time;
     case Measure::kCost:
       break;
   }
-  return runs.cost.MeanSolvedValue();
+  return runs.cost;
+}
+
+}  // namespace
+
+double ValueOf(const ProblemRuns& runs, Measure measure) { return ScoreOf(runs, measure).MeanSolvedValue(); }
+
+double ValueOfAll(const ProblemRuns& runs, Measure measure) {
+  return ScoreOf(runs, measure).Charged(statistics::kInfinity);
 }
 
 const std::vector<statistics::Repetition>& RunsOf(const ProblemRuns& runs, Measure measure) {
@@ -111,16 +122,16 @@ std::string TitleOf(Measure measure) {
 }
 
 PlotAxis AxisFor(const std::string& title, const std::vector<double>& values) {
-  constexpr double kTen = 10.0, kRoom = 1.05;
+  constexpr double kTen = 10.0, kRoom = 1.05, kSmallest = 1e-100, kLargest = 1e100;
   double least = INFINITY, most = -INFINITY;
   for (const double value : values) {
-    if (!std::isfinite(value)) continue;
+    if (!std::isfinite(value) || std::abs(value) > kLargest) continue;
     least = std::min(least, value);
     most = std::max(most, value);
   }
   PlotAxis axis;
   axis.title = title;
-  if (least > 0.0 && std::isfinite(least)) {
+  if (least > kSmallest && std::isfinite(least)) {
     axis.logarithmic = true;
     axis.from = std::pow(kTen, std::floor(std::log10(least)));
     axis.to = std::max(std::pow(kTen, std::ceil(std::log10(most))), kTen * axis.from);

@@ -58,6 +58,8 @@ void RequireMeasure(const FigureData& data, Measure measure);
 
 /// Returns the mean of the solved runs of a problem; infinite if there is none.
 double ValueOf(const ProblemRuns& runs, Measure measure);
+/// Returns the mean of all runs of a problem; infinite if one failed, as for ranks in tables.
+double ValueOfAll(const ProblemRuns& runs, Measure measure);
 /// Returns the runs of a problem with their values.
 const std::vector<statistics::Repetition>& RunsOf(const ProblemRuns& runs, Measure measure);
 

@@ -14,8 +14,9 @@ namespace legopt::client {
 /// differ.
 std::vector<std::string> EntryNamesOf(const StatisticsTable& table);
 
-/// Performance profiles by time, one panel per task and initialization: the percentage of problems (without missing
-/// runs) on which a method took at most x times the best time in the table. The figures are those of the table.
+/// Performance profiles by work, or by time where work was not counted; one panel per task and initialization: the
+/// percentage of problems (without missing runs) on which a method took at most x times the best value in the table.
+/// The figures are those of the table.
 Plot ProfilePlot(const StatisticsTable& table);
 
 /// Times of B over times of A, one panel per comparison and one point per problem that either solved; problems not

@@ -22,13 +22,13 @@ std::vector<double> Differences(const std::vector<ProblemRuns>& a, const std::ve
   std::vector<double> differences(a.size(), 0.0);
   double largest = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i) {
-    const double of_a = ValueOf(a[i], measure), of_b = ValueOf(b[i], measure);
+    const double of_a = ValueOfAll(a[i], measure), of_b = ValueOfAll(b[i], measure);
     if (!std::isfinite(of_a) || !std::isfinite(of_b)) continue;
     differences[i] = scaled(of_b) - scaled(of_a);
     largest = std::max(largest, std::abs(differences[i]));
   }
   for (std::size_t i = 0; i < a.size(); ++i) {
-    const bool solved_a = std::isfinite(ValueOf(a[i], measure)), solved_b = std::isfinite(ValueOf(b[i], measure));
+    const bool solved_a = std::isfinite(ValueOfAll(a[i], measure)), solved_b = std::isfinite(ValueOfAll(b[i], measure));
     if (solved_a != solved_b) differences[i] = (solved_a ? 1.0 : -1.0) * (2.0 * largest + 1.0);
   }
   return differences;
@@ -79,7 +79,7 @@ void DrawRanks(const FigureColumn& column, Measure measure, PlotPanel* panel) {
   std::vector<std::vector<double>> values;
   for (std::size_t problem = 0; problem < column.problems(); ++problem) {
     auto& line = values.emplace_back();
-    for (const auto& runs : column.runs) line.push_back(ValueOf(runs[problem], measure));
+    for (const auto& runs : column.runs) line.push_back(ValueOfAll(runs[problem], measure));
   }
   const statistics::FriedmanTest ranked = statistics::Friedman(values);
   std::vector<std::size_t> order(count);

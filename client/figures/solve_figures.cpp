@@ -30,6 +30,19 @@ Plot EmptyPlot(const FigureData& data, const std::string& what) {
   return plot;
 }
 
+// Returns the values of all solved runs.
+std::vector<double> SolvedValuesOf(const FigureColumn& column, Measure measure) {
+  std::vector<double> values;
+  for (const auto& runs : column.runs) {
+    for (const ProblemRuns& problem : runs) {
+      for (const statistics::Repetition& run : RunsOf(problem, measure)) {
+        if (run.end == statistics::RunOutcome::kSolved) values.push_back(run.value);
+      }
+    }
+  }
+  return values;
+}
+
 // Makes one panel for each column by `draw`.
 template <class Draw>
 Plot PlotOf(const FigureData& data, Measure measure, const std::string& what, PlotKind kind, const Draw& draw) {
@@ -44,7 +57,7 @@ Plot PlotOf(const FigureData& data, Measure measure, const std::string& what, Pl
 Plot EcdfPlot(const FigureData& data, Measure measure) {
   return PlotOf(data, measure, "Empirical distributions", PlotKind::kSteps,
                 [&](const FigureColumn& column, PlotPanel* panel) {
-                  panel->x = AxisFor(TitleOf(measure), AllValues(column, measure));
+                  panel->x = AxisFor(TitleOf(measure), SolvedValuesOf(column, measure));
                   panel->y = {"problems solved (%)", false, 0.0, kAllPercent};
                   for (std::size_t i = 0; i < column.runs.size(); ++i) {
                     std::vector<std::vector<statistics::Repetition>> runs;

@@ -2,12 +2,12 @@
 
 #include "client/figures/figure_data.h"
 
-/// Figures of the solves of an experiment, one panel for each task and initialization. Problems count once: repetitions
-/// are averaged.
+/// Figures of the solves of an experiment. All throw ClientError (kUsage) if work is asked for and was not counted. One
+/// panel for each task and initialization. Problems count once: repetitions are averaged.
 namespace legopt::client {
 
-/// Empirical distribution functions: the share of problems solved within a value of the measure (More, Wild 2009, data
-/// profiles). With repetitions, the mean of the problems' own functions.
+/// Empirical distribution functions: the share of problems solved within a value of the measure. With repetitions, the
+/// mean of the problems' own functions.
 Plot EcdfPlot(const FigureData& data, Measure measure);
 
 /// Cactus plots: the values of the solved problems in ascending order, over their number.

@@ -16,7 +16,7 @@ enum class PlotFormat {
 
 /// Size of a figure, in points of 1/72 inch.
 struct FigureStyle {
-  std::optional<double> width;   ///< default: 720, or 360 for one panel
+  std::optional<double> width;   ///< default: 80 font sizes, or 40 for one panel
   std::optional<double> height;  ///< default: the height that the panels need
   double font_size = kUsualFontSize_pt;
 };

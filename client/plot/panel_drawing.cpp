@@ -18,12 +18,12 @@ PanelDrawing::PanelDrawing(const Plot& plot, const PlotPanel& panel, const Recta
     : plot_(plot), panel_(panel), plane_(plane), font_(font_size), scale_(font_size / kUsualFont), canvas_(*canvas) {}
 
 double PanelDrawing::Across(double x) const {
-  if (std::isinf(x)) return plane_.left + plane_.width - 0.5 * Scaled(kRim);
+  if (std::isinf(x) && panel_.x.rim) return plane_.left + plane_.width - 0.5 * Scaled(kRim);
   return plane_.left + (plane_.width - (panel_.x.rim ? Scaled(kRim) : 0.0)) * PlaceOn(panel_.x, x);
 }
 
 double PanelDrawing::Down(double y) const {
-  if (std::isinf(y)) return plane_.top + 0.5 * Scaled(kRim);
+  if (std::isinf(y) && panel_.y.rim) return plane_.top + 0.5 * Scaled(kRim);
   const double rim = panel_.y.rim ? Scaled(kRim) : 0.0;
   return plane_.top + rim + (plane_.height - rim) * (1.0 - PlaceOn(panel_.y, y));
 }

@@ -19,7 +19,7 @@ class PanelDrawing {
   void Draw();
 
  private:
-  double Across(double x) const;  ///< coordinate of a value; infinite values are on the rim
+  double Across(double x) const;  ///< coordinate of a value; infinite values are on the rim, or without one at the edge
   double Down(double y) const;
   double Scaled(double length) const { return scale_ * length; }
   void Text(std::string_view text, double x, double y, Align align, const Color& color, bool upwards = false);

@@ -72,9 +72,11 @@ std::vector<PlotTick> LogarithmicTicks(const PlotAxis& axis, int most) {
 
 double PlaceOn(const PlotAxis& axis, double value) {
   if (axis.logarithmic) {
+    if (std::isinf(value)) return 1.0;
     const double least = std::max(value, axis.from);
     return std::clamp(std::log(least / axis.from) / std::log(axis.to / axis.from), 0.0, 1.0);
   }
+  if (std::isinf(value)) return value > 0.0 ? 1.0 : 0.0;
   return std::clamp((value - axis.from) / (axis.to - axis.from), 0.0, 1.0);
 }
 

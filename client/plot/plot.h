@@ -42,8 +42,8 @@ struct PlotSeries {
   std::size_t entry = 0;             ///< index of a curve in Plot::entries, which determines its mark in all panels
   std::vector<PlotPoint> points;     ///< ascending x for curves
   std::string note;                  ///< figures of a curve as text, shown in the legend of text output
-  std::vector<PlotRange> band = {};  ///< around the points of kLines; empty: none
-  std::optional<PlotBox> box = {};   ///< of kBoxes
+  std::vector<PlotRange> band = {};  ///< range of y at each point of kLines; empty: none
+  std::optional<PlotBox> box = {};   ///< content of kBoxes
 };
 
 enum class PlotKind {
@@ -78,7 +78,7 @@ struct PlotTick {
   std::string label;
 };
 
-/// Returns the relative position of `value` on the axis, clamped to [0, 1].
+/// Returns the relative position of `value` on the axis, clamped to [0, 1]. The limits must be finite, from < to.
 double PlaceOn(const PlotAxis& axis, double value);
 
 /// Returns at most `most` (>= 2) round values within the limits, ascending. For a logarithmic axis: powers of ten, and

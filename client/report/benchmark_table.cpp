@@ -104,7 +104,10 @@ bool BenchmarkTable::shows_collision() const {
 }
 
 JobCounts BenchmarkTable::Counted(const BenchmarkCell& cell) const {
-  return certified ? cell.by_feasibility[Feasibility::kCertified] : JobCounts{cell.n, cell.solved};
+  if (!certificate) return {cell.n, cell.solved};
+  const JobCounts &certified = cell.by_feasibility[Feasibility::kCertified],
+                  &open = cell.by_feasibility[Feasibility::kOpen];
+  return {certified.n + open.n, certified.solved + open.solved};
 }
 
 BenchmarkCell BenchmarkTable::Sum() const {
@@ -215,17 +218,18 @@ TableCell ShownSuccess(const BenchmarkCell& cell) {
 
 TableCell ShownCertifiedSuccess(const BenchmarkCell& cell) {
   if (cell.finished == 0) return NothingFinished(cell);
+  const JobCounts &certified = cell.by_feasibility[Feasibility::kCertified],
+                  &open = cell.by_feasibility[Feasibility::kOpen],
+                  &infeasible = cell.by_feasibility[Feasibility::kInfeasible];
   std::string rest;
-  for (const Feasibility feasibility : {Feasibility::kOpen, Feasibility::kInfeasible}) {
-    const JobCounts& counts = cell.by_feasibility[feasibility];
-    if (counts.n == 0) continue;
-    rest += (rest.empty() ? "" : ", ") + std::to_string(counts.solved) + " of " + std::to_string(counts.n) + " " +
-            std::string(ToString(feasibility));
+  if (open.n > 0) rest = std::to_string(open.n) + " open";
+  if (infeasible.n > 0) {
+    rest += (rest.empty() ? "" : ", ") + std::to_string(infeasible.solved) + " of " + std::to_string(infeasible.n) +
+            " infeasible";
   }
   const std::string remarks = Remarks(cell);
   if (!rest.empty() && !remarks.empty()) rest += ", ";
-  const JobCounts& certified = cell.by_feasibility[Feasibility::kCertified];
-  return SuccessCell(certified.solved, certified.n, rest + remarks);
+  return SuccessCell(certified.solved + open.solved, certified.n + open.n, rest + remarks);
 }
 
 namespace {

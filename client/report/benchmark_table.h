@@ -99,6 +99,15 @@ struct BenchmarkRow {
   std::int64_t method_id = 0;                           ///< id in the database; 0: not from a database
 };
 
+/// Method that finds postures for certificates.
+inline constexpr std::string_view kCertificateFinder = "LegOpt-best's SQP";
+
+/// Description of a certificate.
+struct CertificateFacts {
+  std::string hash;  ///< of the file, 64 hex digits
+  int starts = 0;    ///< starts per stance; 0: unknown
+};
+
 /// The paper's Table I for an experiment.
 struct BenchmarkTable {
   std::int64_t experiment_id = 0;
@@ -106,14 +115,14 @@ struct BenchmarkTable {
   std::string dataset;        ///< name; empty if unknown
   Split split = Split::kAll;  ///< subset of its problems
   Rule rule = Rule::kSolid;
-  std::vector<BenchmarkColumn> columns;   ///< columns that the experiment has, in the paper's order
-  std::vector<BenchmarkRow> rows;         ///< ordered as in the experiment
-  bool compared = false;                  ///< the paper's figures were requested
-  std::vector<ResultProvenance> origins;  ///< builds and machines of the results
-  bool certified = false;                 ///< counts by a certificate: BenchmarkCell::by_feasibility
-  std::optional<Rule> other_rule = {};    ///< rule of BenchmarkCell::solved_by_other_rule; nullopt: unknown
+  std::vector<BenchmarkColumn> columns;              ///< columns that the experiment has, in the paper's order
+  std::vector<BenchmarkRow> rows;                    ///< ordered as in the experiment
+  bool compared = false;                             ///< the paper's figures were requested
+  std::vector<ResultProvenance> origins;             ///< builds and machines of the results
+  std::optional<CertificateFacts> certificate = {};  ///< counts by a certificate: BenchmarkCell::by_feasibility
+  std::optional<Rule> other_rule = {};               ///< rule of BenchmarkCell::solved_by_other_rule; nullopt: unknown
 
-  /// Returns the jobs over which success is counted: all, or those of certified problems.
+  /// Returns the jobs over which success is counted: all, but with a certificate those of infeasible problems.
   JobCounts Counted(const BenchmarkCell& cell) const;
 
   /// True if rows differ in their collision model, so that a column is needed.
@@ -165,7 +174,7 @@ std::string FormatCost(const std::optional<double>& cost);
 std::string FormatTime(const std::optional<double>& time_s, const TimeUnit& unit);
 /// Returns successes as "34/35", with abnormal outcomes in parentheses: "34/35 (1 dead)", "29/35 (2 failed, 5 left)".
 TableCell ShownSuccess(const BenchmarkCell& cell);
-/// Returns successes over certified problems, followed by the other problems: "34/34 (0 of 1 open)".
+/// Returns successes over the problems that are not proven infeasible: "34/35 (1 open, 0 of 2 infeasible)".
 TableCell ShownCertifiedSuccess(const BenchmarkCell& cell);
 
 /// Returns the note below a table with jobs stopped by the wall-time limit; empty if there are none.

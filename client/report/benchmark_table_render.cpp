@@ -69,12 +69,23 @@ std::string Repetitions(const BenchmarkTable& table) {
   return text;
 }
 
+// Returns "" without a certificate, else e.g. " Feasible problems by certificate 0123456789ab (LegOpt-best's SQP, 10000
+// starts per stance; not judged again here) and by what any row solved."
+std::string CertificateSentence(const BenchmarkTable& table) {
+  if (!table.certificate) return {};
+  constexpr std::size_t kShown = 12;
+  const CertificateFacts& facts = *table.certificate;
+  return " Feasible problems by certificate " + facts.hash.substr(0, kShown) + " (" + std::string(kCertificateFinder) +
+         (facts.starts > 0 ? ", " + std::to_string(facts.starts) + " starts per stance" : "") +
+         "; not judged again here) and by what any row solved.";
+}
+
 std::string Caption(const BenchmarkTable& table) {
   std::string text = "Experiment " + std::to_string(table.experiment_id) + " '" + table.experiment + "'";
   if (!table.dataset.empty()) text += ", dataset " + table.dataset + std::string(SplitCaption(table.split));
   return text + ", " + std::string(ToString(table.rule)) + " rule, " + Progress(table.Sum()) + Repetitions(table) +
          (table.origins.empty() ? "" : ". " + DescribeOrigins(table.origins)) +
-         ReusedResultsSentence(table.Sum().taken_over);
+         ReusedResultsSentence(table.Sum().taken_over) + CertificateSentence(table);
 }
 
 // The best values of a column: the largest share of solved problems and, among the rows with that share, the lowest
@@ -112,7 +123,7 @@ std::map<BenchmarkColumn, Best> FindBest(const BenchmarkTable& table) {
 std::array<TableCell, 3> ShownCell(const BenchmarkTable& table, const BenchmarkCell& cell, const TimeUnit& unit,
                                    const Best* best) {
   // The paper's figures have no certificate.
-  const bool certified = table.certified && cell.by_feasibility != BenchmarkCell{}.by_feasibility;
+  const bool certified = table.certificate.has_value() && cell.by_feasibility != BenchmarkCell{}.by_feasibility;
   std::array<TableCell, 3> shown = {certified ? ShownCertifiedSuccess(cell) : ShownSuccess(cell),
                                     FigureCell(cell.cost, FormatCost(cell.cost)),
                                     FigureCell(cell.time_s, FormatTime(cell.time_s, unit))};
@@ -167,7 +178,7 @@ std::string OtherRuleNote(const BenchmarkTable& table) {
     }
   }
   return " Solved by the " + std::string(ToString(*table.other_rule)) + " rule" +
-         (table.certified ? ", of all problems: " : ": ") + text + ".";
+         (table.certificate ? ", of all problems: " : ": ") + text + ".";
 }
 
 std::string Note(const BenchmarkTable& table) {
@@ -211,7 +222,7 @@ void AddCells(const BenchmarkTable& table, const Cells& cells, Figures figures, 
     if (found == cells.end()) continue;
     auto& cell = (*line)[ToString(column.task)][ToString(column.initialization)];
     cell = CellJson(found->second, figures);
-    if (table.certified && figures.size() == kFigures.size()) cell["by_feasibility"] = FeasibilityJson(found->second);
+    if (table.certificate && figures.size() == kFigures.size()) cell["by_feasibility"] = FeasibilityJson(found->second);
   }
 }
 
@@ -272,7 +283,7 @@ Listing Unrounded(const BenchmarkTable& table) {
   const std::vector<BenchmarkColumn> columns = CsvColumns(table);
   AddTitles(columns, "", kFigures, &listing);
   if (table.compared) AddTitles(kPaperColumns, "paper_", kPaperFigures, &listing);
-  if (table.certified) AddFeasibilityTitles(columns, &listing);
+  if (table.certificate) AddFeasibilityTitles(columns, &listing);
   listing.columns.emplace_back("builds");
   for (const auto& row : table.rows) {
     auto& line = listing.rows.emplace_back();
@@ -280,7 +291,7 @@ Listing Unrounded(const BenchmarkTable& table) {
             row.multi_starts,    row.inner_starts, row.sample_size, ToString(row.collision)};
     AddFigures(columns, row.cells, kFigures, &line);
     if (table.compared) AddFigures(kPaperColumns, row.paper, kPaperFigures, &line);
-    if (table.certified) AddFeasibilityFigures(columns, row.cells, &line);
+    if (table.certificate) AddFeasibilityFigures(columns, row.cells, &line);
     line.emplace_back(BuildIds(table.origins));
   }
   return listing;
@@ -327,6 +338,12 @@ nlohmann::ordered_json BenchmarkTableJson(const BenchmarkTable& table) {
     json["rows"].push_back(std::move(line));
   }
   if (table.other_rule) json["other_rule"] = OtherRuleJson(table);
+  if (table.certificate) {
+    json["certificate"] = {{"hash", table.certificate->hash},
+                           {"finder", kCertificateFinder},
+                           {"starts", table.certificate->starts},
+                           {"verified", false}};
+  }
   return json;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -53,10 +54,17 @@ std::optional<certify::ProblemFeasibility> FindEmbeddedCertificate(const Experim
 
 void AddCertifiedCounts(ResultSource& source, const TableSelection& selection,
                         const certify::ProblemFeasibility& certificate, BenchmarkTable* table) {
-  table->certified = true;
+  table->certificate = CertificateFacts{certificate.file_hash, certificate.starts};
   const Listing jobs = source.Query(
       db::Sql(db::Query::kJobsByProblem, {{"experiment_id", table->experiment_id}, {"rule", selection.rule}}));
   const auto integer = [&](std::size_t row, const char* column) { return jobs.At(row, column).get<std::int64_t>(); };
+  // What any method solved is feasible, whether or not the certificate has a posture.
+  std::set<std::pair<Task, int>> solved;
+  for (std::size_t i = 0; i < jobs.rows.size(); ++i) {
+    if (integer(i, "solved") > 0) {
+      solved.emplace(jobs.EnumAt<Task>(i, "task"), static_cast<int>(integer(i, "problem_id")));
+    }
+  }
   for (std::size_t i = 0; i < jobs.rows.size(); ++i) {
     const auto row = std::find_if(table->rows.begin(), table->rows.end(), [&](const BenchmarkRow& candidate) {
       return candidate.method_id == integer(i, "method_id");
@@ -65,7 +73,9 @@ void AddCertifiedCounts(ResultSource& source, const TableSelection& selection,
     const auto task = jobs.EnumAt<Task>(i, "task");
     const auto cell = row->cells.find({task, jobs.EnumAt<Initialization>(i, "initialization")});
     if (cell == row->cells.end()) continue;  // not selected
-    const auto feasibility = Known(certificate, task, static_cast<int>(integer(i, "problem_id")));
+    const auto problem = static_cast<int>(integer(i, "problem_id"));
+    Feasibility feasibility = Known(certificate, task, problem);
+    if (feasibility == Feasibility::kOpen && solved.contains({task, problem})) feasibility = Feasibility::kCertified;
     JobCounts& counts = cell->second.by_feasibility[feasibility];
     counts.n += integer(i, "n");
     counts.solved += integer(i, "solved");

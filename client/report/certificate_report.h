@@ -25,8 +25,9 @@ std::optional<certify::ProblemFeasibility> FindCertificate(const std::filesystem
 /// Returns the certificate of the embedded dataset of the experiment, if any. Throws the errors of FindCertificate.
 std::optional<certify::ProblemFeasibility> FindEmbeddedCertificate(const ExperimentInfo& experiment);
 
-/// Splits the jobs of every cell by the certified feasibility of their problems. Problems that are not in the
-/// certificate are open. Throws the errors of ReadBenchmarkTable.
+/// Splits the jobs of every cell by the feasibility of their problems. Problems that are not in the certificate are
+/// open. An open problem that any method of the experiment solved counts as certified. Throws the errors of
+/// ReadBenchmarkTable.
 void AddCertifiedCounts(ResultSource& source, const TableSelection& selection,
                         const certify::ProblemFeasibility& certificate, BenchmarkTable* table);
 

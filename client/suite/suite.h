@@ -102,7 +102,7 @@ Suite ParseSuite(const std::string& text, const std::string& file, const SolverR
 void ApplyFilter(const SuiteFilter& filter, Suite* suite);
 
 /// Adds a copy of the first method with the name "NAME (copy)", a null row: its solves are those of the first method,
-/// so that only times differ. Throws `InputError` if a method has that name.
+/// so that only times differ. Throws `InputError` if a method has that name. The suite must have a method.
 void AddNullRow(Suite* suite);
 
 /// Parses items such as "3" and "0-4" to ids; sorted, without duplicates. Throws `InputError` with `place` and `field`.

@@ -83,6 +83,9 @@ TEST(ArchiveFile, AnotherFileAndANewerFormatAreNamed) {
   EXPECT_THAT(FaultOf("SQLite format 3"), HasSubstr("is no archive of legopt"));
   std::string newer = EncodeArchive(Sample());
   newer.replace(newer.find(" 1 "), 3, " 2 ");
+  std::string nonsense = EncodeArchive(Sample());
+  nonsense.replace(nonsense.find(" 1 "), 3, " 0 ");
+  EXPECT_THAT(FaultOf(nonsense), HasSubstr("is no format of archives"));
   EXPECT_THAT(FaultOf(newer), AllOf(HasSubstr("newer than this legopt, which reads format 1"), HasSubstr("'2'")));
 }
 
@@ -97,7 +100,7 @@ TEST(ArchiveFile, ContradictionsAreNamed) {
   EXPECT_THAT(FaultWith([](Archive* a) { a->results.push_back(a->results[0]); }),
               AllOf(HasSubstr("is of the same job as result 1"), HasSubstr("SQP, posture 3, good, repetition 1")));
   EXPECT_THAT(FaultWith([](Archive* a) { a->builds[0].id.clear(); }),
-              HasSubstr("builds.id: is empty: the results are of an unknown build"));
+              HasSubstr("builds.id: is empty: the results are of an unknown build and cannot be reproduced"));
   EXPECT_THAT(FaultWith([](Archive* a) { a->results[0].build = 1; }),
               HasSubstr("build: must be a whole number from 0 to 0"));
   EXPECT_THAT(FaultWith([](Archive* a) { a->results[0].method = 5; }),
@@ -111,6 +114,18 @@ TEST(ArchiveFile, ContradictionsAreNamed) {
   EXPECT_THAT(FaultWith([](Archive* a) { a->tasks[0].problems = {3, 3}; }), HasSubstr("must be ascending"));
   EXPECT_THAT(FaultWith([](Archive* a) { a->dataset_hash = "x"; }), HasSubstr("dataset_hash: must have 64 hex digits"));
   EXPECT_THAT(FaultWith([](Archive* a) { a->methods.clear(); }), HasSubstr("method: refers to an empty list"));
+  EXPECT_THAT(FaultWith([](Archive* a) { a->tasks.push_back(a->tasks[0]); }), HasSubstr("names a task twice"));
+  EXPECT_THAT(FaultWith([](Archive* a) { a->initializations.push_back(a->initializations[0]); }),
+              HasSubstr("names one twice"));
+  EXPECT_THAT(FaultWith([](Archive* a) { a->methods.resize(1001, a->methods[0]); }),
+              HasSubstr("more than 1000 methods"));
+  EXPECT_THAT(FaultWith([](Archive* a) {
+                a->repetitions = 100'000;
+                a->methods.resize(10, a->methods[0]);
+              }),
+              HasSubstr("more than 1000000 jobs"));
+  EXPECT_THAT(FaultWith([](Archive* a) { a->results[0].waypoints.resize(100'001, Eigen::Vector3d::Zero()); }),
+              HasSubstr("more than 100000 waypoints"));
   EXPECT_THAT(FaultWith([](Archive* a) { a->seed = -1; }), HasSubstr("seed: must be a whole number"));
 }
 

@@ -141,6 +141,19 @@ TEST_F(Figures, AFailureIsTheLargestDifference) {
   EXPECT_TRUE(panel.groups.empty()) << "15 losses outweigh 5 wins";
 }
 
+// A solves problem 0 in one of two runs, fast; B in both, slowly.
+TEST_F(Figures, RanksPutAFailedRunLastAsTablesDo) {
+  TestExperiment experiment;
+  experiment.methods = {{"A"}, {"B"}};
+  experiment.results = {{.method = 0, .problem = 0, .wall_us = 1000, .repetition = 0},
+                        {.method = 0, .problem = 0, .verdict = "foot_pose", .wall_us = 1000, .repetition = 1},
+                        {.method = 1, .problem = 0, .wall_us = 9000, .repetition = 0},
+                        {.method = 1, .problem = 0, .wall_us = 190'000, .repetition = 1}};
+  const FigureData data = Read(experiment);
+  EXPECT_EQ(RankPlot(data, Measure::kTime).panels.at(0).series.at(0).entry, 1U);
+  EXPECT_EQ(EcdfPlot(data, Measure::kTime).panels.at(0).x.to, 1000.0) << "the axis has every run";
+}
+
 TEST_F(Figures, WorkThatWasNotCountedIsRefused) {
   const FigureData data = Read(ToyPool());
   try {
@@ -166,9 +179,14 @@ std::vector<std::uint8_t> TraceOf(const std::vector<std::array<double, 3>>& step
 TEST_F(Figures, ConvergenceIsTheBestFeasibleCostOverTheBestKnown) {
   TestExperiment experiment;
   experiment.methods = {{"A"}, {"B"}};
-  experiment.results = {
-      {.method = 0, .trace = TraceOf({{1, 1.0, 0.5}, {10, 8.0, 1e-4}, {100, 9.0, 0.0}, {1000, 4.0, 1e-3}})},
-      {.method = 1, .trace = TraceOf({{10, 2.0, 0.0}})}};
+  experiment.results = {{.method = 0,
+                         .trace = TraceOf({{1, 1.0, 0.5},
+                                           {10, 8.0, 1e-4},
+                                           {100, 9.0, 0.0},
+                                           {500, std::nan(""), 0.0},
+                                           {600, 1.0, std::nan("")},
+                                           {1000, 4.0, 1e-3}})},
+                        {.method = 1, .trace = TraceOf({{10, 2.0, 0.0}})}};
   const FigureData data = Read(experiment);
   const PlotPanel panel = ConvergencePlot(*source_, data).panels.at(0);
   const PlotSeries& a = panel.series.at(0);
@@ -219,7 +237,7 @@ TEST_F(Figures, WhatCannotBeDrawnIsRefused) {
   refuse({"pie"}, "KIND");
   refuse({"ecdf", "--size", "3.4x"}, "write WIDTH or WIDTHxHEIGHT in inches");
   refuse({"ecdf", "--size", "0.2"}, "write WIDTH or WIDTHxHEIGHT in inches");
-  refuse({"ecdf", "--out", "figure.png"}, "name it .svg, .pdf, .pgf or .csv");
+  refuse({"ecdf", "--out", "figure.png"}, "unknown file extension; name it .svg, .pdf, .pgf or .csv");
   refuse({"profile", "--measure", "cost"}, "leave --measure away");
   refuse({"convergence", "--measure", "time"}, "leave --measure away");
   refuse({"scatter", "--measure", "time"}, "a scatter plot shows two methods, not 3");

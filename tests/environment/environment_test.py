@@ -24,7 +24,7 @@ import surroundings
 
 SKIPPED = 77
 AT_ONCE = 3             # environments; programs wait for most of the time
-FIRST_PORT = 17700      # of the deployments of environments, two ports each
+FIRST_PORT = 17700      # environments have eight ports each
 EXIT_CODES = os.path.join(os.path.dirname(__file__), "..", "..", "app", "exit_codes.h")
 DEFECT, INTERRUPTED = 70, 8
 PATIENCE_S = 120        # time limit of a command on a busy machine

@@ -87,9 +87,9 @@ class LimitedProcesses(Limited):
     """Runs as a separate user, since root has no such limit."""
 
     needs_root = True
-    user = 54321
 
     def __init__(self, amount):
+        self.user = 54321 + amount  # the limit is on all processes of a user, and environments run at the same time
         super().__init__(f"processes_{amount}", resource.RLIMIT_NPROC, amount, "Resource temporarily unavailable", (71,))
 
     def folder(self, folder):

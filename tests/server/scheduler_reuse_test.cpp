@@ -132,15 +132,37 @@ TEST_F(SchedulerReuseTest, ARestartGoesOnWithTheRest) {
   HelloOf(kFirst, "one");
   SolveAll(kFirst);
   Submit(Larger(300), "s2");
-  EXPECT_EQ(Lease(kFirst, 64).jobs.size(), 0U) << "the results of 128 jobs are enough for one commit";
-  EXPECT_EQ(Summary(2).taken_over, 128);
+  const auto first = Lease(kFirst, 64);
+  EXPECT_EQ(Summary(2).taken_over, 128) << "the results of 128 jobs are enough for one commit";
+  ASSERT_EQ(first.jobs.size(), 64U);
+  for (const auto& lease : first.jobs) EXPECT_GT(lease.job_id, 600) << "of the method without known results";
   Restart();
   EXPECT_EQ(Summary(2).taken_over, 128);
   HelloOf(kFirst, "one");
-  EXPECT_EQ(Lease(kFirst).jobs.size(), 0U);
-  EXPECT_EQ(Lease(kFirst).jobs.at(0).job_id, 601);
+  EXPECT_EQ(Lease(kFirst).jobs.size(), 1U);
+  EXPECT_EQ(Summary(2).taken_over, 256);
+  EXPECT_EQ(Lease(kFirst).jobs.size(), 1U);
   EXPECT_EQ(Summary(2).taken_over, 300);
   EXPECT_EQ(Summary(2).jobs_by_state, store_.LoadOpenState().experiments.at(1).jobs_by_state);
+}
+
+// One problem, two initializations, 40 repetitions: jobs of both cells alternate. A batch is not shorter for that.
+TEST_F(SchedulerReuseTest, ABatchMayHaveJobsOfSeveralCells) {
+  nlohmann::json spec = SampleSpec(1);
+  spec["initializations"] = {"good", "in_collision"};
+  spec["repetitions"] = 40;
+  Submit(spec);
+  HelloOf(kFirst, "one");
+  EXPECT_EQ(Lease(kFirst, 20).jobs.size(), 20U);
+}
+
+// A hundred methods without known results: a request searches for some of them, and grants leases all the same.
+TEST_F(SchedulerReuseTest, ManyMethodsDoNotDelayALease) {
+  nlohmann::json spec = SampleSpec(2);
+  for (int i = 0; i < 100; ++i) spec["methods"].push_back(MethodJson("m" + std::to_string(i), 'b'));
+  Submit(spec);
+  HelloOf(kFirst, "one");
+  EXPECT_EQ(Lease(kFirst, 8).jobs.size(), 8U);
 }
 
 TEST_F(SchedulerReuseTest, JobsThatCameBackAreLeased) {

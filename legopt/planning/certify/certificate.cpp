@@ -11,6 +11,8 @@
 #include <utility>
 
 #include "legopt/input/json.h"
+#include "legopt/input/text.h"
+#include "legopt/math/blake2b.h"
 #include "legopt/math/parallel.h"
 #include "legopt/planning/certify/internal/balance_prover.h"
 #include "legopt/planning/certify/internal/reach_prover.h"
@@ -144,6 +146,17 @@ class CertificateReader {
       stances[static_cast<std::size_t>(number)] = Evidence(entry, "stance " + std::to_string(number), size);
     }
     return stances;
+  }
+
+  /// Returns the largest number of starts of an open stance; 0 without one.
+  int MostStarts() const {
+    int most = 0;
+    const Json& list = Member(root_, "stances", "");
+    if (!list.is_array()) Fail("stances", "", "must be a list", kFix);
+    for (const Json& entry : list) {
+      if (entry.is_object() && entry.contains("starts")) most = std::max(most, IntegerAt(entry, "starts", "stances"));
+    }
+    return most;
   }
 
  private:
@@ -286,7 +299,12 @@ Certificate ReadCertificate(const std::filesystem::path& path, const StanceCatal
 
 ProblemFeasibility ReadProblemFeasibility(const std::filesystem::path& path) {
   const CertificateReader reader(path);
-  return {path.string(), reader.dataset(), reader.hash(), reader.Problems()};
+  return {path.string(),
+          reader.dataset(),
+          reader.hash(),
+          reader.Problems(),
+          Blake2bHex(ReadFileText(path, JsonLimits{}.bytes)),
+          reader.MostStarts()};
 }
 
 namespace {

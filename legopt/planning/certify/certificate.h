@@ -74,6 +74,8 @@ struct ProblemFeasibility {
   std::string dataset;
   std::string dataset_hash;                              ///< hash of the dataset's content
   EnumArray<Task, std::map<int, Feasibility>> problems;  ///< feasibility by problem id
+  std::string file_hash = {};                            ///< BLAKE2b-256 of the file, 64 hex digits
+  int starts = 0;  ///< largest number of starts that found no posture of a stance; 0: none is open
 };
 
 /// Thrown for a certificate of another dataset, or of another version of it. what() names both and the fix.
