@@ -202,8 +202,9 @@ void PanelDrawing::Draw() {
 double PlaneHeightOf(const PlotPanel& panel, double font_size) {
   constexpr double kUsual = 190.0;
   if (panel.kind != PlotKind::kRanks) return kUsual * font_size / kUsualFont;
-  const auto names = static_cast<double>((panel.series.size() + 1) / 2);
-  const double lines = kRankAxis + kRankGap * static_cast<double>(panel.groups.size()) + names + 1.0;
+  const std::size_t names = (panel.series.size() + 1) / 2;  // on each side
+  const double lines =
+      kRankAxis + kRankGap * static_cast<double>(panel.groups.size()) + static_cast<double>(names) + 1.0;
   return kLineHeight * lines * font_size / kUsualFont;
 }
 

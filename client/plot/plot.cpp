@@ -174,7 +174,7 @@ void DrawPoints(const PlotPanel& panel, TextPlane* plane) {
   }
 }
 
-std::string Aligned(std::string text, std::size_t width) {
+std::string Aligned(const std::string& text, std::size_t width) {
   return text.size() >= width ? text : std::string(width - text.size(), ' ') + text;
 }
 
