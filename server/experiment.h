@@ -101,7 +101,7 @@ class Experiment {
   std::int64_t num_takable() const { return takable_; }
 
   /// Returns the next jobs of an admitted group for which no reusable results have been searched: at most `most` jobs,
-  /// in the order in which they start. Groups of the task whose turn it is come first. Empty if TakeQueued should be
+  /// in the order in which they start. Groups of the earliest unfinished task come first. Empty if TakeQueued should be
   /// called instead: jobs were re-queued, the next ones have been searched, or the experiment does not reuse results.
   std::vector<std::int64_t> NextUnsearched(std::int64_t most, const Admits& admits);
   /// Marks jobs as searched: those that the last call of NextUnsearched returned, which must not be empty.

@@ -329,7 +329,7 @@ WorkLeft ForecastSnapshot::Left(const Experiment& experiment) const {
   const ExperimentSpec& spec = experiment.spec();
   WorkLeft left;
   std::int64_t index = 0;
-  std::vector<std::vector<QueuedWork>> queued(spec.tasks.size());  // of each task
+  std::vector<std::vector<QueuedWork>> queued(spec.tasks.size());  // by task
   for (std::size_t method = 0; method < spec.methods.size(); ++method) {
     for (std::size_t task_index = 0; task_index < spec.tasks.size(); ++task_index) {
       const ExperimentSpec::TaskProblems& task = spec.tasks[task_index];

@@ -43,8 +43,8 @@ struct QueuedWork {
 struct WorkLeft {
   std::vector<JobKind> kinds;
   std::vector<RunningWork> running;
-  std::vector<QueuedWork> queued;  ///< by task, in the order in which tasks start; jobs of a task as if
-                                   ///< methods followed each other
+  std::vector<QueuedWork> queued;  ///< sorted by task, in the order in which tasks start, then by
+                                   ///< method, although methods take turns
   double slots = 0;                ///< average number of slots that will work on it; fractional if slots are shared
 };
 

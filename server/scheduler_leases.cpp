@@ -101,7 +101,7 @@ legopt_msg::lease_reply Scheduler::Lease(const Instant& now, bus::EndpointId sen
     return experiment.HasQueued(admits(experiment));
   };
   constexpr std::int64_t kSearchedAtOnce = 64, kMaxReused = 128;  // numbers of jobs; results are copied in one commit
-  constexpr int kMaxSearches = 32;                                // of the store, in one request
+  constexpr int kMaxSearches = 32;                                // searches of the store per request
   std::int64_t reused = 0;
   int searches = 0;
   // A long job ends a batch, so that a worker that asked for many short jobs does not block long ones that others could

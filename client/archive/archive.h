@@ -54,8 +54,8 @@ struct ArchivedResult {
   std::int64_t cpu_us = 0;   ///< CPU time of the solve; 0: unknown
   std::int64_t work_ns = 0;  ///< weighted term evaluations; 0: not counted
   std::int64_t evaluations = 0;
-  EnumArray<Rule, std::optional<Verdict>> verdicts;  ///< as stored; nullopt: not judged by that rule
-  std::optional<double> cost;                        ///< as stored, per waypoint; nullopt: none
+  EnumArray<Rule, std::optional<Verdict>> verdicts;  ///< stored verdicts; nullopt: not judged by that rule
+  std::optional<double> cost;                        ///< stored cost per waypoint; nullopt: none
   std::vector<Eigen::VectorXd> waypoints;            ///< n + 7 numbers each; empty: no solution
 };
 

@@ -20,7 +20,7 @@ using Json = nlohmann::ordered_json;
 namespace limits = bus::spec_limits;
 
 constexpr std::size_t kMaxText = 10'000, kMaxItems = 1'000'000;
-constexpr std::size_t kMaxOptions = std::size_t{1} << 20;  // as in a submission
+constexpr std::size_t kMaxOptions = std::size_t{1} << 20;  // limit of a submission
 
 /// Reads the members of a JSON object; `Finish` refuses those that were not read.
 class Members {

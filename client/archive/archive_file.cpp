@@ -134,7 +134,7 @@ Archive DecodeArchive(std::string_view bytes, const std::string& source) {
   const std::string text = Uncompressed(rest, source);
   std::string_view lines = text;
   std::map<JobKey, std::size_t> seen;
-  std::size_t numbers = 0;  // in all solutions
+  std::size_t numbers = 0;  // count over all solutions
   while (!lines.empty()) {
     const std::size_t number = archive.results.size() + 1;
     const std::string place = source + ": result " + std::to_string(number);

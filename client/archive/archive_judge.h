@@ -27,8 +27,8 @@ struct JudgedArchive {
 
 /// Judges every solution of an archive again. A result without a solution keeps its stored verdicts and has no cost,
 /// unless a stored verdict is success: it is then judged as a solution of no waypoints. `progress` is called with the
-/// number of judged results. `dataset` must have the archive's hash. Throws InputError for a problem that it lacks and
-/// for a corrupt mesh.
+/// number of judged results. `dataset` must have the archive's hash. Throws InputError if it
+/// lacks a problem or has a corrupt mesh.
 JudgedArchive JudgeArchive(const Archive& archive, const std::shared_ptr<const Dataset>& dataset,
                            const std::function<void(std::size_t)>& progress = {});
 

@@ -40,7 +40,7 @@ std::string DescriptionOf(const Archive& archive) {
          std::to_string(archive.num_jobs()) + " jobs with a result";
 }
 
-// Warns about what a reader of a published archive would look for.
+// Warns about missing statements that a published archive should have.
 void WarnAboutMissing(const Archive& archive) {
   const ArchiveAbout& about = archive.about;
   std::string missing;
@@ -115,7 +115,8 @@ ExitCode JudgeArchiveAgain(const ArchiveJudgeOptions& options) {
 }  // namespace
 
 void AddArchiveCommand(const app::Command& program, Invocation* invocation) {
-  const auto archive = program.AddCommand("archive", "Publish results as one file that others can judge again");
+  const auto archive =
+      program.AddCommand("archive", "Pack the results of an experiment into one file; check and re-judge such files");
   archive.RequireCommand();
 
   const auto pack = archive.AddCommand("pack", "Write the results of an experiment to an archive");

@@ -349,7 +349,7 @@ Comparison ReadComparison(const ComparisonRequest& request) {
   RequireDistinctSides(sides);
   RequireOneDataset(sides);
   Comparison comparison;
-  comparison.identical_work = IdenticalWorkOf(sides, request);  // of all methods, whatever the filter
+  comparison.identical_work = IdenticalWorkOf(sides, request);  // before the filter removes methods
   FilterA(request.filter, &sides);
   const std::vector<MethodPair> methods = PairMethods(sides, &comparison.notes);
   const std::vector<CellPair> pairs = PairCells(sides, methods, request);

@@ -5,6 +5,7 @@
 
 #include "app/printable.h"
 #include "client/client_error.h"
+#include "client/figures/figure_panel.h"
 #include "client/figures/figures.h"
 #include "client/replay/stored_job.h"
 #include "db/named_queries.h"
@@ -40,7 +41,7 @@ double CostAt(const Course& course, double evaluations) {
   return cost;
 }
 
-using Courses = std::vector<std::vector<Course>>;  // of each shown method: of each problem
+using Courses = std::vector<std::vector<Course>>;  // courses by shown method and problem
 
 Courses ReadCourses(ResultSource& source, const FigureColumn& column) {
   Courses courses;
@@ -126,7 +127,9 @@ Plot ConvergencePlot(ResultSource& source, const FigureData& data) {
   for (const FigureColumn& column : data.columns) {
     windowed = windowed || DescriptionOf(column.column.task).windowed;
     if (DescriptionOf(column.column.task).windowed) continue;
-    DrawCourses(source, column, &plot.panels.emplace_back(PanelOf(column, PlotKind::kLines)));
+    DrawCourses(
+        source, column,
+        &plot.panels.emplace_back(PanelOf(column.column, column.problems(), column.left_out, PlotKind::kLines)));
   }
   plot.caption = app::Printable(CaptionOf("Convergence (median and quartiles)", data.table));
   if (windowed)

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <map>
 
-#include "app/printable.h"
 #include "client/client_error.h"
 #include "client/report/benchmark_table.h"
 #include "legopt/statistics/internal/checks.h"
@@ -119,40 +118,6 @@ std::string TitleOf(Measure measure) {
       break;
   }
   return "cost per waypoint";
-}
-
-PlotAxis AxisFor(const std::string& title, const std::vector<double>& values) {
-  constexpr double kTen = 10.0, kRoom = 1.05, kSmallest = 1e-100, kLargest = 1e100;
-  double least = INFINITY, most = -INFINITY;
-  for (const double value : values) {
-    if (!std::isfinite(value) || std::abs(value) > kLargest) continue;
-    least = std::min(least, value);
-    most = std::max(most, value);
-  }
-  PlotAxis axis;
-  axis.title = title;
-  if (least > kSmallest && std::isfinite(least)) {
-    axis.logarithmic = true;
-    axis.from = std::pow(kTen, std::floor(std::log10(least)));
-    axis.to = std::max(std::pow(kTen, std::ceil(std::log10(most))), kTen * axis.from);
-  } else if (std::isfinite(least)) {
-    axis.from = std::min(least, 0.0);
-    axis.to = most > axis.from ? axis.from + kRoom * (most - axis.from) : axis.from + 1.0;
-  }
-  return axis;
-}
-
-PlotPanel PanelOf(const FigureColumn& column, PlotKind kind) {
-  PlotPanel panel;
-  panel.kind = kind;
-  panel.title = ColumnTitle(column.column) + ": " + std::to_string(column.problems()) +
-                (column.problems() == 1 ? " problem" : " problems");
-  std::string left_out;
-  for (const std::string& title : column.left_out) left_out += (left_out.empty() ? "" : ", ") + title;
-  if (!left_out.empty())
-    panel.notes.push_back(app::Printable("Left out, without a completed problem: " + left_out + "."));
-  if (column.problems() == 0) panel.notes.emplace_back("No problem has been completed by every method.");
-  return panel;
 }
 
 }  // namespace legopt::client

@@ -33,7 +33,7 @@ namespace legopt::client {
 struct FigureColumn {
   BenchmarkColumn column;
   std::vector<std::size_t> entries;            ///< row of each shown method in StatisticsTable::rows
-  std::vector<std::vector<ProblemRuns>> runs;  ///< of each shown method: the complete problems, in the same order
+  std::vector<std::vector<ProblemRuns>> runs;  ///< complete problems by shown method, in equal order
   std::vector<std::string> left_out;           ///< methods without a complete problem
 
   std::size_t problems() const { return runs.empty() ? 0 : runs.front().size(); }
@@ -65,11 +65,5 @@ const std::vector<statistics::Repetition>& RunsOf(const ProblemRuns& runs, Measu
 
 /// Returns e.g. "work (ms)".
 std::string TitleOf(Measure measure);
-
-/// Returns an axis for the finite values: whole decades if all are positive, otherwise from 0 or the smallest value.
-PlotAxis AxisFor(const std::string& title, const std::vector<double>& values);
-
-/// Returns a panel with the title "Posture generation, good init: 50 problems" and notes on methods that are left out.
-PlotPanel PanelOf(const FigureColumn& column, PlotKind kind);
 
 }  // namespace legopt::client

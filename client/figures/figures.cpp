@@ -5,6 +5,7 @@
 
 #include "app/printable.h"
 #include "client/compare/comparison_report.h"
+#include "client/figures/figure_panel.h"
 #include "client/report/benchmark_table.h"
 #include "legopt/types/number_text.h"
 
@@ -42,9 +43,8 @@ PlotSeries CurveOf(std::size_t entry, const statistics::StepCurve& curve) {
 
 PlotPanel ProfilePanel(const StatisticsTable& table, const BenchmarkColumn& column) {
   const statistics::PerformanceProfile& profile = table.columns.at(column).profile;
-  PlotPanel panel;
-  panel.title = ColumnTitle(column) + ": " + std::to_string(profile.problems) +
-                (profile.problems == 1 ? " problem" : " problems");
+  PlotPanel panel =
+      PanelOf(column, static_cast<std::size_t>(profile.problems), table.columns.at(column).left_out, PlotKind::kSteps);
   panel.x = {std::string(table.columns.at(column).by_work ? "work" : "time") + " over that of the best method", true,
              1.0, kMinSpan, false};
   panel.y = {"problems solved within it (%)", false, 0.0, kPercent, false};
@@ -56,44 +56,27 @@ PlotPanel ProfilePanel(const StatisticsTable& table, const BenchmarkColumn& colu
     if (!curve.at.empty()) panel.x.to = std::max(panel.x.to, curve.at.back());
     panel.series.push_back(CurveOf(row, curve));
   }
-  if (profile.unsolved > 0) panel.notes.push_back(std::to_string(profile.unsolved) + " of them no method solved.");
-  std::string left_out;
-  for (const std::string& title : table.columns.at(column).left_out) left_out += (left_out.empty() ? "" : ", ") + title;
-  if (!left_out.empty())
-    panel.notes.push_back(app::Printable("Left out, without a completed problem: " + left_out + "."));
-  if (profile.problems == 0) panel.notes.emplace_back("No problem has been completed by every method.");
-  return panel;
-}
-
-// Returns an axis of whole decades that contain all finite values.
-PlotAxis TimeAxis(const std::string& title, const std::vector<PlotPoint>& points) {
-  constexpr double kTen = 10.0;
-  PlotAxis axis{title, true, INFINITY, 0.0, true};
-  for (const PlotPoint& point : points) {
-    for (const double value : {point.x, point.y}) {
-      if (std::isinf(value)) continue;
-      axis.from = std::min(axis.from, value);
-      axis.to = std::max(axis.to, value);
-    }
+  if (profile.unsolved > 0) {
+    panel.notes.insert(panel.notes.begin(), std::to_string(profile.unsolved) + " of them no method solved.");
   }
-  if (axis.to == 0.0) axis.from = axis.to = 1.0;
-  axis.from = std::pow(kTen, std::floor(std::log10(axis.from)));
-  axis.to = std::max(std::pow(kTen, std::ceil(std::log10(axis.to))), kTen * axis.from);
-  return axis;
+  return panel;
 }
 
 PlotPanel ScatterPanel(const Comparison& comparison, const CellComparison& cell, const TimeUnit& unit) {
   const double per_ms = kMilliseconds.seconds / unit.seconds;
   PlotSeries series;
+  std::vector<double> values;
   for (const PairedTimes& times : cell.times) {
     if (std::isinf(times.a_ms) && std::isinf(times.b_ms)) continue;
     series.points.push_back({times.a_ms * per_ms, times.b_ms * per_ms});
+    values.insert(values.end(), {times.a_ms * per_ms, times.b_ms * per_ms});
   }
   PlotPanel panel;
   panel.title = app::Printable(TitleOf(comparison, cell));
   panel.kind = PlotKind::kPoints;
-  panel.x = TimeAxis("time of A (" + std::string(unit.name) + ")", series.points);
-  panel.y = TimeAxis("time of B (" + std::string(unit.name) + ")", series.points);
+  panel.x = AxisFor("time of A (" + std::string(unit.name) + ")", values);
+  panel.y = AxisFor("time of B (" + std::string(unit.name) + ")", values);
+  panel.x.rim = panel.y.rim = true;
   panel.series = {series};
   panel.notes = {"Pairs " + DescribePairs(cell.success.counts) +
                  ". Below the diagonal B is faster; on a rim one of the two failed."};

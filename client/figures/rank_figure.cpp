@@ -5,6 +5,7 @@
 #include "app/printable.h"
 #include "client/client_error.h"
 #include "client/compare/comparison.h"
+#include "client/figures/figure_panel.h"
 #include "client/figures/figures.h"
 #include "client/figures/solve_figures.h"
 #include "legopt/statistics/hypothesis_tests.h"
@@ -13,8 +14,8 @@
 namespace legopt::client {
 namespace {
 
-// Returns the values of two methods as differences of logarithms (of costs: plain differences). A problem that only one
-// of them solved has a difference larger than all others.
+// Returns the values of two methods as differences of logarithms (of costs: plain differences). If only one
+// method solved a problem, the difference is larger than all others.
 std::vector<double> Differences(const std::vector<ProblemRuns>& a, const std::vector<ProblemRuns>& b, Measure measure) {
   const auto scaled = [&](double value) {
     return measure == Measure::kCost ? value : std::log(std::max(value, kShortest_ms));
@@ -103,7 +104,8 @@ Plot RankPlot(const FigureData& data, Measure measure) {
   Plot plot;
   plot.entries = EntryNamesOf(data.table);
   for (const FigureColumn& column : data.columns) {
-    DrawRanks(column, measure, &plot.panels.emplace_back(PanelOf(column, PlotKind::kRanks)));
+    DrawRanks(column, measure,
+              &plot.panels.emplace_back(PanelOf(column.column, column.problems(), column.left_out, PlotKind::kRanks)));
   }
   plot.caption = app::Printable(CaptionOf("Mean ranks by " + std::string(ToString(measure)), data.table)) +
                  " Bars join methods of which no two differ (Wilcoxon's signed rank tests of all pairs, Holm-adjusted "

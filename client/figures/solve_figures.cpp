@@ -5,6 +5,7 @@
 
 #include "app/printable.h"
 #include "client/client_error.h"
+#include "client/figures/figure_panel.h"
 #include "client/figures/figures.h"
 #include "legopt/statistics/internal/checks.h"
 #include "legopt/statistics/profiles.h"
@@ -48,7 +49,8 @@ template <class Draw>
 Plot PlotOf(const FigureData& data, Measure measure, const std::string& what, PlotKind kind, const Draw& draw) {
   RequireMeasure(data, measure);
   Plot plot = EmptyPlot(data, what + " of " + std::string(ToString(measure)));
-  for (const FigureColumn& column : data.columns) draw(column, &plot.panels.emplace_back(PanelOf(column, kind)));
+  for (const FigureColumn& column : data.columns)
+    draw(column, &plot.panels.emplace_back(PanelOf(column.column, column.problems(), column.left_out, kind)));
   return plot;
 }
 

@@ -58,7 +58,7 @@ Drawing::Drawing(const Plot& plot, const FigureStyle& style, double stretch, Can
       margin_(Scaled(style.width ? kNarrowMargin : kMargin)),
       stretch_(stretch),
       canvas_(*canvas) {
-  constexpr double kNarrowest = 220.0;                             // of a panel
+  constexpr double kNarrowest = 220.0;                             // narrowest panel
   const bool planes = std::ranges::all_of(plot.panels, HasPlane);  // names beside ranks need the whole width
   if (plot.panels.size() > 1 && planes && 0.5 * width_ >= Scaled(kNarrowest)) columns_ = 2;
 }
@@ -145,7 +145,7 @@ double StretchFor(const Plot& plot, const FigureStyle& style) {
   NoCanvas nothing;
   Drawing natural(plot, style, 0.0, &nothing);
   const double height = natural.Draw(), scale = style.font_size / kUsualFont;
-  double room = INFINITY;  // by which each row may shrink
+  double room = INFINITY;  // amount by which each row may shrink
   for (const PlotPanel& panel : plot.panels) {
     room = std::min(room, HasPlane(panel) ? PlaneHeightOf(panel, style.font_size) - scale * kSmallest : 0.0);
   }

@@ -104,7 +104,7 @@ inline constexpr std::string_view kCertificateFinder = "LegOpt-best's SQP";
 
 /// Description of a certificate.
 struct CertificateFacts {
-  std::string hash;  ///< of the file, 64 hex digits
+  std::string hash;  ///< BLAKE2b-256 of the file, 64 hex digits
   int starts = 0;    ///< starts per stance; 0: unknown
 };
 

@@ -1,5 +1,6 @@
 // Policy: an archive has everything that judging needs, and equal archives have equal bytes. A damaged, newer, foreign
-// or contradictory file is refused with its cause. What an archive claims is never believed: a judge finds it again.
+// or contradictory file is refused with its cause. Claims of an archive are never trusted: its solutions are judged
+// again.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

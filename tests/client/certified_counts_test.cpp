@@ -71,7 +71,7 @@ class CertifiedCounts : public testing::Test {
 
 TEST_F(CertifiedCounts, SplitTheJobsOfACell) {
   const auto counts = CertifiedTable().rows[0].cells.at(kGoodPostures).by_feasibility;
-  EXPECT_EQ(counts[Feasibility::kCertified], (JobCounts{3, 3})) << "what a method solved is feasible";
+  EXPECT_EQ(counts[Feasibility::kCertified], (JobCounts{3, 3})) << "a solved problem is feasible";
   EXPECT_EQ(counts[Feasibility::kInfeasible], (JobCounts{1, 0}));
   EXPECT_EQ(counts[Feasibility::kOpen], (JobCounts{1, 0}));
 }
@@ -85,7 +85,7 @@ TEST_F(CertifiedCounts, StandInEveryFormat) {
   EXPECT_THAT(narrow, HasSubstr("3/4 (1 open, 0 of 1 infeasible)"));
   const auto json = nlohmann::json::parse(RenderBenchmarkTable(table, TableFormat::kJson));
   const auto& cell = json["rows"][0]["posture"]["good"];
-  EXPECT_EQ(cell["n"], 5) << "the figures of all jobs stay what they are";
+  EXPECT_EQ(cell["n"], 5) << "the figures of all jobs do not change";
   EXPECT_EQ(cell["by_feasibility"]["certified"], (nlohmann::json{{"n", 3}, {"solved", 3}}));
   EXPECT_EQ(json["certificate"]["verified"], false);
   EXPECT_EQ(json["certificate"]["hash"].get<std::string>().size(), 64U);

@@ -86,7 +86,7 @@ TEST_F(Figures, WithRepetitionsEveryProblemHasTheSameWeight) {
 TEST_F(Figures, BoxesHaveQuantilesAndFailuresAreInfinite) {
   const PlotPanel panel = BoxPlot(Read(ToyPool()), Measure::kTime).panels.at(0);
   const PlotBox& box = panel.series.at(0).box.value();
-  EXPECT_DOUBLE_EQ(box.whiskers.low, 1.2);  // type 7 of Hyndman and Fan: a fifth of the way from 1 to 2
+  EXPECT_DOUBLE_EQ(box.whiskers.low, 1.2);  // type 7 of Hyndman and Fan: 1 + 0.2 (2 - 1)
   EXPECT_EQ(box.quartiles.low, 2.0);
   EXPECT_EQ(box.median, 4.0);
   EXPECT_EQ(box.quartiles.high, 8.0);
