@@ -58,17 +58,18 @@ void MotionForces::SetProgram(const StanceForces& forces, double slack) {
   const Eigen::Index L = forces.num_generators();
   const auto num_bounds = static_cast<Eigen::Index>(forces.bounds().size());
   const Eigen::Index rows = 2 * (kWrenchSize + std::ssize(loaded_)) + num_bounds;
-  const Eigen::Index first_slack = L + kNumForceColumns;
-  A_.setZero(rows, first_slack + rows);
-  b_.setZero(rows);
-  A_.rightCols(rows).setIdentity();
+  auto& [A, b, range, upper] = program_;
+  A.setZero(rows, L + kNumForceColumns);
+  b.setZero(rows);
+  range.setConstant(rows, LinearProgramSolver::kInfinity);
   Eigen::Index row = 0;
   // |a . lambda - value| <= used + exceeded
-  const auto bound_difference = [&](const Eigen::RowVectorXd& a, double value, ForceColumn used, ForceColumn exceeded) {
+  const auto bound_difference = [&, &A = A, &b = b](const Eigen::RowVectorXd& a, double value, ForceColumn used,
+                                                    ForceColumn exceeded) {
     for (const double sign : {1.0, -1.0}) {
-      A_.row(row).head(L) = sign * a;
-      A_(row, L + used) = A_(row, L + exceeded) = -1.0;
-      b_[row++] = sign * value;
+      A.row(row).head(L) = sign * a;
+      A(row, L + used) = A(row, L + exceeded) = -1.0;
+      b[row++] = sign * value;
     }
   };
   for (Eigen::Index i = 0; i < kWrenchSize; ++i) {
@@ -80,15 +81,15 @@ void MotionForces::SetProgram(const StanceForces& forces, double slack) {
   }
   for (const StanceForces::NormalBound& bound : forces.bounds()) {
     for (int l = 0; l < forces.num_generators(); ++l) {
-      if (forces.surface_of(l) == bound.surface) A_(row, l) = 1.0;
+      if (forces.surface_of(l) == bound.surface) A(row, l) = 1.0;
     }
-    b_[row++] = bound.maximum;
+    b[row++] = bound.maximum;
   }
-  upper_.setConstant(A_.cols(), LinearProgramSolver::kInfinity);
-  upper_.head(L) = forces.upper();
-  upper_[L + kSlackUsed] = slack;
-  upper_[L + kRatio] = 1.0;
-  cost_.setZero(A_.cols());
+  upper.setConstant(A.cols(), LinearProgramSolver::kInfinity);
+  upper.head(L) = forces.upper();
+  upper[L + kSlackUsed] = slack;
+  upper[L + kRatio] = 1.0;
+  cost_.setZero(A.cols());
   cost_.head(L).setConstant(kForceCost);
   for (Eigen::Index i = 0; i < kNumForceColumns; ++i) cost_[L + i] = kColumnCosts[i];
 }
@@ -113,7 +114,7 @@ RealizedForces MotionForces::Compute(const StanceForces& forces, const Kinematic
   SetLoads(forces, kinematics, inertial);
   SetProgram(forces, slack);
   Eigen::VectorXd lambda = Eigen::VectorXd::Zero(forces.num_generators());
-  if (solver_.Constrain(A_, b_, upper_) == LinearProgramStatus::kOptimal &&
+  if (solver_.Constrain(program_) == LinearProgramStatus::kOptimal &&
       solver_.Minimize(cost_) == LinearProgramStatus::kOptimal) {
     lambda = solver_.x().head(forces.num_generators());
   }

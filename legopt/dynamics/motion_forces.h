@@ -50,8 +50,8 @@ class MotionForces {
   Eigen::MatrixXd jacobian_, shares_;  ///< shares_: n x generators, torques per weight
   Eigen::Matrix<double, 6, 1> demand_;
   Eigen::Matrix<double, 6, Eigen::Dynamic> wrenches_;  ///< forces and moments about the centre of mass per generator
-  Eigen::MatrixXd A_;
-  Eigen::VectorXd b_, upper_, cost_;
+  LinearProgram program_;
+  Eigen::VectorXd cost_;
   LinearProgramSolver solver_;
 };
 

@@ -52,17 +52,17 @@ void PhaseSetBuilder::FindLoaded(const StanceForces& forces) {
 
 void PhaseSetBuilder::SetTorqueRows(const StanceForces& forces) {
   const Eigen::Index L = forces.num_generators();
-  const Eigen::Index first = b_.size() - std::ssize(loaded_);
+  auto& [A, b, range, upper] = program_;
+  const Eigen::Index first = b.size() - std::ssize(loaded_);
   for (Eigen::Index i = 0; i < std::ssize(loaded_); ++i) {
     const int dof = loaded_[static_cast<size_t>(i)];
     const double scale = 1.0 / robot_.effort_limits()[dof];
-    A_.row(first + i).head(L) = -scale * unit_N_ * shares_.row(dof);
-    A_(first + i, L) = scale * largest_x_ * start_.torques[dof];
-    A_(first + i, L + 1) = -A_(first + i, L);
-    A_(first + i, L + 2) = scale * largest_x_ * steady_.torques[dof];
-    // torque share + slack = largest share, with slack in [0, 2 largest share]
-    b_[first + i] = effort_share_ - scale * gravity_torques_[dof];
-    upper_[L + kPhaseColumns + first + i] = 2.0 * effort_share_;
+    A.row(first + i).head(L) = -scale * unit_N_ * shares_.row(dof);
+    A(first + i, L) = scale * largest_x_ * start_.torques[dof];
+    A(first + i, L + 1) = -A(first + i, L);
+    A(first + i, L + 2) = scale * largest_x_ * steady_.torques[dof];
+    b[first + i] = effort_share_ - scale * gravity_torques_[dof];
+    range[first + i] = 2.0 * effort_share_;
   }
 }
 
@@ -73,15 +73,16 @@ void PhaseSetBuilder::SetForces(const StanceForces& forces, double slack) {
                              .tolerance = slack,
                              .more_rows = std::ssize(loaded_),
                              .more_columns = kPhaseColumns};
-  SetForceProgram(forces, program, &A_, &b_, &upper_);
-  upper_[L] = upper_[L + 1] = kReach;
-  upper_[L + 2] = 1.0;
+  SetForceProgram(forces, program, &program_);
+  program_.upper[L] = program_.upper[L + 1] = kReach;
+  program_.upper[L + 2] = 1.0;
+  Eigen::MatrixXd& A = program_.A;
   const double unit = largest_x_ / unit_N_;
-  A_.block<3, 1>(0, L) = -unit * start_.force_N;
-  A_.block<3, 1>(3, L) = -unit * start_.moment_Nm;
-  A_.block<kBalanceRows, 1>(0, L + 1) = -A_.block<kBalanceRows, 1>(0, L);
-  A_.block<3, 1>(0, L + 2) = -unit * steady_.force_N;
-  A_.block<3, 1>(3, L + 2) = -unit * steady_.moment_Nm;
+  A.block<3, 1>(0, L) = -unit * start_.force_N;
+  A.block<3, 1>(3, L) = -unit * start_.moment_Nm;
+  A.block<kBalanceRows, 1>(0, L + 1) = -A.block<kBalanceRows, 1>(0, L);
+  A.block<3, 1>(0, L + 2) = -unit * steady_.force_N;
+  A.block<3, 1>(3, L + 2) = -unit * steady_.moment_Nm;
 }
 
 LimitOwner PhaseSetBuilder::OwnerOf(const StanceForces& forces, const Eigen::VectorXd& multipliers) const {
@@ -95,7 +96,7 @@ LimitOwner PhaseSetBuilder::OwnerOf(const StanceForces& forces, const Eigen::Vec
   LimitOwner owner;
   double nearest = -LinearProgramSolver::kInfinity;
   for (int l = 0; l < forces.num_generators(); ++l) {
-    const double help = multipliers.head(first).dot(A_.col(l).head(first));
+    const double help = multipliers.head(first).dot(program_.A.col(l).head(first));
     if (!(help > nearest)) continue;
     nearest = help;
     owner.index = forces.surface_of(l);
@@ -121,11 +122,7 @@ void PhaseSetBuilder::Measure(const CurvePoint& point) {
 LinearProgramStatus PhaseSetBuilder::Constrain(const StanceForces& forces, double slack) {
   SetForces(forces, slack);
   SetTorqueRows(forces);
-  const bool fits = has_basis_ && A_.rows() == rows_ && A_.cols() == columns_;
-  if (fits && solver_.Resume(A_, b_, upper_)) return LinearProgramStatus::kOptimal;
-  rows_ = A_.rows();
-  columns_ = A_.cols();
-  const LinearProgramStatus status = solver_.Constrain(A_, b_, upper_);
+  const LinearProgramStatus status = has_basis_ ? solver_.Resume(program_) : solver_.Constrain(program_);
   has_basis_ = status == LinearProgramStatus::kOptimal;
   return status;
 }
@@ -156,14 +153,13 @@ LinearProgramStatus PhaseSetBuilder::Scale(const StanceForces& forces, double sl
 }
 
 Eigen::VectorXd PhaseSetBuilder::CostOf(const Eigen::Vector2d& direction) const {
-  const Eigen::Index u = A_.cols() - A_.rows() - kPhaseColumns;
-  Eigen::VectorXd cost = Eigen::VectorXd::Zero(A_.cols());
-  cost.segment<kPhaseColumns>(u) << -direction.x(), direction.x(), -direction.y();
+  Eigen::VectorXd cost = Eigen::VectorXd::Zero(program_.A.cols());
+  cost.tail<kPhaseColumns>() << -direction.x(), direction.x(), -direction.y();
   return cost;
 }
 
 bool PhaseSetBuilder::FindCorners(const StanceForces& forces, std::vector<PhaseCorner>* corners) {
-  const Eigen::Index u = forces.num_generators(), rows = A_.rows();
+  const Eigen::Index u = forces.num_generators();
   double last_angle = 0.0;
   const auto visit = [&](const TurnedOptimum& optimum) {
     constexpr double kSameEdge = 1e-10;
@@ -173,8 +169,8 @@ bool PhaseSetBuilder::FindCorners(const StanceForces& forces, std::vector<PhaseC
     if (same_edge) {
       corners->back().at = at;
     } else {
-      // The edge from the corner before to this one; each row's slack is a column of the unit matrix.
-      if (!corners->empty()) corners->back().owner = OwnerOf(forces, -optimum.reduced_costs.tail(rows));
+      // The edge from the corner before to this one.
+      if (!corners->empty()) corners->back().owner = OwnerOf(forces, optimum.multipliers);
       corners->push_back({at, {}});
     }
     // Having passed the lower end, the search is complete at the height where it began.

@@ -100,15 +100,14 @@ class PhaseSetBuilder {
   InverseDynamics dynamics_;
   InertialForces start_, steady_;  ///< rates per u and per x
   Eigen::VectorXd gravity_torques_, at_rest_;
-  Eigen::MatrixXd jacobian_, shares_, A_;
-  Eigen::VectorXd b_, upper_;
+  Eigen::MatrixXd jacobian_, shares_;
+  LinearProgram program_;
   double velocity_x_ = 0.0;  ///< largest x within velocity limits, at most kLargestSpeedSquare
   double largest_x_ = 0.0;   ///< unit of u and x in the programs, at most velocity_x_
   double last_x_ = 0.0;      ///< largest admissible x of the last point; 0: none
   int velocity_dof_ = -1;
   LinearProgramSolver solver_;
   bool has_basis_ = false;
-  Eigen::Index rows_ = 0, columns_ = 0;  ///< size of the last program
 };
 
 }  // namespace legopt

@@ -1,17 +1,20 @@
 #include "legopt/statics/equilibrium_polygon.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "legopt/dataset/contact.h"
 #include "legopt/statics/internal/linear_program.h"
-#include "legopt/statics/internal/support_search.h"
 
 namespace legopt {
 namespace {
 
 constexpr int kFixedRows = 4;  // three forces, and the moment about their sum
 constexpr int kReachRows = 2;
+
+const std::array kAxisDirections = {Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1), Eigen::Vector2d(-1, 0),
+                                    Eigen::Vector2d(0, -1)};
 
 /// Searches extreme positions of the centre of mass, where forces of the sum `total` (weight; vertical part 1) act.
 class PositionProgram {
@@ -20,37 +23,37 @@ class PositionProgram {
       : forces_(forces), num_generators_(forces.num_generators()) {
     const auto num_bounds = static_cast<Eigen::Index>(forces.bounds().size());
     const Eigen::Index rows = kFixedRows + kReachRows + num_bounds;
-    A_.setZero(rows, num_generators_ + kReachRows + num_bounds);
-    b_.setZero(rows);
-    upper_.setConstant(A_.cols(), LinearProgramSolver::kInfinity);
-    upper_.head(num_generators_) = forces.upper();
-    A_.topLeftCorner(3, num_generators_) = forces.directions();
-    A_.row(3).head(num_generators_) = total.transpose() * forces.moments();
-    b_.head<3>() = total;
+    program_.A.setZero(rows, num_generators_);
+    program_.b.setZero(rows);
+    program_.range.setZero(rows);
+    program_.upper = forces.upper();
+    program_.A.topRows(3) = forces.directions();
+    program_.A.row(3) = total.transpose() * forces.moments();
+    program_.b.head<3>() = total;
     const double reach_m = std::max(kPolygonReach_m, forces.com_reach_m());
-    // position + slack = reach, with slack in [0, 2 reach]
-    A_.row(4).head(num_generators_) = -forces.moments().row(1);
-    A_.row(5).head(num_generators_) = forces.moments().row(0);
-    for (Eigen::Index i = 0; i < kReachRows; ++i) {
-      A_(kFixedRows + i, num_generators_ + i) = 1.0;
-      b_[kFixedRows + i] = reach_m;
-      upper_[num_generators_ + i] = 2.0 * reach_m;
-    }
+    program_.A.row(4) = -forces.moments().row(1);
+    program_.A.row(5) = forces.moments().row(0);
+    program_.b.segment<kReachRows>(kFixedRows).setConstant(reach_m);
+    program_.range.segment<kReachRows>(kFixedRows).setConstant(2.0 * reach_m);
     for (Eigen::Index i = 0; i < num_bounds; ++i) AddBound(i);
-    status_ = solver_.Constrain(A_, b_, upper_);
+    status_ = solver_.Constrain(program_);
   }
 
   LinearProgramStatus status() const { return status_; }
   const Eigen::VectorXd& multipliers() const { return solver_.multipliers(); }
 
-  /// Returns the furthest position in a direction, with the multipliers of the program; empty if it was not found.
-  std::optional<Extreme> Furthest(const Eigen::Vector2d& direction) {
-    cost_.setZero(A_.cols());
-    cost_.head(num_generators_) =
-        (direction.x() * forces_.moments().row(1) - direction.y() * forces_.moments().row(0)).transpose();
-    if (solver_.Minimize(cost_) != LinearProgramStatus::kOptimal) return std::nullopt;
-    const Eigen::Vector3d moment = forces_.moments() * solver_.x().head(num_generators_);
-    return Extreme{direction, Eigen::Vector2d(-moment.y(), moment.x())};
+  /// Returns the corners of all positions, counter-clockwise; empty if the search failed.
+  std::vector<Eigen::Vector2d> Corners() {
+    const Eigen::VectorXd x = forces_.moments().row(1).transpose(), y = -forces_.moments().row(0).transpose();
+    std::vector<Eigen::Vector2d> corners;
+    const auto visit = [&](const TurnedOptimum& optimum) {
+      corners.emplace_back(-x.dot(optimum.x), -y.dot(optimum.x));
+      return true;
+    };
+    // The costs of the furthest positions along +x and +y.
+    if (solver_.Minimize(x) != LinearProgramStatus::kOptimal) return {};
+    if (solver_.Turn(x, y, visit) != LinearProgramStatus::kOptimal) return {};
+    return corners;
   }
 
  private:
@@ -58,16 +61,15 @@ class PositionProgram {
     const StanceForces::NormalBound& bound = forces_.bounds()[static_cast<size_t>(index)];
     const Eigen::Index row = kFixedRows + kReachRows + index;
     for (int l = 0; l < num_generators_; ++l) {
-      if (forces_.surface_of(l) == bound.surface) A_(row, l) = 1.0;
+      if (forces_.surface_of(l) == bound.surface) program_.A(row, l) = 1.0;
     }
-    A_(row, num_generators_ + kReachRows + index) = 1.0;
-    b_[row] = bound.maximum;
+    program_.b[row] = bound.maximum;
+    program_.range[row] = LinearProgramSolver::kInfinity;
   }
 
   const StanceForces& forces_;
   int num_generators_;
-  Eigen::MatrixXd A_;
-  Eigen::VectorXd b_, upper_, cost_;
+  LinearProgram program_;
   LinearProgramSolver solver_;
   LinearProgramStatus status_ = LinearProgramStatus::kStalled;
 };
@@ -91,14 +93,34 @@ std::optional<SlideProof> ProofOf(const StanceForces& forces, const Eigen::Vecto
   return IsProof(proof) ? std::optional(proof) : std::nullopt;
 }
 
+/// Returns true if all corners between two of them are at most `accuracy_m` away from their chord.
+bool IsNearChord(const std::vector<Eigen::Vector2d>& corners, size_t begin, size_t end, double accuracy_m) {
+  const Eigen::Vector2d chord = corners[end % corners.size()] - corners[begin];
+  const double square = chord.squaredNorm();
+  for (size_t i = begin + 1; i < end; ++i) {
+    const Eigen::Vector2d corner = corners[i] - corners[begin];
+    const double share = square > 0.0 ? std::clamp(corner.dot(chord) / square, 0.0, 1.0) : 0.0;
+    if ((corner - share * chord).norm() > accuracy_m) return false;
+  }
+  return true;
+}
+
+/// Removes corners, counter-clockwise, as long as the polygon shrinks by at most `accuracy_m`.
+std::vector<Eigen::Vector2d> Simplified(const std::vector<Eigen::Vector2d>& corners, double accuracy_m) {
+  std::vector<Eigen::Vector2d> kept;
+  size_t end = 1;
+  for (size_t begin = 0; begin < corners.size(); begin = end) {
+    kept.push_back(corners[begin]);
+    for (end = begin + 1; end < corners.size() && IsNearChord(corners, begin, end + 1, accuracy_m);) ++end;
+  }
+  return kept;
+}
+
 /// Returns the corners of all positions of a program that has some.
 std::vector<Eigen::Vector2d> CornersOf(PositionProgram* program, const StanceForces& forces, double accuracy_m) {
-  const auto furthest = [program](const Eigen::Vector2d& direction) { return program->Furthest(direction); };
-  std::vector<Eigen::Vector2d> positions;
-  for (const Extreme& extreme : SearchExtremes(furthest, accuracy_m)) {
-    positions.push_back(extreme.position + forces.origin_W().head<2>());
-  }
-  return ConvexHull2d(std::move(positions));
+  std::vector<Eigen::Vector2d> positions = program->Corners();
+  for (Eigen::Vector2d& position : positions) position += forces.origin_W().head<2>();
+  return Simplified(ConvexHull2d(std::move(positions)), accuracy_m);
 }
 
 }  // namespace
@@ -150,19 +172,19 @@ bool IsUnbounded(const StanceForces& forces) {
   const auto columns = static_cast<Eigen::Index>(free.size());
   const auto lifts = [&](int l) { return forces.directions()(2, l) > 0.0; };
   if (std::ranges::all_of(free, lifts)) return false;  // their sum cannot vanish, as on level ground
-  Eigen::MatrixXd A(kRows, columns), positions(2, columns);
+  LinearProgram program{.A = Eigen::MatrixXd(kRows, columns),
+                        .b = Eigen::VectorXd::Unit(kRows, kRows - 1),
+                        .range = Eigen::VectorXd::Zero(kRows),
+                        .upper = Eigen::VectorXd::Constant(columns, LinearProgramSolver::kInfinity)};
+  Eigen::MatrixXd positions(2, columns);
   for (Eigen::Index i = 0; i < columns; ++i) {
     const int l = free[static_cast<size_t>(i)];
-    A.col(i) << forces.directions().col(l), forces.moments()(2, l), 1.0;
+    program.A.col(i) << forces.directions().col(l), forces.moments()(2, l), 1.0;
     positions.col(i) << -forces.moments()(1, l), forces.moments()(0, l);
   }
-  const Eigen::VectorXd b = Eigen::VectorXd::Unit(kRows, kRows - 1);
   LinearProgramSolver solver;
-  if (solver.Constrain(A, b, Eigen::VectorXd::Constant(columns, LinearProgramSolver::kInfinity)) !=
-      LinearProgramStatus::kOptimal) {
-    return false;
-  }
-  for (const Eigen::Vector2d& direction : AxisDirections()) {
+  if (solver.Constrain(program) != LinearProgramStatus::kOptimal) return false;
+  for (const Eigen::Vector2d& direction : kAxisDirections) {
     const Eigen::VectorXd cost = -positions.transpose() * direction;
     const bool moves = solver.Minimize(cost) == LinearProgramStatus::kOptimal && solver.objective() < -kLeast_m;
     if (moves) return !ComputeEquilibriumPolygon(forces).corners.empty();

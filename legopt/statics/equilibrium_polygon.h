@@ -51,8 +51,8 @@ inline constexpr double kPolygonAccuracy_m = 1e-4;
 ///
 ///     P = { (-m_y, m_x) : sum lambda v = e_z, m = sum lambda (p x v), m_z = 0, lambda >= 0, normal forces in bounds }
 ///
-/// by one linear program per corner: where the polygon is known least exactly, the furthest point is searched, until
-/// no point is further outside than kPolygonAccuracy_m. The height of the centre of mass does not matter. Thread-safe.
+/// by a linear program whose objective turns once around (LinearProgramSolver::Turn); then corners are removed that are
+/// less than kPolygonAccuracy_m outside of the others. The height of the centre of mass does not matter. Thread-safe.
 ///
 /// Source: Bretl, Lall, Testing Static Equilibrium for Legged Robots, IEEE T-RO 24(4), 2008.
 EquilibriumPolygon ComputeEquilibriumPolygon(const StanceForces& forces);

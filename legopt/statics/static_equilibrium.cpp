@@ -2,25 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "legopt/statics/internal/force_program.h"
 
 namespace legopt {
-namespace {
-
-constexpr double kLargestPush = 10.0;  // weights
-
-/// A finite effort limit > 0.
-bool IsLimited(double limit) { return std::isfinite(limit) && limit > 0.0; }
-
-}  // namespace
-
-Eigen::Vector3d PushDirection(int k) {
-  const double angle = 2.0 * std::numbers::pi * k / kPushDirections;
-  return {std::cos(angle), std::sin(angle), 0.0};
-}
-
 StaticEquilibrium::StaticEquilibrium(const RobotModel& robot, double gravity_m_s2)
     : robot_(robot),
       gravity_m_s2_(gravity_m_s2),
@@ -34,29 +19,29 @@ void StaticEquilibrium::SetBalanceRows(const StanceForces& forces, const Eigen::
                                        Eigen::Index torque_rows, Eigen::Index columns) {
   const ForceProgram program{
       .com_W = com_W, .lift = 1.0, .tolerance = tolerance, .more_rows = torque_rows, .more_columns = columns};
-  SetForceProgram(forces, program, &A_, &b_, &upper_);
+  SetForceProgram(forces, program, &program_);
 }
 
 double StaticEquilibrium::Imbalance(const StanceForces& forces, const Eigen::Vector3d& com_W) {
   if (forces.num_generators() == 0) return 1.0;
   // The imbalance is the largest one, of no force at all, less r.
   SetBalanceRows(forces, com_W, 0.0, kBalanceRows, 1);
-  const Eigen::Index L = forces.num_generators(), first_slack = L + 1, rows = b_.size();
-  const Eigen::Index first = rows - kBalanceRows;
-  A_.bottomRows(kBalanceRows).leftCols(L) = -A_.topLeftCorner(kBalanceRows, L);
-  b_.tail(kBalanceRows) = -b_.head(kBalanceRows);
-  const double largest = std::max(1.0, b_.cwiseAbs().maxCoeff());
+  auto& [A, b, range, upper] = program_;
+  const Eigen::Index L = forces.num_generators(), first = b.size() - kBalanceRows;
+  A.bottomRows(kBalanceRows).leftCols(L) = -A.topLeftCorner(kBalanceRows, L);
+  b.tail(kBalanceRows) = -b.head(kBalanceRows);
+  const double largest = std::max(1.0, b.cwiseAbs().maxCoeff());
   for (Eigen::Index i = 0; i < kBalanceRows; ++i) {
     for (const Eigen::Index row : {i, first + i}) {
-      A_(row, L) = 1.0;  // value + r + slack = right side + largest
-      b_[row] += largest;
-      upper_[first_slack + row] = LinearProgramSolver::kInfinity;
+      A(row, L) = 1.0;  // value + r <= right side + largest
+      b[row] += largest;
+      range[row] = LinearProgramSolver::kInfinity;
     }
   }
-  upper_[L] = largest;
-  cost_.setZero(A_.cols());
+  upper[L] = largest;
+  cost_.setZero(L + 1);
   cost_[L] = -1.0;
-  if (solver_.Constrain(A_, b_, upper_) != LinearProgramStatus::kOptimal ||
+  if (solver_.Constrain(program_) != LinearProgramStatus::kOptimal ||
       solver_.Minimize(cost_) != LinearProgramStatus::kOptimal) {
     return largest;
   }
@@ -81,7 +66,7 @@ void StaticEquilibrium::SetTorqueRows(const StanceForces& forces, const Kinemati
   loaded_.clear();
   for (int dof = 0; dof < n; ++dof) {
     const double limit = robot_.effort_limits()[dof];
-    if (!IsLimited(limit) || all.row(dof).isZero(0.0)) continue;
+    if (!IsLimited(dof) || all.row(dof).isZero(0.0)) continue;
     const auto index = static_cast<Eigen::Index>(loaded_.size());
     all.row(index) = all.row(dof) * (weight_N_ / limit);
     loaded_.push_back(dof);
@@ -94,23 +79,23 @@ bool StaticEquilibrium::MinimizeRatio(const StanceForces& forces, const Kinemati
   const auto m = static_cast<Eigen::Index>(loaded_.size());
   const Eigen::Index L = forces.num_generators();
   SetBalanceRows(forces, kinematics.com(), tolerance, 2 * m, 1);
-  const Eigen::Index first = b_.size() - 2 * m;
-  // t = kLargestTorqueRatio - r, so that the slacks of the torque rows are feasible at first
+  auto& [A, b, range, upper] = program_;
+  const Eigen::Index first = b.size() - 2 * m;
+  // t = kLargestTorqueRatio - r, so that the torque rows are satisfied at first
   for (Eigen::Index i = 0; i < m; ++i) {
     const int dof = loaded_[static_cast<size_t>(i)];
     const double gravity = gravity_torques_[dof] / robot_.effort_limits()[dof];
-    A_.row(first + 2 * i).head(L) = -shares_.row(i);
-    A_.row(first + 2 * i + 1).head(L) = shares_.row(i);
-    A_(first + 2 * i, L) = A_(first + 2 * i + 1, L) = 1.0;
-    b_[first + 2 * i] = kLargestTorqueRatio - gravity;
-    b_[first + 2 * i + 1] = kLargestTorqueRatio + gravity;
+    A.row(first + 2 * i).head(L) = -shares_.row(i);
+    A.row(first + 2 * i + 1).head(L) = shares_.row(i);
+    A(first + 2 * i, L) = A(first + 2 * i + 1, L) = 1.0;
+    b[first + 2 * i] = kLargestTorqueRatio - gravity;
+    b[first + 2 * i + 1] = kLargestTorqueRatio + gravity;
   }
-  upper_[L] = kLargestTorqueRatio;
-  cost_.setZero(A_.cols());
+  upper[L] = kLargestTorqueRatio;
+  cost_.setZero(L + 1);
   cost_[L] = -1.0;
-  const bool feasible =
-      (resume && solver.Resume(A_, b_, upper_)) || solver.Constrain(A_, b_, upper_) == LinearProgramStatus::kOptimal;
-  return feasible && solver.Minimize(cost_) == LinearProgramStatus::kOptimal;
+  const LinearProgramStatus status = resume ? solver.Resume(program_) : solver.Constrain(program_);
+  return status == LinearProgramStatus::kOptimal && solver.Minimize(cost_) == LinearProgramStatus::kOptimal;
 }
 
 void StaticEquilibrium::SetBoundedRatioRows(const StanceForces& forces, const Kinematics& kinematics, double tolerance,
@@ -119,21 +104,19 @@ void StaticEquilibrium::SetBoundedRatioRows(const StanceForces& forces, const Ki
   const auto m = static_cast<Eigen::Index>(loaded_.size());
   const Eigen::Index L = forces.num_generators();
   SetBalanceRows(forces, kinematics.com(), tolerance, m, 0);
-  const Eigen::Index first = b_.size() - m;
+  const Eigen::Index first = program_.b.size() - m;
+  program_.A.bottomLeftCorner(m, L) = -shares_.topRows(m);
   for (Eigen::Index i = 0; i < m; ++i) {
     const int dof = loaded_[static_cast<size_t>(i)];
-    // -share of the contacts + slack = ratio - share of gravity, with slack in [0, 2 ratio]
-    A_.row(first + i).head(L) = -shares_.row(i);
-    b_[first + i] = ratio - gravity_torques_[dof] / robot_.effort_limits()[dof];
-    upper_[L + first + i] = 2.0 * ratio;
+    program_.b[first + i] = ratio - gravity_torques_[dof] / robot_.effort_limits()[dof];
+    program_.range[first + i] = 2.0 * ratio;
   }
 }
 
 bool StaticEquilibrium::IsLoadedRatioBelow(const StanceForces& forces, const Kinematics& kinematics, double tolerance,
                                            double ratio) {
   SetBoundedRatioRows(forces, kinematics, tolerance, ratio);
-  return bounded_solver_.Resume(A_, b_, upper_) ||
-         bounded_solver_.Constrain(A_, b_, upper_) == LinearProgramStatus::kOptimal;
+  return bounded_solver_.Resume(program_) == LinearProgramStatus::kOptimal;
 }
 
 void StaticEquilibrium::ComputeLoadedRatio(const StanceForces& forces, const Kinematics& kinematics, double tolerance,
@@ -181,6 +164,11 @@ void StaticEquilibrium::AddForceRates(const StanceForces& forces, const Kinemati
   gradient->noalias() += com_jacobian_.transpose() * sum.cross(y.segment<3>(3));
 }
 
+bool StaticEquilibrium::IsLimited(int dof) const {
+  const double limit = robot_.effort_limits()[dof];
+  return std::isfinite(limit) && limit > 0.0;
+}
+
 bool StaticEquilibrium::IsLoaded(int dof) const {
   return std::find(loaded_.begin(), loaded_.end(), dof) != loaded_.end();
 }
@@ -194,7 +182,7 @@ void StaticEquilibrium::SetForces(const StanceForces& forces, const Eigen::Vecto
     result->torques[dof] -= shares_.row(static_cast<Eigen::Index>(i)).dot(lambda) * limits[dof];
   }
   for (int dof = 0; dof < robot_.num_dofs(); ++dof) {
-    if (!IsLimited(limits[dof])) continue;
+    if (!IsLimited(dof)) continue;
     const double ratio = std::abs(result->torques[dof]) / limits[dof];
     if (!IsLoaded(dof)) result->proven_ratio = std::max(result->proven_ratio, ratio);
     if (!(ratio > result->ratio)) continue;
@@ -215,7 +203,7 @@ TorqueRatio StaticEquilibrium::ComputeTorqueRatio(const StanceForces& forces, co
   }
   constexpr double kLargestForce = 1e3;  // weights
   const Eigen::VectorXd& y = solver_.multipliers();
-  result.proven_ratio = std::max(0.0, kLargestTorqueRatio + DualBound(A_, b_, upper_, cost_, y, kLargestForce));
+  result.proven_ratio = std::max(0.0, kLargestTorqueRatio + DualBound(program_, cost_, y, kLargestForce));
   SetForces(forces, solver_.x().head(forces.num_generators()), &result);
   if (result.dof >= 0 && !IsLoaded(result.dof)) {
     result.decisive_dofs = {result.dof};
@@ -241,23 +229,19 @@ TorqueRatio StaticEquilibrium::ComputeLeastForces(const StanceForces& forces, co
   bool found = false;
   if (loaded_ratio > 1.0) {
     // Only the joints that prove the ratio should be above their limits, if that is possible.
-    const Eigen::VectorXd b = b_, upper = upper_;
-    const Eigen::Index first = b_.size() - static_cast<Eigen::Index>(loaded_.size());
+    const LinearProgram bounded = program_;
+    const Eigen::Index first = program_.b.size() - static_cast<Eigen::Index>(loaded_.size());
     for (std::size_t i = 0; i < loaded_.size(); ++i) {
       if (std::ranges::find(result.decisive_dofs, loaded_[i]) != result.decisive_dofs.end()) continue;
       const Eigen::Index row = first + static_cast<Eigen::Index>(i);
-      b_[row] -= loaded_ratio + kRounding - 1.0;
-      upper_[L + row] = 2.0;
+      program_.b[row] -= loaded_ratio + kRounding - 1.0;
+      program_.range[row] = 2.0;
     }
-    found = solver_.Constrain(A_, b_, upper_) == LinearProgramStatus::kOptimal;
-    if (!found) {
-      b_ = b;
-      upper_ = upper;
-    }
+    found = solver_.Constrain(program_) == LinearProgramStatus::kOptimal;
+    if (!found) program_ = bounded;
   }
-  if (!found && solver_.Constrain(A_, b_, upper_) != LinearProgramStatus::kOptimal) return result;
-  cost_.setZero(A_.cols());
-  cost_.head(L).setOnes();
+  if (!found && solver_.Constrain(program_) != LinearProgramStatus::kOptimal) return result;
+  cost_.setOnes(L);
   if (solver_.Minimize(cost_) != LinearProgramStatus::kOptimal) return result;
   result.ratio = 0.0;
   SetForces(forces, solver_.x().head(L), &result);
@@ -277,74 +261,6 @@ std::optional<CollapseMotion> StaticEquilibrium::FindCollapse(const StanceForces
   constexpr double kLeastMargin = 1e-6;
   if (!(CollapseMargin(motion, forces, com_W) > kLeastMargin)) return std::nullopt;
   return motion;
-}
-
-double StaticEquilibrium::UnloadedPush(const Eigen::VectorXd& push_torques) const {
-  const Eigen::VectorXd& limits = robot_.effort_limits();
-  double bound = kLargestPush;
-  for (int dof = 0; dof < robot_.num_dofs(); ++dof) {
-    if (!IsLimited(limits[dof]) || IsLoaded(dof)) continue;
-    const double gravity = gravity_torques_[dof], rate = -push_torques[dof];
-    if (std::abs(gravity) > limits[dof]) return -LinearProgramSolver::kInfinity;
-    if (rate > 0.0) bound = std::min(bound, (limits[dof] - gravity) / rate);
-    if (rate < 0.0) bound = std::min(bound, (limits[dof] + gravity) / -rate);
-  }
-  return bound;
-}
-
-void StaticEquilibrium::SetPushRows(const Eigen::VectorXd& push_torques) {
-  const auto m = static_cast<Eigen::Index>(loaded_.size());
-  const Eigen::Index first = b_.size() - 2 * m, L = shares_.cols();
-  const Eigen::VectorXd& limits = robot_.effort_limits();
-  for (Eigen::Index i = 0; i < m; ++i) {
-    const int dof = loaded_[static_cast<size_t>(i)];
-    const double gravity = gravity_torques_[dof] / limits[dof], rate = -push_torques[dof] / limits[dof];
-    A_.row(first + 2 * i).head(L) = -shares_.row(i);
-    A_.row(first + 2 * i + 1).head(L) = shares_.row(i);
-    A_(first + 2 * i, L) = rate;
-    A_(first + 2 * i + 1, L) = -rate;
-    b_[first + 2 * i] = 1.0 - gravity;
-    b_[first + 2 * i + 1] = 1.0 + gravity;
-  }
-}
-
-DirectedPushes StaticEquilibrium::ResistedPushes_N(const StanceForces& forces, const Kinematics& kinematics,
-                                                   PushLimits limits) {
-  const bool efforts = limits == PushLimits::kContactsAndEfforts;
-  if (efforts) {
-    SetTorqueRows(forces, kinematics);
-    kinematics.ComJacobian(com_jacobian_);
-  }
-  const Eigen::Index L = forces.num_generators();
-  const Eigen::Index torque_rows = efforts ? 2 * static_cast<Eigen::Index>(loaded_.size()) : 0;
-  DirectedPushes pushes_N;
-  pushes_N.fill(-LinearProgramSolver::kInfinity);
-  for (int k = 0; k < kPushDirections; ++k) {
-    const Eigen::Vector3d push = PushDirection(k);
-    SetBalanceRows(forces, kinematics.com(), kBalanceTolerance, torque_rows, 1);
-    A_.block<3, 1>(0, L) = push;
-    double bound = kLargestPush;
-    if (efforts) {
-      const Eigen::VectorXd push_torques =
-          weight_N_ * (com_jacobian_.leftCols(robot_.num_dofs()).transpose() * push);  // per weight of push
-      SetPushRows(push_torques);
-      bound = UnloadedPush(push_torques);
-      if (!std::isfinite(bound)) continue;
-    }
-    upper_[L] = std::max(bound, 1e-12);
-    cost_.setZero(A_.cols());
-    cost_[L] = -1.0;
-    if (solver_.Constrain(A_, b_, upper_) != LinearProgramStatus::kOptimal ||
-        solver_.Minimize(cost_) != LinearProgramStatus::kOptimal) {
-      continue;
-    }
-    pushes_N[static_cast<size_t>(k)] = solver_.x()[L] * weight_N_;
-  }
-  return pushes_N;
-}
-
-double StaticEquilibrium::ResistedPush_N(const StanceForces& forces, const Kinematics& kinematics) {
-  return std::ranges::min(ResistedPushes_N(forces, kinematics, PushLimits::kContactsAndEfforts));
 }
 
 }  // namespace legopt

@@ -126,26 +126,27 @@ class StaticEquilibrium {
   /// Sets ratio, forces and torques of a result from the variables of a program; with it proven_ratio of joints that
   /// no contact loads.
   void SetForces(const StanceForces& forces, const Eigen::VectorXd& lambda, TorqueRatio* result) const;
+  bool IsLimited(int dof) const;  ///< has a finite effort limit > 0
   bool IsLoaded(int dof) const;
-  /// Returns the largest push along a direction in units of the weight, `push_torques` per unit, that joints without
-  /// contact forces resist; minus infinity if gravity alone exceeds a limit of theirs.
-  double UnloadedPush(const Eigen::VectorXd& push_torques) const;
-  /// Returns true if a push along a direction, in units of the weight, is resisted; `push_torques` per unit.
-  bool Resists(int direction, double push, const StanceForces& forces, const Kinematics& kinematics,
-               const Eigen::VectorXd& push_torques);
-  /// Maximises the push along a direction, in units of the weight, and keeps the program in solver_; minus infinity if
-  /// none is resisted.
-  double LargestPush(int direction, const StanceForces& forces, const Kinematics& kinematics,
-                     const Eigen::VectorXd& push_torques);
+  /// Sets the program of forces with balance and torque rows of a push, whose column follows the generators.
+  void SetPushProgram(const StanceForces& forces, const Kinematics& kinematics, PushLimits limits);
+  /// Sets column and bound of a push along a direction, in units of the weight. After SetPushProgram.
+  void SetPushColumn(int direction);
+  /// Returns the largest push that joints without contact forces resist, in units of the weight; minus infinity if
+  /// gravity alone exceeds a limit of theirs.
+  double UnloadedPush() const;
+  /// Returns true if a push along the direction of SetPushColumn is resisted; unit: the weight.
+  bool Resists(int direction, double push);
+  /// Returns the largest push along the direction of SetPushColumn, in units of the weight; minus infinity if none is
+  /// resisted. `resume`: the search begins at the last basis of `solver`.
+  double LargestPush(LinearProgramSolver& solver, bool resume);
   /// Sets the gradient of the last LargestPush, which was `push`.
-  void SetPushGradient(int direction, double push, const StanceForces& forces, const Kinematics& kinematics,
-                       const Eigen::VectorXd& push_torques, Eigen::VectorXd* gradient);
+  void SetPushGradient(int direction, double push, const LinearProgramSolver& solver, const StanceForces& forces,
+                       const Kinematics& kinematics, Eigen::VectorXd* gradient);
   /// Adds the rates of a program's optimum with multipliers `y` by the forces' torques, weighted by -weights_, and by
   /// their moments about the centre of mass.
   void AddForceRates(const StanceForces& forces, const Kinematics& kinematics, const Eigen::VectorXd& lambda,
                      const Eigen::VectorXd& y, Eigen::VectorXd* gradient);
-  /// Sets the torque rows of a push: joints that contacts load, with the push in the column behind the generators.
-  void SetPushRows(const Eigen::VectorXd& push_torques);
   /// Torques of loaded joints as linear functions of the generators, in shares of their limits.
   void SetTorqueRows(const StanceForces& forces, const Kinematics& kinematics);
   /// Sets the program of forces (SetForceProgram); `columns` follow the generators, `torque_rows` the other rows.
@@ -158,13 +159,21 @@ class StaticEquilibrium {
   std::vector<int> loaded_;  ///< degrees of freedom with a limit that contacts load
   Eigen::VectorXd gravity_torques_;
   Eigen::MatrixXd jacobian_, shares_;  ///< shares_: loaded x generators
-  Eigen::MatrixXd A_;
-  Eigen::VectorXd b_, upper_, cost_;
+  LinearProgram program_;
+  Eigen::VectorXd cost_;
   Eigen::MatrixXd com_jacobian_, gravity_jacobian_;
   Eigen::VectorXd weights_;
   LinearProgramSolver solver_;
   LinearProgramSolver loaded_solver_, bounded_solver_;  ///< used by ComputeLoadedRatio and IsLoadedRatioBelow
-  std::array<LinearProgramSolver, kPushDirections> push_solvers_;  ///< used by Resists
+  PushLimits push_limits_ = PushLimits::kContacts;
+  Eigen::Index push_column_ = 0;
+  double push_bound_ = 0.0;
+  Eigen::VectorXd push_torques_;                                        ///< n: per push of one weight
+  Eigen::VectorXd balanced_b_;                                          ///< right side without push, during Resists
+  std::array<LinearProgramSolver, kPushDirections> resisting_solvers_;  ///< used by Resists
+  /// Used by ComputeWeakestPush for directions that did not resist enough the last time.
+  std::array<LinearProgramSolver, kPushDirections> largest_push_solvers_;
+  std::array<bool, kPushDirections> is_weak_{};
 };
 
 }  // namespace legopt

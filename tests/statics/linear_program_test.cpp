@@ -1,4 +1,4 @@
-// Random programs against GLPK, proofs of infeasibility, degenerate and cycling programs.
+// Random programs against GLPK, proofs of infeasibility, degenerate and cycling programs, programs that change.
 #include "legopt/statics/internal/linear_program.h"
 
 #include <gtest/gtest.h>
@@ -16,10 +16,20 @@ namespace {
 
 constexpr double kInfinity = LinearProgramSolver::kInfinity;
 
-struct Program {
-  Eigen::MatrixXd A;
-  Eigen::VectorXd b, upper, c;
+struct Program : LinearProgram {
+  Eigen::VectorXd c;
 };
+
+/// Equations with any column within [0, upper].
+Program Equations(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
+  Program program;
+  program.A = A;
+  program.b = b;
+  program.range.setZero(b.size());
+  program.upper.setConstant(A.cols(), kInfinity);
+  program.c.setZero(A.cols());
+  return program;
+}
 
 /// Small integers, so that many programs are degenerate, redundant or infeasible.
 Program RandomProgram(std::mt19937_64& random) {
@@ -28,11 +38,15 @@ Program RandomProgram(std::mt19937_64& random) {
   Program program;
   program.A.setZero(m, n);
   program.b.setZero(m);
+  program.range.setZero(m);
   program.c.setZero(n);
   program.upper.setConstant(n, kInfinity);
   for (int i = 0; i < m; ++i) {
     for (int j = 0; j < n; ++j) program.A(i, j) = integer(0, 2) == 0 ? 0.0 : integer(-3, 3);
     program.b[i] = integer(-4, 6);
+    const int kind = integer(0, 3);
+    if (kind == 0) program.range[i] = integer(1, 5);
+    if (kind == 1) program.range[i] = kInfinity;
   }
   if (m > 1 && integer(0, 3) == 0) {
     program.A.row(1) = program.A.row(0);
@@ -46,11 +60,17 @@ Program RandomProgram(std::mt19937_64& random) {
 }
 
 test::ReferenceProgram ForGlpk(const Program& program) {
-  return {.A = program.A, .lower = program.b, .upper = program.b, .columns_upper = program.upper, .c = program.c};
+  return {.A = program.A,
+          .lower = program.b - program.range,
+          .upper = program.b,
+          .columns_upper = program.upper,
+          .c = program.c};
 }
 
 void ExpectFeasible(const Program& program, const Eigen::VectorXd& x) {
-  EXPECT_LT((program.A * x - program.b).cwiseAbs().maxCoeff(), 1e-9);
+  const Eigen::VectorXd slack = program.b - program.A * x;
+  EXPECT_GT(slack.minCoeff(), -1e-9);
+  EXPECT_LT((slack - program.range).maxCoeff(), 1e-9);
   for (Eigen::Index j = 0; j < x.size(); ++j) {
     EXPECT_GE(x[j], 0.0);
     EXPECT_LE(x[j], program.upper[j]);
@@ -67,6 +87,13 @@ void ExpectProof(const Program& program, const Eigen::VectorXd& y) {
       EXPECT_LT(product, 1e-9);
     }
   }
+  for (Eigen::Index i = 0; i < y.size(); ++i) {
+    if (std::isfinite(program.range[i])) {
+      bounded += program.range[i] * std::max(0.0, y[i]);
+    } else {
+      EXPECT_LT(y[i], 1e-9);
+    }
+  }
   EXPECT_GT(y.dot(program.b), bounded + 1e-6);
 }
 
@@ -78,7 +105,7 @@ TEST(LinearProgram, AgreesWithGlpkAndProvesInfeasibility) {
     SCOPED_TRACE(trial);
     const Program program = RandomProgram(random);
     const std::optional<double> expected = test::MinimumByGlpk(ForGlpk(program));
-    const LinearProgramStatus feasible = solver.Constrain(program.A, program.b, program.upper);
+    const LinearProgramStatus feasible = solver.Constrain(program);
     if (!expected) {
       ASSERT_EQ(feasible, LinearProgramStatus::kInfeasible);
       ExpectProof(program, solver.multipliers());
@@ -105,15 +132,11 @@ TEST(LinearProgram, AgreesWithGlpkAndProvesInfeasibility) {
 }
 
 TEST(LinearProgram, MultipliersAreRatesOfTheOptimum) {
-  Program program;
-  program.A.resize(2, 4);
-  program.A << 1, 1, 1, 0, 1, 3, 0, 1;
-  program.b = Eigen::Vector2d(4, 6);
-  program.upper.setConstant(4, kInfinity);
-  program.c.setZero(4);
-  program.c.head<2>() << -3, -5;
+  Program program = Equations((Eigen::MatrixXd(2, 2) << 1, 1, 1, 3).finished(), Eigen::Vector2d(4, 6));
+  program.range.setConstant(kInfinity);
+  program.c << -3, -5;
   LinearProgramSolver solver;
-  ASSERT_EQ(solver.Constrain(program.A, program.b, program.upper), LinearProgramStatus::kOptimal);
+  ASSERT_EQ(solver.Constrain(program), LinearProgramStatus::kOptimal);
   ASSERT_EQ(solver.Minimize(program.c), LinearProgramStatus::kOptimal);
   EXPECT_NEAR(solver.objective(), -14.0, 1e-12);  // at (3, 1)
   EXPECT_NEAR(solver.multipliers()[0], -2.0, 1e-12);
@@ -122,15 +145,12 @@ TEST(LinearProgram, MultipliersAreRatesOfTheOptimum) {
 
 TEST(LinearProgram, ProgramThatCyclesUnderDantzigsRule) {
   // Beale, 1955; optimum -0.05.
-  Program program;
-  program.A.resize(3, 7);
-  program.A << 0.25, -60, -0.04, 9, 1, 0, 0, 0.5, -90, -0.02, 3, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1;
-  program.b = Eigen::Vector3d(0, 0, 1);
-  program.upper.setConstant(7, kInfinity);
-  program.c.setZero(7);
-  program.c.head<4>() << -0.75, 150, -0.02, 6;
+  Program program = Equations((Eigen::MatrixXd(3, 4) << 0.25, -60, -0.04, 9, 0.5, -90, -0.02, 3, 0, 0, 1, 0).finished(),
+                              Eigen::Vector3d(0, 0, 1));
+  program.range.setConstant(kInfinity);
+  program.c << -0.75, 150, -0.02, 6;
   LinearProgramSolver solver;
-  ASSERT_EQ(solver.Constrain(program.A, program.b, program.upper), LinearProgramStatus::kOptimal);
+  ASSERT_EQ(solver.Constrain(program), LinearProgramStatus::kOptimal);
   ASSERT_EQ(solver.Minimize(program.c), LinearProgramStatus::kOptimal);
   EXPECT_NEAR(solver.objective(), -0.05, 1e-12);
 }
@@ -142,10 +162,10 @@ TEST(LinearProgram, SecondObjectiveStartsFromTheFirstOptimum) {
   for (int trial = 0; trial < 300; ++trial) {
     Program program = RandomProgram(random);
     program.upper = program.upper.cwiseMin(10.0);  // bounded
-    if (solver.Constrain(program.A, program.b, program.upper) != LinearProgramStatus::kOptimal) continue;
+    if (solver.Constrain(program) != LinearProgramStatus::kOptimal) continue;
     ASSERT_EQ(solver.Minimize(program.c), LinearProgramStatus::kOptimal);
     ASSERT_EQ(solver.Minimize(-program.c), LinearProgramStatus::kOptimal);
-    ASSERT_EQ(fresh.Constrain(program.A, program.b, program.upper), LinearProgramStatus::kOptimal);
+    ASSERT_EQ(fresh.Constrain(program), LinearProgramStatus::kOptimal);
     ASSERT_EQ(fresh.Minimize(-program.c), LinearProgramStatus::kOptimal);
     EXPECT_NEAR(solver.objective(), fresh.objective(), 1e-9);
     ++compared;
@@ -153,51 +173,77 @@ TEST(LinearProgram, SecondObjectiveStartsFromTheFirstOptimum) {
   EXPECT_GT(compared, 50);
 }
 
-TEST(LinearProgram, ResumesOnlyFromABasisThatIsStillFeasible) {
+TEST(LinearProgram, ResumesWithAnyOtherNumbers) {
   std::mt19937_64 random(5);
   LinearProgramSolver solver, fresh;
-  int resumed = 0, refused = 0;
+  int optimal = 0, infeasible = 0, pivots = 0, fresh_pivots = 0;
   for (int trial = 0; trial < 1'000; ++trial) {
     SCOPED_TRACE(trial);
     Program program = RandomProgram(random);
-    if (solver.Constrain(program.A, program.b, program.upper) != LinearProgramStatus::kOptimal) continue;
+    if (solver.Constrain(program) != LinearProgramStatus::kOptimal) continue;
     if (solver.Minimize(program.c) != LinearProgramStatus::kOptimal) continue;
     std::uniform_real_distribution<double> change(-0.3, 0.3);
     for (Eigen::Index i = 0; i < program.A.size(); ++i) {
       if (program.A.data()[i] != 0.0) program.A.data()[i] += 0.1 * change(random);
     }
     for (Eigen::Index i = 0; i < program.b.size(); ++i) program.b[i] += change(random);
-    const LinearProgramStatus feasible = fresh.Constrain(program.A, program.b, program.upper);
-    if (!solver.Resume(program.A, program.b, program.upper)) {
-      ++refused;
+    const LinearProgramStatus feasible = fresh.Constrain(program);
+    fresh_pivots += fresh.pivots();
+    ASSERT_EQ(solver.Resume(program), feasible);
+    pivots += solver.pivots();
+    if (feasible == LinearProgramStatus::kInfeasible) {
+      ExpectProof(program, solver.multipliers());
+      ++infeasible;
       continue;
     }
-    ++resumed;
-    ASSERT_EQ(feasible, LinearProgramStatus::kOptimal);
+    ExpectFeasible(program, solver.x());
     const LinearProgramStatus expected = fresh.Minimize(program.c);
     ASSERT_EQ(solver.Minimize(program.c), expected);
     if (expected != LinearProgramStatus::kOptimal) continue;
     ExpectFeasible(program, solver.x());
     EXPECT_NEAR(solver.objective(), fresh.objective(), 1e-8 * (1.0 + std::abs(fresh.objective())));
+    ++optimal;
   }
-  EXPECT_GT(resumed, 100);
-  EXPECT_GT(refused, 50);
+  EXPECT_GT(optimal, 200);
+  EXPECT_GT(infeasible, 10);
+  EXPECT_LT(2 * pivots, fresh_pivots);
 }
 
-TEST(LinearProgram, DoesNotResumeAnotherSize) {
-  Program program;
-  program.A.resize(1, 2);
-  program.A << 1, 1;
-  program.b = Eigen::VectorXd::Constant(1, 2.0);
-  program.upper.setConstant(2, kInfinity);
+TEST(LinearProgram, ResumesFromABasisThatBecameSingular) {
+  Program program = Equations(Eigen::Matrix2d::Identity(), Eigen::Vector2d(1, 2));
   LinearProgramSolver solver;
-  EXPECT_FALSE(solver.Resume(program.A, program.b, program.upper)) << "no basis yet";
-  ASSERT_EQ(solver.Constrain(program.A, program.b, program.upper), LinearProgramStatus::kOptimal);
-  EXPECT_TRUE(solver.Resume(program.A, program.b, program.upper));
-  program.A.resize(1, 3);
-  program.A << 1, 1, 1;
-  program.upper.setConstant(3, kInfinity);
-  EXPECT_FALSE(solver.Resume(program.A, program.b, program.upper));
+  ASSERT_EQ(solver.Constrain(program), LinearProgramStatus::kOptimal);
+  program.A << 1, 1, 1, 1;
+  EXPECT_EQ(solver.Resume(program), LinearProgramStatus::kInfeasible);
+  ExpectProof(program, solver.multipliers());
+  program.b = Eigen::Vector2d(2, 2);
+  ASSERT_EQ(solver.Resume(program), LinearProgramStatus::kOptimal);
+  ExpectFeasible(program, solver.x());
+}
+
+TEST(LinearProgram, ResumesFromABasisWhosePivotBecameRounding) {
+  Program program = Equations(Eigen::Matrix2d::Identity(), Eigen::Vector2d(1, 1));
+  LinearProgramSolver solver, fresh;
+  ASSERT_EQ(solver.Constrain(program), LinearProgramStatus::kOptimal);
+  program.A << 6e-17, 0, 0, 1;  // the cosine of a right angle, for example
+  program.range.setConstant(kInfinity);
+  program.upper.setConstant(4);
+  program.b = Eigen::Vector2d(0, 1);
+  program.c = Eigen::Vector2d(-1, 0);
+  ASSERT_EQ(solver.Resume(program), fresh.Constrain(program));
+  ASSERT_EQ(solver.Minimize(program.c), LinearProgramStatus::kOptimal);
+  ExpectFeasible(program, solver.x());
+  EXPECT_NEAR(solver.objective(), -4.0, 1e-12);
+}
+
+TEST(LinearProgram, ResumesAnotherSizeFromTheBeginning) {
+  LinearProgramSolver solver;
+  for (const int columns : {2, 3, 1}) {
+    const Program program =
+        Equations(Eigen::MatrixXd::Ones(1, columns), Eigen::VectorXd::Constant(1, static_cast<double>(columns)));
+    ASSERT_EQ(solver.Resume(program), LinearProgramStatus::kOptimal);
+    ExpectFeasible(program, solver.x());
+  }
 }
 
 TEST(LinearProgram, TurnVisitsTheOptimaOfAllDirections) {
@@ -210,14 +256,14 @@ TEST(LinearProgram, TurnVisitsTheOptimaOfAllDirections) {
     program.upper = program.upper.cwiseMin(4.0);  // an optimum in every direction
     const Eigen::VectorXd second = RandomProgram(random).c.head(1).replicate(program.c.size(), 1) - program.c.reverse();
     LinearProgramSolver solver;
-    if (solver.Constrain(program.A, program.b, program.upper) != LinearProgramStatus::kOptimal) continue;
+    if (solver.Constrain(program) != LinearProgramStatus::kOptimal) continue;
     ASSERT_EQ(solver.Minimize(program.c), LinearProgramStatus::kOptimal);
     std::vector<Eigen::VectorXd> corners;
     double last_angle = 0.0;
     const auto visit = [&](const TurnedOptimum& optimum) {
       EXPECT_GE(optimum.angle, last_angle) << trial;
       last_angle = optimum.angle;
-      EXPECT_LT((program.A * optimum.x - program.b).cwiseAbs().maxCoeff(), kSame) << trial;
+      ExpectFeasible(program, optimum.x);
       corners.push_back(optimum.x);
       return true;
     };
@@ -227,7 +273,7 @@ TEST(LinearProgram, TurnVisitsTheOptimaOfAllDirections) {
       const double angle = 2.0 * std::numbers::pi * k / kDirections;
       const Eigen::VectorXd cost = std::cos(angle) * program.c + std::sin(angle) * second;
       LinearProgramSolver fresh;
-      ASSERT_EQ(fresh.Constrain(program.A, program.b, program.upper), LinearProgramStatus::kOptimal);
+      ASSERT_EQ(fresh.Constrain(program), LinearProgramStatus::kOptimal);
       ASSERT_EQ(fresh.Minimize(cost), LinearProgramStatus::kOptimal);
       double least = kInfinity;
       for (const Eigen::VectorXd& x : corners) least = std::min(least, cost.dot(x));
@@ -238,14 +284,15 @@ TEST(LinearProgram, TurnVisitsTheOptimaOfAllDirections) {
 }
 
 TEST(LinearProgram, TurnEndsWhenItsVisitorSaysSo) {
-  LinearProgramSolver solver;  // the unit square
-  const Eigen::MatrixXd A = (Eigen::MatrixXd(1, 3) << 1, 1, 1).finished();
-  ASSERT_EQ(solver.Constrain(A, Eigen::VectorXd::Constant(1, 2.0), Eigen::Vector3d(1, 1, kInfinity)),
-            LinearProgramStatus::kOptimal);
-  ASSERT_EQ(solver.Minimize(Eigen::Vector3d(-1, 0, 0)), LinearProgramStatus::kOptimal);
+  LinearProgramSolver solver;
+  Program square = Equations(Eigen::MatrixXd::Ones(1, 2), Eigen::VectorXd::Constant(1, 2.0));
+  square.range.setConstant(kInfinity);
+  square.upper.setOnes();
+  ASSERT_EQ(solver.Constrain(square), LinearProgramStatus::kOptimal);
+  ASSERT_EQ(solver.Minimize(Eigen::Vector2d(-1, 0)), LinearProgramStatus::kOptimal);
   int visits = 0;
   const auto visit = [&](const TurnedOptimum&) { return ++visits < 2; };
-  EXPECT_EQ(solver.Turn(Eigen::Vector3d(-1, 0, 0), Eigen::Vector3d(0, -1, 0), visit), LinearProgramStatus::kOptimal);
+  EXPECT_EQ(solver.Turn(Eigen::Vector2d(-1, 0), Eigen::Vector2d(0, -1), visit), LinearProgramStatus::kOptimal);
   EXPECT_EQ(visits, 2);
 }
 

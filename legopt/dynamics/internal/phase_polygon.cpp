@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "legopt/statics/internal/support_search.h"
-
 namespace legopt {
 namespace {
 
@@ -15,7 +13,10 @@ std::vector<PhaseEdge> EdgesOf(const std::vector<PhaseCorner>& corners) {
     edges.push_back({normal.x(), normal.y(), normal.dot(corner.at), corner.owner});
   };
   if (corners.size() == 1) {
-    for (const Eigen::Vector2d& axis : AxisDirections()) add(axis, corners.front());
+    for (const double sign : {1.0, -1.0}) {
+      add(sign * Eigen::Vector2d::UnitX(), corners.front());
+      add(sign * Eigen::Vector2d::UnitY(), corners.front());
+    }
     return edges;
   }
   for (size_t i = 0; i < corners.size(); ++i) {

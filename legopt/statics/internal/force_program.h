@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "legopt/statics/internal/simplex_dictionary.h"
 #include "legopt/statics/stance_forces.h"
 
 namespace legopt {
@@ -18,14 +19,13 @@ struct ForceProgram {
   Eigen::Index more_columns = 0;                    ///< columns that the caller adds behind the generators
 };
 
-/// Sets the linear program A x = b, 0 <= x <= upper (LinearProgramSolver) of the forces of a stance:
+/// Sets the linear program of the forces of a stance:
 ///
 ///     rows:     balance of forces and moments about com_W within +-tolerance; one for each bound of a normal force;
-///               more_rows, which have slacks only
-///     columns:  generators, more_columns (zero, without a bound), one slack for each row
+///               more_rows (zero, with an infinite range)
+///     columns:  generators, more_columns (zero, without a bound)
 ///
 /// Returns the first of the caller's rows.
-Eigen::Index SetForceProgram(const StanceForces& forces, const ForceProgram& program, Eigen::MatrixXd* A,
-                             Eigen::VectorXd* b, Eigen::VectorXd* upper);
+Eigen::Index SetForceProgram(const StanceForces& forces, const ForceProgram& size, LinearProgram* program);
 
 }  // namespace legopt

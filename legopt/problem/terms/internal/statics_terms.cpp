@@ -106,11 +106,16 @@ LoadedTorqueTerm::LoadedTorqueTerm(int waypoint, WaypointState& state, const Dat
 
 void LoadedTorqueTerm::Compute(bool with_gradient) {
   if (revision_ == state_->revision() && (has_gradient_ || !with_gradient)) return;
-  if (equilibrium_.IsLoadedRatioBelow(forces_, state_->kinematics(), kBalanceSlack, kNearEffortShare)) {
+  // That a ratio is below is found faster than the ratio itself, but the ratio answers both questions.
+  is_near_ =
+      is_near_ || !equilibrium_.IsLoadedRatioBelow(forces_, state_->kinematics(), kBalanceSlack, kNearEffortShare);
+  if (is_near_) {
+    equilibrium_.ComputeLoadedRatio(forces_, state_->kinematics(), kBalanceSlack, with_gradient, &result_);
+    is_near_ = result_.ratio >= kNearEffortShare;
+  }
+  if (!is_near_) {
     result_.ratio = std::numeric_limits<double>::infinity();
     with_gradient = true;
-  } else {
-    equilibrium_.ComputeLoadedRatio(forces_, state_->kinematics(), kBalanceSlack, with_gradient, &result_);
   }
   revision_ = state_->revision();
   has_gradient_ = with_gradient;

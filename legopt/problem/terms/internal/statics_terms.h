@@ -82,6 +82,7 @@ class LoadedTorqueTerm : public Term {
   LoadedRatio result_;
   std::uint64_t revision_ = 0;  ///< revision of the state at the last computation
   bool has_gradient_ = false;
+  bool is_near_ = false;  ///< result_ had a ratio near its limit, or above
 };
 
 /// Inequality: the stance's push is resisted within contacts and efforts in all directions, (required - resisted) /
