@@ -15,9 +15,9 @@ inline constexpr std::int64_t kContactSlide_ns = 200;     ///< position along a 
 inline constexpr std::int64_t kCom_ns = 280;              ///< centre of mass and polygon of balance
 inline constexpr std::int64_t kCollision_ns = 4500;       ///< collision query of one configuration
 inline constexpr std::int64_t kFreeTorque_ns = 150;       ///< torques of joints that carry no contact
-inline constexpr std::int64_t kLoadedTorque_ns = 86000;   ///< linear program of the least torque ratio
-inline constexpr std::int64_t kLoadedPush_ns = 140000;    ///< linear programs of pushes
-inline constexpr std::int64_t kPush_ns = 850;             ///< pushes by the polygon
+inline constexpr std::int64_t kLoadedTorque_ns = 14000;   ///< linear program of the least torque ratio
+inline constexpr std::int64_t kLoadedPush_ns = 31000;     ///< linear programs of pushes
+inline constexpr std::int64_t kPush_ns = 600;             ///< pushes by the polygon
 inline constexpr std::int64_t kVelocityCost_ns = 250;     ///< distance of two waypoints
 inline constexpr std::int64_t kSweptCollision_ns = 5000;  ///< collision queries between two waypoints
 
