@@ -236,6 +236,13 @@ TEST(LinearProgram, ResumesFromABasisWhosePivotBecameRounding) {
   EXPECT_NEAR(solver.objective(), -4.0, 1e-12);
 }
 
+TEST(LinearProgram, EndsIfAColumnHasOnlyEntriesBelowTheTolerance) {
+  Program program = Equations(Eigen::MatrixXd::Constant(1, 1, 5e-10), Eigen::VectorXd::Ones(1));
+  LinearProgramSolver solver;
+  EXPECT_EQ(solver.Constrain(program), LinearProgramStatus::kStalled);
+  EXPECT_EQ(solver.Resume(program), LinearProgramStatus::kStalled);
+}
+
 TEST(LinearProgram, ResumesAnotherSizeFromTheBeginning) {
   LinearProgramSolver solver;
   for (const int columns : {2, 3, 1}) {

@@ -70,6 +70,7 @@ std::optional<double> LinearProgramSolver::ReduceViolations(double sum) {
     if (++pivots_ > kMaxPivots) return std::nullopt;
     const double direction = dictionary_.IsAtUpper(column) ? -1.0 : 1.0;
     const SimplexStep step = ViolationStep(column, direction);
+    if (!std::isfinite(step.length)) return std::nullopt;  // all entries of the column are below the tolerance
     without_progress = step.length > kStepTolerance ? 0 : without_progress + 1;
     dictionary_.Move(column, direction, step);
     sum = SetViolationObjective();

@@ -90,7 +90,7 @@ class LinearProgramSolver {
 
  private:
   LinearProgramStatus FindFeasible();
-  /// Pivots until the sum of the violations is least, and returns it; empty: too many pivots.
+  /// Pivots until the sum of the violations is least, and returns it; empty: too many pivots, or none is large enough.
   std::optional<double> ReduceViolations(double sum);
   /// Sets the objective to the sum of the violations and returns that sum.
   double SetViolationObjective();
