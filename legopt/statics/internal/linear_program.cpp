@@ -179,8 +179,11 @@ SimplexStep LinearProgramSolver::ViolationStep(Eigen::Index column, double direc
 SimplexStep LinearProgramSolver::FeasibleStep(Eigen::Index column, double direction) const {
   const auto limit = [&](Eigen::Index row, double slack) {
     const double rate = -direction * dictionary_.entry(row, column);
-    if (rate < -kPivotTolerance) return (dictionary_.value(row) + slack) / -rate;
-    if (rate > kPivotTolerance) return (dictionary_.UpperOfBasic(row) - dictionary_.value(row) + slack) / rate;
+    // A value outside of its bounds by rounding allows no step; then the largest pivot decides.
+    if (rate < -kPivotTolerance) return std::max((dictionary_.value(row) + slack) / -rate, 0.0);
+    if (rate > kPivotTolerance) {
+      return std::max((dictionary_.UpperOfBasic(row) - dictionary_.value(row) + slack) / rate, 0.0);
+    }
     return kInfinity;
   };
   double bound = kInfinity;
@@ -192,7 +195,7 @@ SimplexStep LinearProgramSolver::FeasibleStep(Eigen::Index column, double direct
     const double pivot = std::abs(dictionary_.entry(i, column));
     if (!(pivot > largest) || limit(i, 0.0) > bound) continue;
     largest = pivot;
-    step = {.length = std::max(limit(i, 0.0), 0.0),
+    step = {.length = limit(i, 0.0),
             .row = static_cast<int>(i),
             .to_upper = -direction * dictionary_.entry(i, column) > 0.0};
   }
