@@ -6,73 +6,13 @@
 
 #include "legopt/dataset/contact.h"
 #include "legopt/statics/internal/linear_program.h"
+#include "legopt/statics/internal/position_program.h"
 
 namespace legopt {
 namespace {
 
-constexpr int kFixedRows = 4;  // three forces, and the moment about their sum
-constexpr int kReachRows = 2;
-
 const std::array kAxisDirections = {Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1), Eigen::Vector2d(-1, 0),
                                     Eigen::Vector2d(0, -1)};
-
-/// Searches extreme positions of the centre of mass, where forces of the sum `total` (weight; vertical part 1) act.
-class PositionProgram {
- public:
-  PositionProgram(const StanceForces& forces, const Eigen::Vector3d& total)
-      : forces_(forces), num_generators_(forces.num_generators()) {
-    const auto num_bounds = static_cast<Eigen::Index>(forces.bounds().size());
-    const Eigen::Index rows = kFixedRows + kReachRows + num_bounds;
-    program_.A.setZero(rows, num_generators_);
-    program_.b.setZero(rows);
-    program_.range.setZero(rows);
-    program_.upper = forces.upper();
-    program_.A.topRows(3) = forces.directions();
-    program_.A.row(3) = total.transpose() * forces.moments();
-    program_.b.head<3>() = total;
-    const double reach_m = std::max(kPolygonReach_m, forces.com_reach_m());
-    program_.A.row(4) = -forces.moments().row(1);
-    program_.A.row(5) = forces.moments().row(0);
-    program_.b.segment<kReachRows>(kFixedRows).setConstant(reach_m);
-    program_.range.segment<kReachRows>(kFixedRows).setConstant(2.0 * reach_m);
-    for (Eigen::Index i = 0; i < num_bounds; ++i) AddBound(i);
-    status_ = solver_.Constrain(program_);
-  }
-
-  LinearProgramStatus status() const { return status_; }
-  const Eigen::VectorXd& multipliers() const { return solver_.multipliers(); }
-
-  /// Returns the corners of all positions, counter-clockwise; empty if the search failed.
-  std::vector<Eigen::Vector2d> Corners() {
-    const Eigen::VectorXd x = forces_.moments().row(1).transpose(), y = -forces_.moments().row(0).transpose();
-    std::vector<Eigen::Vector2d> corners;
-    const auto visit = [&](const TurnedOptimum& optimum) {
-      corners.emplace_back(-x.dot(optimum.x), -y.dot(optimum.x));
-      return true;
-    };
-    // The costs of the furthest positions along +x and +y.
-    if (solver_.Minimize(x) != LinearProgramStatus::kOptimal) return {};
-    if (solver_.Turn(x, y, visit) != LinearProgramStatus::kOptimal) return {};
-    return corners;
-  }
-
- private:
-  void AddBound(Eigen::Index index) {
-    const StanceForces::NormalBound& bound = forces_.bounds()[static_cast<size_t>(index)];
-    const Eigen::Index row = kFixedRows + kReachRows + index;
-    for (int l = 0; l < num_generators_; ++l) {
-      if (forces_.surface_of(l) == bound.surface) program_.A(row, l) = 1.0;
-    }
-    program_.b[row] = bound.maximum;
-    program_.range[row] = LinearProgramSolver::kInfinity;
-  }
-
-  const StanceForces& forces_;
-  int num_generators_;
-  LinearProgram program_;
-  LinearProgramSolver solver_;
-  LinearProgramStatus status_ = LinearProgramStatus::kStalled;
-};
 
 /// Returns the generators whose forces have no bound.
 std::vector<int> FreeGenerators(const StanceForces& forces) {
@@ -86,7 +26,7 @@ std::vector<int> FreeGenerators(const StanceForces& forces) {
 }
 
 std::optional<SlideProof> ProofOf(const StanceForces& forces, const Eigen::VectorXd& multipliers) {
-  const Eigen::Vector4d y = multipliers.head<kFixedRows>();
+  const Eigen::Vector4d y = multipliers.head<PositionProgram::kFixedRows>();
   const double scale = y.cwiseAbs().maxCoeff();
   if (!(scale > 0.0)) return std::nullopt;
   const SlideProof proof = CheckedProof(forces, y.head<3>() / scale, y[3] / scale);
@@ -118,7 +58,8 @@ std::vector<Eigen::Vector2d> Simplified(const std::vector<Eigen::Vector2d>& corn
 
 /// Returns the corners of all positions of a program that has some.
 std::vector<Eigen::Vector2d> CornersOf(PositionProgram* program, const StanceForces& forces, double accuracy_m) {
-  std::vector<Eigen::Vector2d> positions = program->Corners();
+  std::vector<Eigen::Vector2d> positions = program->TurnedCorners();
+  if (positions.empty()) positions = program->SearchedCorners(accuracy_m);
   for (Eigen::Vector2d& position : positions) position += forces.origin_W().head<2>();
   return Simplified(ConvexHull2d(std::move(positions)), accuracy_m);
 }

@@ -9,6 +9,7 @@
 
 #include "legopt/dataset/contact.h"
 #include "legopt/statics/equilibrium_polygon.h"
+#include "legopt/statics/internal/position_program.h"
 #include "legopt/statics/stance_forces.h"
 #include "legopt/statics/static_equilibrium.h"
 #include "tests/statics/exact_program.h"
@@ -126,6 +127,32 @@ TEST(EquilibriumPolygon, ContainsAllThatTheCentreOfMassOfALargeRobotCanReach) {
   EXPECT_NEAR(reach(), 7.5, 1e-6);
   walls[0].com_reach_m = std::numeric_limits<double>::infinity();
   EXPECT_NEAR(reach(), kPolygonReach_m, 1e-6) << "not known";
+}
+
+TEST(PositionProgram, TurningAndSearchingFindTheSamePolygon) {
+  constexpr int kStances = 400;
+  std::mt19937_64 random(11);
+  int compared = 0;
+  for (int trial = 0; trial < kStances; ++trial) {
+    const StanceForces forces(trial % 2 == 0 ? test::RandomSurfacesAndBars(random) : test::DegenerateSurfaces(random));
+    PositionProgram program(forces, Eigen::Vector3d::UnitZ());
+    if (program.status() != LinearProgramStatus::kOptimal) continue;
+    const std::vector<Eigen::Vector2d> turned = program.TurnedCorners();
+    const std::vector<Eigen::Vector2d> searched = program.SearchedCorners(kPolygonAccuracy_m);
+    ASSERT_FALSE(turned.empty()) << trial;
+    ASSERT_FALSE(searched.empty()) << trial;
+    for (int k = 0; k < 32; ++k) {
+      const Eigen::Vector2d direction = Eigen::Rotation2Dd(2.0 * std::numbers::pi * k / 32) * Eigen::Vector2d::UnitX();
+      const auto furthest = [&](const std::vector<Eigen::Vector2d>& corners) {
+        double most = -std::numeric_limits<double>::infinity();
+        for (const Eigen::Vector2d& corner : corners) most = std::max(most, direction.dot(corner));
+        return most;
+      };
+      EXPECT_NEAR(furthest(turned), furthest(searched), kPolygonAccuracy_m) << trial << ", direction " << k;
+    }
+    ++compared;
+  }
+  EXPECT_GT(compared, kStances / 4);
 }
 
 TEST(IsUnbounded, WhereContactsWithoutBoundPressAgainstEachOther) {

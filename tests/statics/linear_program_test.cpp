@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -143,16 +144,29 @@ TEST(LinearProgram, MultipliersAreRatesOfTheOptimum) {
   EXPECT_NEAR(solver.multipliers()[1], -1.0, 1e-12);
 }
 
-TEST(LinearProgram, ProgramThatCyclesUnderDantzigsRule) {
-  // Beale, 1955; optimum -0.05.
-  Program program = Equations((Eigen::MatrixXd(3, 4) << 0.25, -60, -0.04, 9, 0.5, -90, -0.02, 3, 0, 0, 1, 0).finished(),
-                              Eigen::Vector3d(0, 0, 1));
-  program.range.setConstant(kInfinity);
-  program.c << -0.75, 150, -0.02, 6;
-  LinearProgramSolver solver;
-  ASSERT_EQ(solver.Constrain(program), LinearProgramStatus::kOptimal);
-  ASSERT_EQ(solver.Minimize(program.c), LinearProgramStatus::kOptimal);
-  EXPECT_NEAR(solver.objective(), -0.05, 1e-12);
+/// Programs in which Dantzig's rule with a careless ratio test cycles.
+TEST(LinearProgram, ProgramsThatCycleEnd) {
+  struct Cycling {
+    Eigen::MatrixXd A;
+    Eigen::VectorXd c;
+  };
+  // Beale, 1955; Chvatal, 1983, page 31; Marshall and Suurballe, 1969.
+  const std::vector<Cycling> programs = {
+      {(Eigen::MatrixXd(3, 4) << 0.25, -60, -0.04, 9, 0.5, -90, -0.02, 3, 0, 0, 1, 0).finished(),
+       Eigen::Vector4d(-0.75, 150, -0.02, 6)},
+      {(Eigen::MatrixXd(3, 4) << 0.5, -5.5, -2.5, 9, 0.5, -1.5, -0.5, 1, 1, 0, 0, 0).finished(),
+       Eigen::Vector4d(-10, 57, 9, 24)},
+      {(Eigen::MatrixXd(3, 4) << 0.5, -5.5, -2.5, 9, 0.5, -1.5, -0.5, 1, 1, 1, 1, 1).finished(),
+       Eigen::Vector4d(-1, 7, 1, 2)}};
+  for (const Cycling& cycling : programs) {
+    Program program = Equations(cycling.A, Eigen::Vector3d(0, 0, 1));
+    program.range.setConstant(kInfinity);
+    program.c = cycling.c;
+    LinearProgramSolver solver;
+    ASSERT_EQ(solver.Constrain(program), LinearProgramStatus::kOptimal);
+    ASSERT_EQ(solver.Minimize(program.c), LinearProgramStatus::kOptimal);
+    EXPECT_NEAR(solver.objective(), test::MinimumByGlpk(ForGlpk(program)).value(), 1e-12);
+  }
 }
 
 TEST(LinearProgram, SecondObjectiveStartsFromTheFirstOptimum) {
@@ -241,6 +255,49 @@ TEST(LinearProgram, EndsIfAColumnHasOnlyEntriesBelowTheTolerance) {
   LinearProgramSolver solver;
   EXPECT_EQ(solver.Constrain(program), LinearProgramStatus::kStalled);
   EXPECT_EQ(solver.Resume(program), LinearProgramStatus::kStalled);
+}
+
+TEST(LinearProgram, NumbersThatAreNotFiniteAreNoSolution) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  const Program good = Equations(Eigen::MatrixXd::Ones(2, 3), Eigen::Vector2d(1, 1));
+  for (int place = 0; place < 3; ++place) {
+    LinearProgramSolver solver;
+    Program bad = good;
+    if (place == 0) bad.A(1, 2) = kNaN;
+    if (place == 1) bad.b[1] = kNaN;
+    if (place == 2) bad.upper[0] = kNaN;
+    const bool constrained = solver.Constrain(bad) == LinearProgramStatus::kOptimal;
+    EXPECT_FALSE(constrained && solver.Minimize(Eigen::Vector3d(-2, -1, -1)) == LinearProgramStatus::kOptimal) << place;
+    ASSERT_EQ(solver.Constrain(good), LinearProgramStatus::kOptimal) << "an earlier program leaves no trace";
+    EXPECT_EQ(solver.Minimize(Eigen::Vector3d(kNaN, 0, 0)), LinearProgramStatus::kStalled);
+    EXPECT_EQ(solver.Minimize(Eigen::Vector3d(-1, 0, 0)), LinearProgramStatus::kOptimal);
+  }
+}
+
+/// Rows that are almost linearly dependent, so that a basis may be almost singular.
+TEST(LinearProgram, AlmostDependentRowsGiveNoFalseSolution) {
+  std::mt19937_64 random(17);
+  std::normal_distribution<double> normal;
+  LinearProgramSolver solver;
+  int optimal = 0;
+  for (int trial = 0; trial < 1'000; ++trial) {
+    SCOPED_TRACE(trial);
+    const double apart = std::pow(10.0, -(trial % 14));
+    Eigen::MatrixXd A = Eigen::MatrixXd::NullaryExpr(3, 6, [&] { return normal(random); });
+    A.row(2) = A.row(0) + apart * A.row(2);
+    const Eigen::VectorXd x = Eigen::VectorXd::NullaryExpr(6, [&] { return std::abs(normal(random)); });
+    Program program = Equations(A, A * x);
+    program.upper.setConstant(4.0);
+    program.c = Eigen::VectorXd::NullaryExpr(6, [&] { return normal(random); });
+    if (solver.Resume(program) != LinearProgramStatus::kOptimal) continue;
+    ExpectFeasible(program, solver.x());
+    if (solver.Minimize(program.c) != LinearProgramStatus::kOptimal) continue;
+    ExpectFeasible(program, solver.x());
+    EXPECT_NEAR(DualBound(program, program.c, solver.multipliers(), 4.0), solver.objective(),
+                1e-7 * (1.0 + solver.multipliers().cwiseAbs().maxCoeff()));
+    ++optimal;
+  }
+  EXPECT_GT(optimal, 800);
 }
 
 TEST(LinearProgram, ResumesAnotherSizeFromTheBeginning) {

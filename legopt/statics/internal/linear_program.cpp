@@ -15,7 +15,7 @@ constexpr int kPivotsWithoutProgress = 60;  // after which Bland's rule ends a c
 constexpr int kMaxPivots = 5'000;
 constexpr double kFullTurn = 2.0 * std::numbers::pi;
 constexpr double kPivotTolerance = SimplexDictionary::kPivotTolerance;
-// Phase 1 begins again if it found a feasible point only by the rounding of its pivots.
+// The search begins again if numbers without the rounding of its pivots contradict its result.
 constexpr int kMaxRefinements = 3;
 
 }  // namespace
@@ -30,6 +30,7 @@ double DualBound(const LinearProgram& program, const Eigen::VectorXd& c, const E
 }
 
 LinearProgramStatus LinearProgramSolver::Constrain(const LinearProgram& program) {
+  pivots_ = 0;
   dictionary_.Reset(program);
   dictionary_.Refactor();
   return FindFeasible();
@@ -37,45 +38,45 @@ LinearProgramStatus LinearProgramSolver::Constrain(const LinearProgram& program)
 
 LinearProgramStatus LinearProgramSolver::Resume(const LinearProgram& program) {
   if (!dictionary_.Replace(program)) return Constrain(program);
+  pivots_ = 0;
   const LinearProgramStatus status = FindFeasible();
   return status == LinearProgramStatus::kStalled ? Constrain(program) : status;
 }
 
 LinearProgramStatus LinearProgramSolver::FindFeasible() {
-  pivots_ = 0;
-  for (int refinement = 0; refinement < kMaxRefinements; ++refinement) {
+  for (int refinement = 0; refinement <= kMaxRefinements; ++refinement) {
     const double sum = SetViolationObjective();
-    Refine();
-    if (sum <= kFeasibilityTolerance) return LinearProgramStatus::kOptimal;
-    if (dictionary_.IsOptimal(costs_, y_, kCostTolerance)) return LinearProgramStatus::kInfeasible;
-    const std::optional<double> reduced = ReduceViolations(sum);
-    if (!reduced) return LinearProgramStatus::kStalled;
-    dictionary_.Refactor();
-    if (*reduced > kFeasibilityTolerance) {
-      SetViolationObjective();
-      Refine();
-      return LinearProgramStatus::kInfeasible;
+    if (!std::isfinite(sum) || !(dictionary_.residual() <= kFeasibilityTolerance)) break;
+    if (sum <= kFeasibilityTolerance) {
+      dictionary_.StoreSolution(&x_);
+      return LinearProgramStatus::kOptimal;
     }
+    Refine();
+    if (dictionary_.IsOptimal(costs_, y_, kCostTolerance)) return LinearProgramStatus::kInfeasible;
+    dictionary_.DropTable();
+    if (!ReduceViolations(sum)) break;
+    dictionary_.Refactor();
   }
   return LinearProgramStatus::kStalled;
 }
 
-std::optional<double> LinearProgramSolver::ReduceViolations(double sum) {
+bool LinearProgramSolver::ReduceViolations(double sum) {
   dictionary_.BuildTable();
   int without_progress = 0;
   while (sum > 0.0) {
     dictionary_.SetObjective(0, costs_);
-    const Eigen::Index column = EnteringColumn(without_progress > kPivotsWithoutProgress);
-    if (column < 0) return sum;
-    if (++pivots_ > kMaxPivots) return std::nullopt;
+    const PivotRule rule = RuleAfter(without_progress);
+    const Eigen::Index column = EnteringColumn(rule);
+    if (column < 0) return true;
+    if (++pivots_ > kMaxPivots) return false;
     const double direction = dictionary_.IsAtUpper(column) ? -1.0 : 1.0;
-    const SimplexStep step = ViolationStep(column, direction);
-    if (!std::isfinite(step.length)) return std::nullopt;  // all entries of the column are below the tolerance
+    const SimplexStep step = ViolationStep(column, direction, rule);
+    if (!std::isfinite(step.length)) return false;  // all entries of the column are below the tolerance
     without_progress = step.length > kStepTolerance ? 0 : without_progress + 1;
     dictionary_.Move(column, direction, step);
     sum = SetViolationObjective();
   }
-  return sum;
+  return true;
 }
 
 double LinearProgramSolver::SetViolationObjective() {
@@ -83,7 +84,7 @@ double LinearProgramSolver::SetViolationObjective() {
   double sum = 0.0;
   for (Eigen::Index i = 0; i < dictionary_.rows(); ++i) {
     const double value = dictionary_.value(i), excess = value - dictionary_.UpperOfBasic(i);
-    if (value < -kValueTolerance) {
+    if (!(value >= -kValueTolerance)) {  // also NaN
       costs_[dictionary_.basic(i)] = -1.0;
       sum -= value;
     } else if (excess > kValueTolerance) {
@@ -96,28 +97,30 @@ double LinearProgramSolver::SetViolationObjective() {
 
 LinearProgramStatus LinearProgramSolver::Minimize(const Eigen::VectorXd& c) {
   pivots_ = 0;
-  costs_.setZero(dictionary_.rows() + dictionary_.columns());
-  costs_.head(c.size()) = c;
-  if (!dictionary_.has_table()) {
+  for (int refinement = 0; refinement <= kMaxRefinements; ++refinement) {
+    if (FindFeasible() != LinearProgramStatus::kOptimal) break;
+    SetCosts(c);
     Refine();
+    if (!std::isfinite(objective_)) break;
     if (dictionary_.IsOptimal(costs_, y_, kCostTolerance)) return LinearProgramStatus::kOptimal;
+    if (refinement > 0) dictionary_.DropTable();
     dictionary_.BuildTable();
+    dictionary_.SetObjective(0, costs_);
+    const LinearProgramStatus status = IterateFeasible();
+    dictionary_.Refactor();
+    if (status != LinearProgramStatus::kOptimal) return status;
   }
-  dictionary_.SetObjective(0, costs_);
-  const LinearProgramStatus status = IterateFeasible();
-  if (status != LinearProgramStatus::kOptimal) return status;
-  dictionary_.Refactor();
-  Refine();
-  return status;
+  return LinearProgramStatus::kStalled;
 }
 
 LinearProgramStatus LinearProgramSolver::IterateFeasible() {
   int without_progress = 0;
   while (pivots_ < kMaxPivots) {
-    const Eigen::Index column = EnteringColumn(without_progress > kPivotsWithoutProgress);
+    const PivotRule rule = RuleAfter(without_progress);
+    const Eigen::Index column = EnteringColumn(rule);
     if (column < 0) return LinearProgramStatus::kOptimal;
     const double direction = dictionary_.IsAtUpper(column) ? -1.0 : 1.0;
-    const SimplexStep step = FeasibleStep(column, direction);
+    const SimplexStep step = FeasibleStep(column, direction, rule);
     if (!std::isfinite(step.length)) return LinearProgramStatus::kUnbounded;
     without_progress = step.length > kStepTolerance ? 0 : without_progress + 1;
     dictionary_.Move(column, direction, step);
@@ -126,22 +129,27 @@ LinearProgramStatus LinearProgramSolver::IterateFeasible() {
   return LinearProgramStatus::kStalled;
 }
 
-Eigen::Index LinearProgramSolver::EnteringColumn(bool first_index) const {
+LinearProgramSolver::PivotRule LinearProgramSolver::RuleAfter(int pivots_without_progress) {
+  return pivots_without_progress > kPivotsWithoutProgress ? PivotRule::kBland : PivotRule::kDantzig;
+}
+
+Eigen::Index LinearProgramSolver::EnteringColumn(PivotRule rule) const {
   Eigen::Index best = -1;
   double largest = kCostTolerance;
   for (Eigen::Index j = 0; j < dictionary_.columns(); ++j) {
     const double rate = dictionary_.rate(0, j);
     const double gain = dictionary_.IsAtUpper(j) ? rate : -rate;
-    if (!(gain > largest) || !(dictionary_.UpperOfColumn(j) > 0.0)) continue;
+    if (!(gain > kCostTolerance) || !(dictionary_.UpperOfColumn(j) > 0.0)) continue;
+    const bool is_better =
+        rule == PivotRule::kDantzig ? gain > largest : best < 0 || dictionary_.nonbasic(j) < dictionary_.nonbasic(best);
+    if (!is_better) continue;
     best = j;
-    if (first_index) break;
     largest = gain;
   }
   return best;
 }
 
-/// The sum of the violations is convex along the step: its slope increases at each bound that a basic variable reaches.
-SimplexStep LinearProgramSolver::ViolationStep(Eigen::Index column, double direction) {
+void LinearProgramSolver::FindBreakpoints(Eigen::Index column, double direction) {
   breakpoints_.clear();
   for (Eigen::Index i = 0; i < dictionary_.rows(); ++i) {
     const double rate = -direction * dictionary_.entry(i, column);
@@ -159,6 +167,11 @@ SimplexStep LinearProgramSolver::ViolationStep(Eigen::Index column, double direc
   std::ranges::sort(breakpoints_, [](const Breakpoint& a, const Breakpoint& b) {
     return a.length != b.length ? a.length < b.length : std::abs(a.rate) > std::abs(b.rate);
   });
+}
+
+/// The sum of the violations is convex along the step: its slope increases at each bound that a basic variable reaches.
+SimplexStep LinearProgramSolver::ViolationStep(Eigen::Index column, double direction, PivotRule rule) {
+  FindBreakpoints(column, direction);
   const double width = dictionary_.UpperOfColumn(column);
   double slope = -std::abs(dictionary_.rate(0, column)), largest = 0.0;
   std::size_t passed = 0;
@@ -168,15 +181,24 @@ SimplexStep LinearProgramSolver::ViolationStep(Eigen::Index column, double direc
     largest = std::max(largest, rate);
   }
   if (passed == 0 || (slope < 0.0 && std::isfinite(width))) return {.length = width};
+  const auto is_large = [&](const Breakpoint& point) { return std::abs(point.rate) >= kSmallPivotShare * largest; };
   // The last one may be too small as a pivot; those before it improve the objective too.
-  while (std::abs(breakpoints_[--passed].rate) < kSmallPivotShare * largest) {
+  const Breakpoint* chosen = &breakpoints_[passed - 1];
+  while (!is_large(*chosen)) --chosen;
+  if (rule == PivotRule::kBland) {
+    const double first = breakpoints_.front().length + kStepTolerance;
+    for (const Breakpoint& point : breakpoints_) {
+      if (point.length > first) break;
+      const bool goes_first = chosen->length > first || dictionary_.basic(point.row) < dictionary_.basic(chosen->row);
+      if (is_large(point) && goes_first) chosen = &point;
+    }
   }
-  const Breakpoint& last = breakpoints_[passed];
-  return {.length = last.length, .row = last.row, .to_upper = last.to_upper};
+  return {.length = chosen->length, .row = chosen->row, .to_upper = chosen->to_upper};
 }
 
-/// Harris' ratio test: among the rows that bound the step, up to a tolerance, the one with the largest pivot.
-SimplexStep LinearProgramSolver::FeasibleStep(Eigen::Index column, double direction) const {
+/// Harris' ratio test: among the rows that bound the step, up to a tolerance, the one with the largest pivot. By
+/// Bland's rule the one of the first variable whose pivot is not much smaller.
+SimplexStep LinearProgramSolver::FeasibleStep(Eigen::Index column, double direction, PivotRule rule) const {
   const auto limit = [&](Eigen::Index row, double slack) {
     const double rate = -direction * dictionary_.entry(row, column);
     // A value outside of its bounds by rounding allows no step; then the largest pivot decides.
@@ -189,26 +211,29 @@ SimplexStep LinearProgramSolver::FeasibleStep(Eigen::Index column, double direct
   double bound = kInfinity;
   for (Eigen::Index i = 0; i < dictionary_.rows(); ++i) bound = std::min(bound, limit(i, kStepTolerance));
   if (dictionary_.UpperOfColumn(column) <= bound) return {.length = dictionary_.UpperOfColumn(column)};
-  SimplexStep step{.length = kInfinity};
-  double largest = 0.0;
+  if (!std::isfinite(bound)) return {.length = kInfinity};
+  const auto pivot = [&](Eigen::Index row) { return std::abs(dictionary_.entry(row, column)); };
+  Eigen::Index chosen = -1;
   for (Eigen::Index i = 0; i < dictionary_.rows(); ++i) {
-    const double pivot = std::abs(dictionary_.entry(i, column));
-    if (!(pivot > largest) || limit(i, 0.0) > bound) continue;
-    largest = pivot;
-    step = {.length = limit(i, 0.0),
-            .row = static_cast<int>(i),
-            .to_upper = -direction * dictionary_.entry(i, column) > 0.0};
+    if (limit(i, 0.0) <= bound && (chosen < 0 || pivot(i) > pivot(chosen))) chosen = i;
   }
-  return step;
+  if (rule == PivotRule::kBland) {
+    const double least = kSmallPivotShare * pivot(chosen);
+    for (Eigen::Index i = 0; i < dictionary_.rows(); ++i) {
+      if (dictionary_.basic(i) < dictionary_.basic(chosen) && pivot(i) >= least && limit(i, 0.0) <= bound) chosen = i;
+    }
+  }
+  return {.length = limit(chosen, 0.0),
+          .row = static_cast<int>(chosen),
+          .to_upper = -direction * dictionary_.entry(chosen, column) > 0.0};
 }
 
 LinearProgramStatus LinearProgramSolver::Turn(const Eigen::VectorXd& c, const Eigen::VectorXd& d,
                                               const std::function<bool(const TurnedOptimum&)>& visit) {
   dictionary_.BuildTable();
-  costs_.setZero(dictionary_.rows() + dictionary_.columns());
-  costs_.head(c.size()) = c;
+  SetCosts(c);
   dictionary_.SetObjective(0, costs_);
-  costs_.head(d.size()) = d;
+  SetCosts(d);
   dictionary_.SetObjective(1, costs_);
   double angle = 0.0;
   const auto goes_on = [&] {
@@ -217,21 +242,26 @@ LinearProgramStatus LinearProgramSolver::Turn(const Eigen::VectorXd& c, const Ei
     return visit({angle, turned_x_, turned_y_});
   };
   bool whole = !goes_on();
+  int without_progress = 0;
   for (pivots_ = 0; !whole && pivots_ < kMaxPivots; ++pivots_) {
+    const PivotRule rule = RuleAfter(without_progress);
     Eigen::Index column = -1;
-    angle += TurnToNextColumn(&column);
+    const double turn = TurnToNextColumn(rule, &column);
+    angle += turn;
     whole = angle >= kFullTurn;
     if (whole || column < 0) continue;
     const double direction = dictionary_.IsAtUpper(column) ? -1.0 : 1.0;
-    const SimplexStep step = FeasibleStep(column, direction);
+    const SimplexStep step = FeasibleStep(column, direction, rule);
     if (!std::isfinite(step.length)) break;
+    without_progress = step.length > kStepTolerance || turn > 0.0 ? 0 : without_progress + 1;
     dictionary_.Move(column, direction, step);
     whole = step.length > kStepTolerance && !goes_on();
   }
+  dictionary_.Refactor();
   return whole ? LinearProgramStatus::kOptimal : LinearProgramStatus::kStalled;
 }
 
-double LinearProgramSolver::TurnToNextColumn(Eigen::Index* column) {
+double LinearProgramSolver::TurnToNextColumn(PivotRule rule, Eigen::Index* column) {
   *column = -1;
   double sine = 1.0, cosine = 0.0;  // a quarter turn
   for (Eigen::Index j = 0; j < dictionary_.columns(); ++j) {
@@ -239,7 +269,11 @@ double LinearProgramSolver::TurnToNextColumn(Eigen::Index* column) {
     const double sign = dictionary_.IsAtUpper(j) ? -1.0 : 1.0;
     const double here = std::max(0.0, sign * dictionary_.rate(0, j)), rate = sign * dictionary_.rate(1, j);
     // here cos + rate sin becomes negative after tan = here / -rate
-    if (!(rate < -kCostTolerance) || !(here * cosine < -rate * sine)) continue;
+    if (!(rate < -kCostTolerance)) continue;
+    const double later = here * cosine + rate * sine;  // > 0 if after the column found so far
+    const bool goes_first = rule == PivotRule::kBland && later == 0.0 && *column >= 0 &&
+                            dictionary_.nonbasic(j) < dictionary_.nonbasic(*column);
+    if (!(later < 0.0) && !goes_first) continue;
     *column = j;
     const double norm = std::hypot(here, rate);
     sine = here / norm;
@@ -253,6 +287,11 @@ double LinearProgramSolver::TurnToNextColumn(Eigen::Index* column) {
     turned[j] = cosine * turned[j] - sine * before;
   }
   return std::atan2(sine, cosine);
+}
+
+void LinearProgramSolver::SetCosts(const Eigen::VectorXd& c) {
+  costs_.setZero(dictionary_.rows() + dictionary_.columns());
+  costs_.head(c.size()) = c;
 }
 
 void LinearProgramSolver::Refine() {

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
-#include <optional>
 #include <vector>
 
 #include "legopt/statics/internal/simplex_dictionary.h"
@@ -16,7 +15,7 @@ enum class LinearProgramStatus : std::uint8_t {
   kOptimal,     ///< x is optimal, and y proves it
   kInfeasible,  ///< no x satisfies the constraints, and y proves it
   kUnbounded,   ///< the objective has no lower bound
-  kStalled      ///< too many pivots, which no program of a stance needs
+  kStalled      ///< the numbers are too ill-conditioned or not finite; no program of a stance is
 };
 
 /// Optimum of an objective that turns (LinearProgramSolver::Turn). Valid during the call.
@@ -40,7 +39,8 @@ double DualBound(const LinearProgram& program, const Eigen::VectorXd& c, const E
 ///
 /// Phase 1 minimises the sum of the violations and steps past bounds while that decreases it. Dantzig's rule, and
 /// Bland's after a series of pivots without progress. Variables and multipliers are computed again from the final
-/// basis, so that they do not carry the rounding of the pivots. Deterministic: the same calls give the same bits.
+/// basis, so that they do not carry the rounding of the pivots; the status is decided with them. Deterministic: the
+/// same calls give the same bits.
 ///
 /// Contains workspaces: not thread-safe. Scale the program such that its numbers are of order 1: a value below
 /// kFeasibilityTolerance counts as 0.
@@ -89,18 +89,27 @@ class LinearProgramSolver {
   int pivots() const { return pivots_; }                     ///< number of pivots of the last call
 
  private:
+  enum class PivotRule : std::uint8_t {
+    kDantzig,  ///< the column that improves the objective fastest, the largest pivot
+    kBland     ///< of several columns or rows the one of the first variable
+  };
+  static PivotRule RuleAfter(int pivots_without_progress);
+
   LinearProgramStatus FindFeasible();
-  /// Pivots until the sum of the violations is least, and returns it; empty: too many pivots, or none is large enough.
-  std::optional<double> ReduceViolations(double sum);
+  /// Pivots until the sum of the violations is least; false: too many pivots, or none is large enough.
+  bool ReduceViolations(double sum);
   /// Sets the objective to the sum of the violations and returns that sum.
   double SetViolationObjective();
   LinearProgramStatus IterateFeasible();
-  /// Returns the column that improves the objective fastest, or the first one that does; -1: none does.
-  Eigen::Index EnteringColumn(bool first_index) const;
-  SimplexStep ViolationStep(Eigen::Index column, double direction);
-  SimplexStep FeasibleStep(Eigen::Index column, double direction) const;
+  /// Returns a column that improves the objective; -1: none does.
+  Eigen::Index EnteringColumn(PivotRule rule) const;
+  void FindBreakpoints(Eigen::Index column, double direction);
+  SimplexStep ViolationStep(Eigen::Index column, double direction, PivotRule rule);
+  SimplexStep FeasibleStep(Eigen::Index column, double direction, PivotRule rule) const;
   /// Turns the objectives until a column may enter, at most by a quarter; returns the angle.
-  double TurnToNextColumn(Eigen::Index* column);
+  double TurnToNextColumn(PivotRule rule, Eigen::Index* column);
+  /// Sets the costs of the columns; slacks have none.
+  void SetCosts(const Eigen::VectorXd& c);
   /// Sets x, y and the objective from the basis and the original numbers.
   void Refine();
 

@@ -39,7 +39,7 @@ bool SimplexDictionary::Replace(const LinearProgram& program) {
   Refactor();
   if (core_rows_.empty()) return true;
   const double least = factors_.matrixLU().diagonal().cwiseAbs().minCoeff();
-  return least > kSingular * core_.cwiseAbs().maxCoeff() && values_.allFinite();
+  return least > kSingular * core_.cwiseAbs().maxCoeff();
 }
 
 void SimplexDictionary::FindCore() {
@@ -67,7 +67,7 @@ void SimplexDictionary::Refactor() {
   right_side_ = program_->b;
   for (Eigen::Index j = 0; j < columns(); ++j) {
     if (!IsAtUpper(j)) continue;
-    const int variable = nonbasic_[static_cast<std::size_t>(j)];
+    const int variable = nonbasic(j);
     if (variable < columns()) {
       right_side_ -= program_->upper[variable] * program_->A.col(variable);
     } else {
@@ -75,12 +75,15 @@ void SimplexDictionary::Refactor() {
     }
   }
   values_.resize(rows());
+  residual_ = 0.0;
   const std::size_t k = core_rows_.size();
   if (k > 0) {
     core_ = program_->A(core_rows_, core_columns_);
     factors_.compute(core_);
     core_right_side_ = right_side_(core_rows_);
     core_values_ = factors_.solve(core_right_side_);
+    core_right_side_.noalias() -= core_ * core_values_;
+    residual_ = core_right_side_.cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
   }
   for (std::size_t c = 0; c < k; ++c) {
     const double value = core_values_[static_cast<Eigen::Index>(c)];
@@ -103,7 +106,7 @@ void SimplexDictionary::BuildTable() {
   table_.resize(m, n);
   core_table_.resize(k, n);
   for (Eigen::Index j = 0; j < n; ++j) {
-    const int variable = nonbasic_[static_cast<std::size_t>(j)];
+    const int variable = nonbasic(j);
     if (variable < n) {
       const auto column = program_->A.col(variable);
       table_.col(j) = column;
@@ -183,7 +186,7 @@ void SimplexDictionary::Exchange(Eigen::Index column, Eigen::Index row) {
 void SimplexDictionary::StoreSolution(Eigen::VectorXd* x) const {
   x->setZero(columns());
   for (Eigen::Index j = 0; j < columns(); ++j) {
-    const int variable = nonbasic_[static_cast<std::size_t>(j)];
+    const int variable = nonbasic(j);
     if (variable < columns() && IsAtUpper(j)) (*x)[variable] = program_->upper[variable];
   }
   for (Eigen::Index i = 0; i < rows(); ++i) {
@@ -210,10 +213,11 @@ void SimplexDictionary::StoreMultipliers(const Eigen::VectorXd& costs, Eigen::Ve
 
 bool SimplexDictionary::IsOptimal(const Eigen::VectorXd& costs, const Eigen::VectorXd& y, double tolerance) const {
   for (Eigen::Index j = 0; j < columns(); ++j) {
-    const int variable = nonbasic_[static_cast<std::size_t>(j)];
+    const int variable = nonbasic(j);
     const double used = variable < columns() ? y.dot(program_->A.col(variable)) : y[variable - columns()];
     const double rate = costs[variable] - used;
-    if ((IsAtUpper(j) ? rate : -rate) > tolerance && Upper(variable) > 0.0) return false;
+    const double gain = IsAtUpper(j) ? rate : -rate;
+    if (!(gain <= tolerance) && !(Upper(variable) <= 0.0)) return false;  // also NaN
   }
   return true;
 }
@@ -221,7 +225,7 @@ bool SimplexDictionary::IsOptimal(const Eigen::VectorXd& costs, const Eigen::Vec
 void SimplexDictionary::StoreTableMultipliers(Eigen::VectorXd* y) const {
   y->setZero(rows());
   for (Eigen::Index j = 0; j < columns(); ++j) {
-    const int variable = nonbasic_[static_cast<std::size_t>(j)];
+    const int variable = nonbasic(j);
     if (variable >= columns()) (*y)[variable - columns()] = -rate(0, j);
   }
 }

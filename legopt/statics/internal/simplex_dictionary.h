@@ -45,8 +45,14 @@ class SimplexDictionary {
   /// Computes the values of the basic variables from the program, without the rounding of pivots.
   void Refactor();
 
+  /// Largest error of the core's equations with the values of Refactor; large or NaN if the basis is almost singular.
+  double residual() const { return residual_; }
+
   /// Computes the table, if it is not there. Only after Refactor.
   void BuildTable();
+
+  /// Makes the next BuildTable compute the table from the program, without the rounding of pivots.
+  void DropTable() { has_table_ = false; }
 
   /// Sets the rates of an objective (0, or 1: the one that turns) with `costs` per variable, n + m.
   void SetObjective(int objective, const Eigen::VectorXd& costs);
@@ -70,8 +76,9 @@ class SimplexDictionary {
 
   Eigen::Index rows() const { return static_cast<Eigen::Index>(basic_.size()); }
   Eigen::Index columns() const { return static_cast<Eigen::Index>(nonbasic_.size()); }
-  bool has_table() const { return has_table_; }
 
+  /// Nonbasic variable of a column of the table.
+  int nonbasic(Eigen::Index column) const { return nonbasic_[static_cast<std::size_t>(column)]; }
   /// Basic variable of a row of the table.
   int basic(Eigen::Index row) const { return basic_[static_cast<std::size_t>(row)]; }
   /// Value of basic(row).
@@ -79,7 +86,7 @@ class SimplexDictionary {
   /// Upper bound of basic(row).
   double UpperOfBasic(Eigen::Index row) const { return Upper(basic(row)); }
   /// Upper bound of the nonbasic variable of a column of the table.
-  double UpperOfColumn(Eigen::Index column) const { return Upper(nonbasic_[static_cast<std::size_t>(column)]); }
+  double UpperOfColumn(Eigen::Index column) const { return Upper(nonbasic(column)); }
   /// True if the variable of a column is at its upper bound instead of 0.
   bool IsAtUpper(Eigen::Index column) const { return at_upper_[static_cast<std::size_t>(column)] != 0; }
   /// Decrease of the row's basic variable per unit of the column's variable. After BuildTable.
@@ -113,6 +120,7 @@ class SimplexDictionary {
   std::vector<int> slack_places_;         ///< m: row of the table of a basic slack, else -1
   Eigen::MatrixXd core_;
   Eigen::PartialPivLU<Eigen::MatrixXd> factors_;
+  double residual_ = 0.0;
   Eigen::VectorXd right_side_, core_right_side_, core_values_, core_multipliers_;
   Eigen::MatrixXd core_table_, core_parts_;
   Eigen::VectorXd basic_costs_, entering_;
