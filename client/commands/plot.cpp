@@ -183,7 +183,8 @@ void AddPlotCommand(const app::Command& program, Invocation* invocation) {
       .Required();
   command.AddOption("ID", options->selection.experiment, "Experiment (default: the newest)").Check(app::WholeNumber(1));
   command.AddEnum<Measure>("--measure", options->measure,
-                           "What to draw: work (default; time where work was not counted), time or cost");
+                           "What to draw: work (default; time where work was not counted), time, cost or tolerance "
+                           "(largest violation of a constraint by a solution)");
   AddResultFilterOptions(command, &options->selection.filter);
   AddRowsOption(command, &options->selection.rows, "methods");
   AddRowsOption(command, &options->columns, "panels", "--columns");

@@ -49,8 +49,31 @@ Solve SolveAt(const Listing& jobs, std::size_t row, double limit_ms) {
     solve.work_ms = work_ns.get<double>() / kNanosecondsPerMs;
   }
   solve.stopped = EndedByLimit(jobs.EnumAt<SolveStatus>(row, "solver_status"));
-  if (solved) solve.cost = jobs.At(row, "cost").get<double>();
+  if (const auto& starts = jobs.At(row, "further_starts"); !starts.is_null()) {
+    solve.further_starts = std::max(starts.get<std::int64_t>(), std::int64_t{0});
+  }
+  if (!solved) return solve;
+  solve.cost = jobs.At(row, "cost").get<double>();
+  if (const auto& used = jobs.At(row, "tolerance_used"); !used.is_null()) solve.tolerance_used = used.get<double>();
   return solve;
+}
+
+// Returns the names of the checks whose measure is 0 if the constraint holds exactly, of the benchmark's tolerance.
+std::vector<std::string_view> ChecksWithTolerance() {
+  std::vector<std::string_view> names;
+  for (const CheckDescription& check : kChecks) {
+    if (check.measured() && check.tolerance == kPoseTolerance) names.push_back(check.name);
+  }
+  return names;
+}
+
+// Returns the names of a rule and of the more lenient ones.
+std::vector<std::string_view> RulesUpTo(Rule rule) {
+  std::vector<std::string_view> names;
+  for (const auto& name : kEnumNames<Rule>) {
+    if (name.value <= rule) names.push_back(ToString(name.value));
+  }
+  return names;
 }
 
 }  // namespace
@@ -105,7 +128,9 @@ void KeepCells(const KeptCells& kept, SolvedExperiment* experiment) {
 void ReadSolves(ResultSource& source, Rule rule, SolvedExperiment* experiment) {
   RequireVerdicts(source, experiment->info, rule);
   for (SolveCell& cell : experiment->cells) {
-    const Listing jobs = source.Query(db::Sql(db::Query::kSolvesOfCell, {{"cell_id", cell.cell_id}, {"rule", rule}}));
+    const Listing jobs = source.Query(db::Sql(
+        db::Query::kSolvesOfCell,
+        {{"cell_id", cell.cell_id}, {"rule", rule}, {"checks", ChecksWithTolerance()}, {"rules", RulesUpTo(rule)}}));
     cell.solves.clear();
     cell.solves.reserve(jobs.rows.size());
     for (std::size_t i = 0; i < jobs.rows.size(); ++i) cell.solves.push_back(SolveAt(jobs, i, cell.limit_ms));
@@ -120,6 +145,7 @@ std::vector<ProblemRuns> ProblemsOf(const SolveCell& cell) {
     runs.time = statistics::ScoreOf(runs.runs);
     runs.cost = statistics::ScoreOf(runs.cost_runs);
     runs.work = statistics::ScoreOf(runs.work_runs);
+    runs.tolerance = statistics::ScoreOf(runs.tolerance_runs);
   };
   for (const Solve& solve : cell.solves) {
     if (problems.empty() || problems.back().problem != solve.problem) {
@@ -132,6 +158,9 @@ std::vector<ProblemRuns> ProblemsOf(const SolveCell& cell) {
     problems.back().runs.push_back({solve.end, solve.time_ms});
     problems.back().cost_runs.push_back({solve.end, solve.cost});
     problems.back().work_runs.push_back({solve.end, solve.work_ms});
+    problems.back().tolerance_runs.push_back(
+        {solve.end, std::max(solve.tolerance_used.value_or(0.0), kLeastTolerance)});
+    problems.back().tolerance_known &= solve.end != RunOutcome::kSolved || solve.tolerance_used.has_value();
     problems.back().work_counted &= solve.end != RunOutcome::kSolved || solve.work_ms > 0.0;
   }
   add_up();

@@ -21,6 +21,9 @@ namespace legopt::client {
 /// Resolution of the clock: a lower bound for measured times.
 inline constexpr double kShortest_ms = 1e-3;
 
+/// Smallest used tolerance in figures with logarithmic axes, where a solution without a violation is placed.
+inline constexpr double kLeastTolerance = 1e-8;
+
 /// A job as seen by the statistics.
 struct Solve {
   std::int64_t job_id = 0;
@@ -32,6 +35,10 @@ struct Solve {
   double work_ms = 0.0;  ///< term evaluations, each with the weight of its kind of term; 0: not counted
   double cpu_ms = 0.0;   ///< 0 without a result
   double cost = 0.0;     ///< cost per waypoint, computed by the judge; 0 unless solved
+  /// Largest distance (m, rad or vector part of a quaternion) of the solution from constraints with the tolerance
+  /// kPoseTolerance, by the judge; nullopt if it is not solved, or of a release that did not store it.
+  std::optional<double> tolerance_used;
+  std::optional<std::int64_t> further_starts;  ///< initial points beyond the first of each window; nullopt: not counted
   bool reported = false;
   bool contended = false;  ///< other processes disturbed it, see Contended
   bool stopped = false;    ///< a limit stopped the solver
@@ -87,9 +94,12 @@ struct ProblemRuns {
   statistics::ProblemScore time;                             ///< score of Solve::time_ms
   statistics::ProblemScore work;                             ///< score of Solve::work_ms
   statistics::ProblemScore cost;                             ///< score of Solve::cost
+  statistics::ProblemScore tolerance;                        ///< score of Solve::tolerance_used
   bool work_counted = true;                                  ///< the work of all solved repetitions was counted
+  bool tolerance_known = true;                               ///< all solved repetitions have Solve::tolerance_used
   std::vector<statistics::Repetition> runs;                  ///< values of Solve::time_ms
   std::vector<statistics::Repetition> work_runs, cost_runs;  ///< values of Solve::work_ms and Solve::cost
+  std::vector<statistics::Repetition> tolerance_runs;        ///< values of Solve::tolerance_used, from kLeastTolerance
 
   /// Returns whether every repetition has ended.
   bool complete() const { return time.finished() > 0 && time.missing == 0; }

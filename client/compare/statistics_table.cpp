@@ -70,6 +70,30 @@ void CountRuns(const SolveCell& cell, const std::vector<int>& problems, CellStat
   }
 }
 
+void ComputeToleranceAndStarts(const SolveCell& cell, const std::vector<int>& problems, CellStatistics* figures) {
+  std::vector<double> used;
+  std::int64_t solved = 0, counted = 0, sum = 0, largest = 0;
+  for (const Solve& solve : cell.solves) {
+    if (!solve.reported || !std::ranges::binary_search(problems, solve.problem)) continue;
+    solved += solve.end == statistics::RunOutcome::kSolved ? 1 : 0;
+    if (solve.tolerance_used) used.push_back(*solve.tolerance_used);
+    if (!solve.further_starts) continue;
+    ++counted;
+    sum += *solve.further_starts;
+    largest = std::max(largest, *solve.further_starts);
+  }
+  if (!used.empty() && std::ssize(used) == solved) {
+    const double shares[] = {kHalf, 1.0};
+    const auto quantiles = statistics::Quantiles(used, shares);
+    figures->tolerance_median = quantiles[0];
+    figures->tolerance_largest = quantiles[1];
+  }
+  if (counted > 0 && counted == figures->reported) {
+    figures->further_starts_mean = static_cast<double>(sum) / static_cast<double>(counted);
+    figures->further_starts_largest = largest;
+  }
+}
+
 // Computes the figures that do not depend on other methods.
 void ComputeOwn(const ScoredCell& scored, const ProblemMap& runs, const std::vector<int>& problems,
                 const Charge& charge) {
@@ -77,6 +101,7 @@ void ComputeOwn(const ScoredCell& scored, const ProblemMap& runs, const std::vec
   figures.n = static_cast<int>(problems.size());
   if (problems.empty()) return;
   CountRuns(*scored.cell, problems, &figures);
+  ComputeToleranceAndStarts(*scored.cell, problems, &figures);
   const std::vector<ProblemScore> times = Scores(runs, problems, &ProblemRuns::time);
   std::vector<double> spent, shares;
   double charged_ms = 0.0;

@@ -30,9 +30,14 @@ struct CellStatistics {
   std::optional<double> time_median_ms, time_q95_ms;  ///< over all n problems, unsolved ones at infinity
   std::optional<double> work_median_ms;               ///< over all n problems; nullopt if it was not counted on all
   std::optional<double> cost_median, cost_q95;        ///< over all n problems, unsolved ones at infinity
-  std::optional<double> par10_ms;                     ///< mean time, with failed runs at the column's charge
-  std::optional<double> ert_ms;                       ///< expected runtime: total time of all runs divided by the
-                                                      ///< number of successes
+  /// Solve::tolerance_used of solved runs; nullopt if it is not known of all, or there is none.
+  std::optional<double> tolerance_median, tolerance_largest;
+  /// Solve::further_starts of reported runs; nullopt if they were not counted in all, or there is none.
+  std::optional<double> further_starts_mean;
+  std::optional<std::int64_t> further_starts_largest;
+  std::optional<double> par10_ms;                ///< mean time, with failed runs at the column's charge
+  std::optional<double> ert_ms;                  ///< expected runtime: total time of all runs divided by the
+                                                 ///< number of successes
   std::optional<double> common_time_ms;          ///< shifted geometric mean over the problems that all methods solved
   std::optional<double> common_cost;             ///< geometric mean over the problems that all methods solved
   int paired = 0;                                ///< number of problems that this row and the column's reference both

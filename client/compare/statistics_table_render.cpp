@@ -10,7 +10,7 @@
 namespace legopt::client {
 namespace {
 
-constexpr double kMsPerSecond = 1e3, kHundred = 100.0;
+constexpr double kMsPerSecond = 1e3, kHundred = 100.0, kThousandths = 1e3;
 
 std::string Decimal(double value, int decimals) { return FormatFixed(value, decimals); }
 
@@ -35,6 +35,12 @@ TableCell ShownShare(int count, int of) {
   return PercentCell(of == 0 ? std::nullopt : std::optional(static_cast<double>(count) / of), 0);
 }
 
+// Returns a used tolerance in thousandths of m or rad.
+TableCell ShownTolerance(const std::optional<double>& used) {
+  constexpr int kDigits = 3;
+  return FigureCell(used, used ? Decimal(kThousandths * *used, kDigits) : "");
+}
+
 std::vector<TableCell> ShownCell(const CellStatistics& cell, const TimeUnit& unit) {
   constexpr int kDigits = 2;
   const std::string share =
@@ -53,6 +59,10 @@ std::vector<TableCell> ShownCell(const CellStatistics& cell, const TimeUnit& uni
           ShownCost(cell.cost_q95),
           ShownCost(cell.common_cost),
           RealCell(cell.cost_ratio, kDigits),
+          ShownTolerance(cell.tolerance_median),
+          ShownTolerance(cell.tolerance_largest),
+          RealCell(cell.further_starts_mean, kDigits),
+          cell.further_starts_largest ? CountCell(*cell.further_starts_largest) : MissingCell(),
           ShownTime(cell.n == 0 ? std::nullopt : std::optional(cell.cpu_ms), kSeconds),
           ShownShare(cell.contended, cell.reported),
           cell.n == 0 ? MissingCell() : CountCell(cell.stopped)};
@@ -97,7 +107,10 @@ std::string Note(const TimeUnit& unit) {
          "an unsolved problem as infinite. Common: geometric mean over the problems that all methods solved (times "
          "shifted by 1 ms). Ratio: to the row that is named, geometric mean over the problems that both solved. PAR10, "
          "Charged: mean time, a failure at the charge given here. Rank: mean rank by work, by time where work was not "
-         "counted, failures last. CPU: seconds of all runs. Contended: percent of runs that others disturbed. Stopped: "
+         "counted, failures last. Tolerance: largest violation of a constraint in each solution, 1e-3 m or rad; the "
+         "judge "
+         "accepts 1. Further starts: initial points of a run beyond the first one of each window. CPU: seconds of all "
+         "runs. Contended: percent of runs that others disturbed. Stopped: "
          "runs whose solver a limit "
          "ended.";
 }
@@ -161,6 +174,10 @@ std::vector<TableColumn> FigureColumns(const BenchmarkColumn& column, const Char
   add("cost_q95", "Cost 95 %");
   add("cost_common", "Cost common");
   add("cost_ratio", "Cost ratio");
+  add("tolerance_median", "Tolerance median");
+  add("tolerance_largest", "Tolerance largest");
+  add("further_starts_mean", "Further starts mean");
+  add("further_starts_largest", "Further starts largest");
   add("cpu", "CPU", "s");
   add("contended", "Contended");
   add("stopped", "Stopped");
@@ -190,6 +207,10 @@ nlohmann::ordered_json CellJson(const CellStatistics& cell, const ColumnStatisti
           {"mean_rank", FiniteOrNull(cell.mean_rank)},
           {"cost_median", FiniteOrNull(cell.cost_median)},
           {"cost_q95", FiniteOrNull(cell.cost_q95)},
+          {"tolerance_median", FiniteOrNull(cell.tolerance_median)},
+          {"tolerance_largest", FiniteOrNull(cell.tolerance_largest)},
+          {"further_starts_mean", FiniteOrNull(cell.further_starts_mean)},
+          {"further_starts_largest", FiniteOrNull(cell.further_starts_largest)},
           {"common", column.common},
           {"common_time_ms", FiniteOrNull(cell.common_time_ms)},
           {"common_cost", FiniteOrNull(cell.common_cost)},

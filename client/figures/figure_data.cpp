@@ -17,12 +17,11 @@ std::vector<ProblemRuns> RunsOfProblems(const ProblemMap& problems, const std::v
   return runs;
 }
 
-// Returns the title of the first method with a solved run whose work was not counted; empty if there is none.
-std::string TitleWithoutWork(const FigureData& data) {
+// Returns the title of the first method with a problem that is not `known`; empty if there is none.
+std::string TitleWithout(bool ProblemRuns::*known, const FigureData& data) {
   for (const FigureColumn& column : data.columns) {
     for (std::size_t i = 0; i < column.runs.size(); ++i) {
-      const bool counted = std::ranges::all_of(column.runs[i], &ProblemRuns::work_counted);
-      if (!counted) return data.table.rows[column.entries[i]].title;
+      if (!std::ranges::all_of(column.runs[i], known)) return data.table.rows[column.entries[i]].title;
     }
   }
   return {};
@@ -62,12 +61,18 @@ FigureData ReadFigureData(ResultSource& source, const TableSelection& selection,
 }
 
 Measure UsualMeasure(const FigureData& data) {
-  return TitleWithoutWork(data).empty() ? Measure::kWork : Measure::kTime;
+  return TitleWithout(&ProblemRuns::work_counted, data).empty() ? Measure::kWork : Measure::kTime;
 }
 
 void RequireMeasure(const FigureData& data, Measure measure) {
+  if (measure == Measure::kTolerance) {
+    const std::string title = TitleWithout(&ProblemRuns::tolerance_known, data);
+    if (title.empty()) return;
+    throw ClientError(ExitCode::kUsage, "the violations of the solutions of " + title +
+                                            " were not stored (results of an old release); give another --measure");
+  }
   if (measure != Measure::kWork) return;
-  const std::string title = TitleWithoutWork(data);
+  const std::string title = TitleWithout(&ProblemRuns::work_counted, data);
   if (title.empty()) return;
   throw ClientError(ExitCode::kUsage, "the work of " + title +
                                           " was not counted (external solver, or results before schema 16); give "
@@ -82,6 +87,8 @@ const statistics::ProblemScore& ScoreOf(const ProblemRuns& runs, Measure measure
       return runs.work;
     case Measure::kTime:
       return runs.time;
+    case Measure::kTolerance:
+      return runs.tolerance;
     case Measure::kCost:
       break;
   }
@@ -102,6 +109,8 @@ const std::vector<statistics::Repetition>& RunsOf(const ProblemRuns& runs, Measu
       return runs.work_runs;
     case Measure::kTime:
       return runs.runs;
+    case Measure::kTolerance:
+      return runs.tolerance_runs;
     case Measure::kCost:
       break;
   }
@@ -114,6 +123,8 @@ std::string TitleOf(Measure measure) {
       return "work (ms)";
     case Measure::kTime:
       return "CPU time (ms)";
+    case Measure::kTolerance:
+      return "largest violation (m or rad; 1e-8: none)";
     case Measure::kCost:
       break;
   }

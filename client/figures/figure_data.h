@@ -13,9 +13,10 @@ namespace client {
 
 /// Figure of a solve that a plot shows.
 enum class Measure {
-  kWork,  ///< term evaluations, weighted by kind, in ms
-  kTime,  ///< CPU time, in ms
-  kCost   ///< per waypoint, by the judge
+  kWork,      ///< term evaluations, weighted by kind, in ms
+  kTime,      ///< CPU time, in ms
+  kCost,      ///< per waypoint, by the judge
+  kTolerance  ///< Solve::tolerance_used
 };
 
 }  // namespace client
@@ -23,7 +24,9 @@ enum class Measure {
 template <>
 inline constexpr auto kEnumNames<client::Measure> = MakeEnumNames<client::Measure>({{client::Measure::kWork, "work"},
                                                                                     {client::Measure::kTime, "time"},
-                                                                                    {client::Measure::kCost, "cost"}});
+                                                                                    {client::Measure::kCost, "cost"},
+                                                                                    {client::Measure::kTolerance,
+                                                                                     "tolerance"}});
 
 }  // namespace legopt
 
@@ -53,7 +56,7 @@ FigureData ReadFigureData(ResultSource& source, const TableSelection& selection,
 /// Returns work, or time if the work of a solved run was not counted.
 Measure UsualMeasure(const FigureData& data);
 
-/// Throws ClientError (kUsage) if `measure` is work and the work of a solved run was not counted.
+/// Throws ClientError (kUsage) if `measure` is not known of a solved run.
 void RequireMeasure(const FigureData& data, Measure measure);
 
 /// Returns the mean of the solved runs of a problem; infinite if there is none.

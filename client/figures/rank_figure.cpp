@@ -17,8 +17,9 @@ namespace {
 // Returns the values of two methods as differences of logarithms (of costs: plain differences). If only one
 // method solved a problem, the difference is larger than all others.
 std::vector<double> Differences(const std::vector<ProblemRuns>& a, const std::vector<ProblemRuns>& b, Measure measure) {
+  const double least = measure == Measure::kTolerance ? kLeastTolerance : kShortest_ms;
   const auto scaled = [&](double value) {
-    return measure == Measure::kCost ? value : std::log(std::max(value, kShortest_ms));
+    return measure == Measure::kCost ? value : std::log(std::max(value, least));
   };
   std::vector<double> differences(a.size(), 0.0);
   double largest = 0.0;

@@ -70,6 +70,27 @@ TEST_F(Figures, DistributionsAndCactusHaveTheSortedTimes) {
   EXPECT_THAT(Ys(cactus.series.at(1)), ElementsAre(1, 2, 4, 16));
 }
 
+TEST_F(Figures, ByToleranceAStricterJudgeAcceptsFewer) {
+  TestExperiment experiment;
+  experiment.methods = {{"A"}, {"B"}};
+  for (const double value : {1e-4, 5e-4, 0.0}) {
+    const Violation feet{Verdict::kFootPose, Rule::kLiteral, 0, "l_foot", value};
+    experiment.results.push_back({.problem = static_cast<int>(experiment.results.size()), .violations = {feet}});
+  }
+  experiment.results.push_back({.problem = 3, .verdict = "com"});
+  const PlotPanel panel = EcdfPlot(Read(experiment), Measure::kTolerance).panels.at(0);
+  EXPECT_TRUE(panel.x.logarithmic);
+  EXPECT_THAT(Xs(panel.series.at(0)), ElementsAre(kLeastTolerance, 1e-4, 5e-4));
+  EXPECT_THAT(Ys(panel.series.at(0)), ElementsAre(25, 50, 75));
+  experiment.results.push_back({.method = 1, .problem = 0});
+  try {
+    EcdfPlot(Read(experiment), Measure::kTolerance);
+    FAIL() << "the violations of B are not known";
+  } catch (const ClientError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("the violations of the solutions of B were not stored"));
+  }
+}
+
 TEST_F(Figures, WithRepetitionsEveryProblemHasTheSameWeight) {
   TestExperiment experiment;
   experiment.methods = {{"A"}};

@@ -244,6 +244,42 @@ TEST(StatisticsTable, RanksAndProfilesAreByWorkWhereAllOfItWasCounted) {
   EXPECT_FALSE(CellOf(partly, 2).work_ratio.has_value());
 }
 
+/// Four runs of A: violations 1e-4, 3e-4 (only by the solid rule) and 0, and one failure by 5e-2. Distances that are
+/// not violations are larger.
+TestExperiment ToyViolations() {
+  TestExperiment experiment;
+  experiment.methods = {{"A"}, {"B"}};
+  const Violation touch{Verdict::kTouch, Rule::kSolid, 0, "l_foot", 0.0019};
+  const auto feet = [](double value) { return Violation{Verdict::kFootPose, Rule::kLiteral, 0, "l_foot", value}; };
+  experiment.results = {
+      {.problem = 0, .violations = {feet(1e-4), touch}, .starts = 1},
+      {.problem = 1,
+       .violations = {feet(5e-5), touch, {Verdict::kEnvironmentCollision, Rule::kSolid, 0, "l_foot, floor", 3e-4}},
+       .starts = 5},
+      {.problem = 2, .violations = {feet(0.0), touch}, .starts = 1},
+      {.problem = 3, .verdict = "foot_pose", .violations = {feet(5e-2)}, .starts = 9}};
+  for (int problem = 0; problem < 4; ++problem) experiment.results.push_back({.method = 1, .problem = problem});
+  return experiment;
+}
+
+TEST(StatisticsTable, ToleranceOfSolvedRunsAndStartsOfAllRuns) {
+  TableSelection selection;
+  selection.rule = Rule::kSolid;
+  const StatisticsTable solid = TableOf(ToyViolations(), selection);
+  const CellStatistics cell = CellOf(solid, 0);
+  EXPECT_DOUBLE_EQ(cell.tolerance_median.value(), 1e-4);
+  EXPECT_DOUBLE_EQ(cell.tolerance_largest.value(), 3e-4);
+  EXPECT_DOUBLE_EQ(cell.further_starts_mean.value(), (0 + 4 + 0 + 8) / 4.0);
+  EXPECT_EQ(cell.further_starts_largest.value(), 8);
+  EXPECT_FALSE(CellOf(solid, 1).tolerance_median.has_value()) << "as stored by earlier releases";
+  EXPECT_FALSE(CellOf(solid, 1).further_starts_mean.has_value());
+  selection.rule = Rule::kLiteral;
+  const CellStatistics literal = CellOf(TableOf(ToyViolations(), selection), 0);
+  EXPECT_DOUBLE_EQ(literal.tolerance_median.value(), 5e-5);
+  EXPECT_DOUBLE_EQ(literal.tolerance_largest.value(), 1e-4);
+  EXPECT_THAT(RenderStatisticsTable(solid, TableFormat::kText), HasSubstr("0.300"));
+}
+
 TEST(StatisticsTable, MethodsWithoutACellLeaveTheOthersAlone) {
   TestExperiment experiment = ToyPool();
   for (TestResult& result : experiment.results) {

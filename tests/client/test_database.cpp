@@ -33,6 +33,8 @@ db::ResultRecord RecordOf(const TestResult& result, int num_waypoints) {
   record.cost = success ? result.cost : std::nan("");
   record.num_waypoints = num_waypoints;
   record.trace = result.trace;
+  record.violations = result.violations;
+  record.starts = static_cast<int>(result.starts);
   if (!result.waypoints.empty()) {
     record.waypoint_size = static_cast<int>(result.waypoints.front().size());
     for (const auto& x : result.waypoints)

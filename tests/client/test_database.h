@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "legopt/types/check.h"
 #include "legopt/types/result.h"
 #include "tests/temporary_folder.h"
 
@@ -32,6 +33,8 @@ struct TestResult {
   SolveStatus status = SolveStatus::kNotRun;   ///< kNotRun: derived from the verdict
   std::vector<Eigen::VectorXd> unsolved = {};  ///< best point of a second window, with verdict "window_unsolved"
   int first_unsolved = 0;                      ///< index of that window's first waypoint
+  std::vector<Violation> violations = {};      ///< largest values of the judge's checks
+  std::int64_t starts = 0;                     ///< number of initial points; 0: not counted
 };
 
 struct TestMethod {
