@@ -20,9 +20,11 @@
 namespace legopt::client {
 namespace {
 
+constexpr char kToleranceKey[] = "constraint_tolerance";
 const std::vector<std::string> kSuiteKeys = {
-    "name",        "dataset", "seed",         "repetitions", "tasks",  "problems", "methods", "initializations",
-    "max_stances", "limits",  "max_attempts", "collision",   "builds", "split",    "rule",    "pairs"};
+    "name",    "dataset",         "seed",        "repetitions", "tasks",        "problems",
+    "methods", "initializations", "max_stances", "limits",      "max_attempts", "collision",
+    "builds",  "split",           "rule",        "pairs",       kToleranceKey};
 const std::vector<std::string> kMethodKeys = {"name",        "solver",    "multi_starts", "sample_size",
                                               "incremental", "collision", "options"};
 
@@ -188,16 +190,42 @@ std::vector<Collision> CollisionsOf(const YamlMap& map, const Collision& shared,
   return shared ? std::vector<Collision>{shared} : ReadCollisions(map);
 }
 
-// Sets the pairs of a method whose options do not set them. Options that are not a map are refused later.
-void SetPairs(PairSelection pairs, nlohmann::json* method) {
-  nlohmann::json& options = method->emplace("options", nlohmann::json::object()).first.value();
-  if (options.is_object()) options.emplace("pairs", ToString(pairs));
+/// Options of the suite, for all methods that do not set them.
+struct SharedOptions {
+  std::optional<PairSelection> pairs;
+  std::optional<double> constraint_tolerance;  ///< of the solvers that have one
+};
+
+SharedOptions ReadSharedOptions(const YamlMap& map) {
+  constexpr double kSmallest = 1e-12, kLargest = 1e-3;
+  SharedOptions shared{ReadPairs(map), {}};
+  if (map.Has(kToleranceKey)) shared.constraint_tolerance = map.Number(kToleranceKey, kSmallest, kLargest);
+  return shared;
 }
 
-void ReadMethod(const YamlMap& map, const Collision& shared, std::optional<PairSelection> pairs,
+// Returns whether the solver of a method has the option. Solvers that are unknown are refused later.
+bool HasOption(const nlohmann::json& method, const std::string& option, const SolverRegistry& registry) {
+  const auto solver = method.find("solver");
+  if (solver == method.end() || !solver->is_string() || registry.Find(solver->get<std::string>()) == nullptr) {
+    return false;
+  }
+  return Method::FromJson({{"solver", *solver}}, "", registry).ToJson()["options"].contains(option);
+}
+
+// Sets the suite's options of a method that does not set them. Options that are not a map are refused later.
+void SetSharedOptions(const SharedOptions& shared, const SolverRegistry& registry, nlohmann::json* method) {
+  if (!shared.pairs && !shared.constraint_tolerance) return;
+  const bool has_tolerance = HasOption(*method, kToleranceKey, registry);
+  nlohmann::json& options = method->emplace("options", nlohmann::json::object()).first.value();
+  if (!options.is_object()) return;
+  if (shared.pairs) options.emplace("pairs", ToString(*shared.pairs));
+  if (shared.constraint_tolerance && has_tolerance) options.emplace(kToleranceKey, *shared.constraint_tolerance);
+}
+
+void ReadMethod(const YamlMap& map, const Collision& shared, const SharedOptions& options,
                 const SolverRegistry& registry, Suite* suite) {
   nlohmann::json base = ReadPlainKeys(map);
-  if (pairs) SetPairs(*pairs, &base);
+  SetSharedOptions(options, registry, &base);
   std::vector<std::optional<std::int64_t>> multi_starts{std::nullopt}, sample_sizes{std::nullopt};
   if (map.Has("multi_starts")) multi_starts = ReadMatrix(map, "multi_starts", 0, limits::kMaxMultiStarts);
   if (map.Has("sample_size")) sample_sizes = ReadMatrix(map, "sample_size", 1, 100);
@@ -216,10 +244,11 @@ void ReadMethod(const YamlMap& map, const Collision& shared, std::optional<PairS
 
 void ReadMethods(const YamlMap& map, const SolverRegistry& registry, Suite* suite) {
   const auto nodes = map.List("methods");
-  const std::optional<PairSelection> pairs = ReadPairs(map);
+  const SharedOptions options = ReadSharedOptions(map);
   for (const auto& collision : ReadCollisions(map)) {
     for (std::size_t i = 0; i < nodes.size(); ++i) {
-      ReadMethod(YamlMap(nodes[i], map.file(), map.Path("methods", i), kMethodKeys), collision, pairs, registry, suite);
+      ReadMethod(YamlMap(nodes[i], map.file(), map.Path("methods", i), kMethodKeys), collision, options, registry,
+                 suite);
     }
   }
 }

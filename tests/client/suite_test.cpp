@@ -10,6 +10,7 @@
 #include <string>
 
 #include "client/report/benchmark_table.h"
+#include "legopt/input/text.h"
 #include "legopt/math/blake2b.h"
 #include "legopt/types/input_error.h"
 #include "tests/folders.h"
@@ -101,6 +102,35 @@ TEST(Suite, AMethodsOwnPairsComeBeforeTheSuites) {
   const Suite suite = ParseSuite(kText, "pairs.yaml");
   EXPECT_EQ(suite.methods[0].pairs, PairSelection::kReference);
   EXPECT_EQ(suite.methods[1].pairs, PairSelection::kAll);
+}
+
+TEST(Suite, AMethodsOwnToleranceComesBeforeTheSuites) {
+  constexpr char kText[] =
+      "tasks: posture\nconstraint_tolerance: 1e-4\nmethods:\n  - {name: a, solver: adam}\n"
+      "  - {name: b, solver: best}\n  - {name: c, solver: best, options: {constraint_tolerance: 2e-4}}\n";
+  const Suite suite = ParseSuite(kText, "tolerance.yaml");
+  const auto tolerance = [&](std::size_t method) {
+    return suite.methods[method].ToJson()["options"]["constraint_tolerance"].get<double>();
+  };
+  EXPECT_EQ(tolerance(0), 1e-4);
+  EXPECT_EQ(tolerance(1), 1e-4);
+  EXPECT_EQ(tolerance(2), 2e-4);
+  EXPECT_THAT(FaultOf(std::string(kSmall) + "constraint_tolerance: 0.01\n"), HasSubstr("constraint_tolerance"));
+  EXPECT_THAT(FaultOf("tasks: posture\nconstraint_tolerance: 1e-4\nmethods: [{solver: nothing}]\n"),
+              HasSubstr("nothing"));
+}
+
+// Only suites that measure what their tolerances change let methods end at different ones.
+TEST(Suite, EmbeddedSuitesThatCompareMethodsHaveOneTolerance) {
+  const std::set<std::string> apart = {"fidelity"};
+  const std::set<std::string> alone = {"contacts", "contacts-motions", "feasibility", "posture-sqp", "timed"};
+  for (const auto& entry : std::filesystem::directory_iterator(SourceFolder() + "/data/suites")) {
+    const std::string name = entry.path().stem().string();
+    if (entry.path().extension() != ".yaml" || apart.contains(name) || alone.contains(name)) continue;
+    for (const Method& method : ReadSuite(entry.path()).methods) {
+      EXPECT_EQ(method.ToJson()["options"]["constraint_tolerance"].get<double>(), 1e-4) << name << ": " << method.name;
+    }
+  }
 }
 
 TEST(Suite, WrongWordsForRuleAndPairsAreNamed) {
@@ -348,7 +378,7 @@ TEST(Suite, EmbeddedSuitesAreValid) {
 }
 
 // Stored results are found by the hashes of their methods; a new option or default changes them on purpose. These
-// hashes are with the original evaluator's pairs, which all suites used before `pairs: all` became the default.
+// hashes are with the original evaluator's pairs and each solver's own tolerance, which all suites used before.
 TEST(Suite, HashesOfTheEmbeddedMethodsStay) {
   struct Row {
     const char* suite;
@@ -365,8 +395,12 @@ TEST(Suite, HashesOfTheEmbeddedMethodsStay) {
       {"table1", 32, "d05e0064d03fd6bc33531040c31d0bcb4194a56f33e06d344181e56b721a3b85"},
   };
   for (const Row& row : rows) {
-    const auto folder = std::filesystem::path(SourceFolder()) / "data" / "suites";
-    const Suite suite = ReadSuite(folder / (std::string(row.suite) + ".yaml"));
+    const std::string file = SourceFolder() + "/data/suites/" + row.suite + ".yaml";
+    std::string text = ReadFileText(file, 1 << 16);
+    if (const size_t at = text.find("constraint_tolerance: 1e-4"); at != std::string::npos) {
+      text.erase(at, text.find('\n', at) - at);
+    }
+    const Suite suite = ParseSuite(text, file);
     EXPECT_EQ(suite.methods.size(), row.methods) << row.suite;
     std::string hashes;
     for (Method method : suite.methods) {
