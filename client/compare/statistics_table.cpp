@@ -70,6 +70,21 @@ void CountRuns(const SolveCell& cell, const std::vector<int>& problems, CellStat
   }
 }
 
+// Solves of a problem are in the order of their repetitions.
+void ComputeSpread(const SolveCell& cell, const std::vector<int>& problems, std::int64_t repetitions,
+                   CellStatistics* figures) {
+  if (repetitions < 2 || figures->runs != repetitions * std::ssize(problems)) return;
+  std::vector<int> solved(static_cast<std::size_t>(repetitions), 0);
+  std::size_t next = 0;
+  for (const Solve& solve : cell.solves) {
+    if (!std::ranges::binary_search(problems, solve.problem)) continue;
+    solved[next++ % solved.size()] += solve.end == statistics::RunOutcome::kSolved ? 1 : 0;
+  }
+  const auto [least, most] = std::ranges::minmax(solved);
+  figures->solved_least = least;
+  figures->solved_most = most;
+}
+
 void ComputeToleranceAndStarts(const SolveCell& cell, const std::vector<int>& problems, CellStatistics* figures) {
   std::vector<double> used;
   std::int64_t solved = 0, counted = 0, sum = 0, largest = 0;
@@ -96,11 +111,12 @@ void ComputeToleranceAndStarts(const SolveCell& cell, const std::vector<int>& pr
 
 // Computes the figures that do not depend on other methods.
 void ComputeOwn(const ScoredCell& scored, const ProblemMap& runs, const std::vector<int>& problems,
-                const Charge& charge) {
+                std::int64_t repetitions, const Charge& charge) {
   CellStatistics& figures = *scored.figures;
   figures.n = static_cast<int>(problems.size());
   if (problems.empty()) return;
   CountRuns(*scored.cell, problems, &figures);
+  ComputeSpread(*scored.cell, problems, repetitions, &figures);
   ComputeToleranceAndStarts(*scored.cell, problems, &figures);
   const std::vector<ProblemScore> times = Scores(runs, problems, &ProblemRuns::time);
   std::vector<double> spent, shares;
@@ -223,7 +239,7 @@ void ComputeColumn(ScoredColumn* scored, std::int64_t repetitions, ColumnStatist
     cell.figures->missing = static_cast<int>(
         std::ranges::count_if(problems, [](const auto& problem) { return !problem.second.complete(); }));
     if (scored->complete.shown[i]) {
-      ComputeOwn(cell, problems, scored->complete.problems, column->charge);
+      ComputeOwn(cell, problems, scored->complete.problems, repetitions, column->charge);
     } else {
       column->left_out.push_back(*cell.title);
     }

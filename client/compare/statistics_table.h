@@ -27,6 +27,8 @@ struct CellStatistics {
   int runs = 0;                ///< number of runs on the n problems
   double solved = 0.0;         ///< sum over problems of the share of solved runs
   statistics::Interval share;  ///< Wilson's 95 % interval of solved / n
+  /// Least and largest number of problems that one repetition, hence one seed, solved; nullopt without repetitions.
+  std::optional<int> solved_least, solved_most;
   std::optional<double> time_median_ms, time_q95_ms;  ///< over all n problems, unsolved ones at infinity
   std::optional<double> work_median_ms;               ///< over all n problems; nullopt if it was not counted on all
   std::optional<double> cost_median, cost_q95;        ///< over all n problems, unsolved ones at infinity

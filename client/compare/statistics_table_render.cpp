@@ -41,31 +41,30 @@ TableCell ShownTolerance(const std::optional<double>& used) {
   return FigureCell(used, used ? Decimal(kThousandths * *used, kDigits) : "");
 }
 
-std::vector<TableCell> ShownCell(const CellStatistics& cell, const TimeUnit& unit) {
+// Returns e.g. "47 - 50": solved problems of the worst and of the best seed.
+TableCell ShownSpread(const CellStatistics& cell) {
+  if (!cell.solved_least) return MissingCell();
+  return TextCell(std::to_string(*cell.solved_least) + " - " + std::to_string(*cell.solved_most));
+}
+
+std::vector<TableCell> ShownCell(const CellStatistics& cell, bool repeated, const TimeUnit& unit) {
   constexpr int kDigits = 2;
   const std::string share =
       "[" + Decimal(kHundred * cell.share.lower, 1) + ", " + Decimal(kHundred * cell.share.upper, 1) + "]";
-  return {ShownSuccess(cell),
-          cell.n == 0 ? MissingCell() : TextCell(share),
-          ShownTime(cell.work_median_ms, unit),
-          RealCell(cell.work_ratio, kDigits),
-          ShownTime(cell.time_median_ms, unit),
-          ShownTime(cell.time_q95_ms, unit),
-          ShownTime(cell.common_time_ms, unit),
-          RealCell(cell.time_ratio, kDigits),
-          ShownTime(cell.par10_ms, unit),
-          RealCell(cell.mean_rank, kDigits),
-          ShownCost(cell.cost_median),
-          ShownCost(cell.cost_q95),
-          ShownCost(cell.common_cost),
-          RealCell(cell.cost_ratio, kDigits),
-          ShownTolerance(cell.tolerance_median),
-          ShownTolerance(cell.tolerance_largest),
-          RealCell(cell.further_starts_mean, kDigits),
-          cell.further_starts_largest ? CountCell(*cell.further_starts_largest) : MissingCell(),
-          ShownTime(cell.n == 0 ? std::nullopt : std::optional(cell.cpu_ms), kSeconds),
-          ShownShare(cell.contended, cell.reported),
-          cell.n == 0 ? MissingCell() : CountCell(cell.stopped)};
+  std::vector<TableCell> cells = {ShownSuccess(cell), cell.n == 0 ? MissingCell() : TextCell(share)};
+  if (repeated) cells.push_back(ShownSpread(cell));
+  cells.insert(
+      cells.end(),
+      {ShownTime(cell.work_median_ms, unit), RealCell(cell.work_ratio, kDigits), ShownTime(cell.time_median_ms, unit),
+       ShownTime(cell.time_q95_ms, unit), ShownTime(cell.common_time_ms, unit), RealCell(cell.time_ratio, kDigits),
+       ShownTime(cell.par10_ms, unit), RealCell(cell.mean_rank, kDigits), ShownCost(cell.cost_median),
+       ShownCost(cell.cost_q95), ShownCost(cell.common_cost), RealCell(cell.cost_ratio, kDigits),
+       ShownTolerance(cell.tolerance_median), ShownTolerance(cell.tolerance_largest),
+       RealCell(cell.further_starts_mean, kDigits),
+       cell.further_starts_largest ? CountCell(*cell.further_starts_largest) : MissingCell(),
+       ShownTime(cell.n == 0 ? std::nullopt : std::optional(cell.cpu_ms), kSeconds),
+       ShownShare(cell.contended, cell.reported), cell.n == 0 ? MissingCell() : CountCell(cell.stopped)});
+  return cells;
 }
 
 bool Differ(const std::vector<StatisticsRow>& rows, auto MethodIdentity::*figure) {
@@ -100,7 +99,8 @@ struct Keys {
 std::string Note(const TimeUnit& unit) {
   return "The unit is the problem. Every figure is over the n problems that all rows have completed. Solved: of n, "
          "with Wilson's 95 % interval in percent; jobs that died or could not run are failures, queued, running and "
-         "cancelled ones are missing. Times, in " +
+         "cancelled ones are missing. Seeds, with repetitions: problems solved by the worst and by the best one. "
+         "Times, in " +
          std::string(unit.name) +
          ", are CPU times of whole solves. Work: term evaluations, each with the typical time of its kind of term; it "
          "does not depend on the load. Median and 95 % quantile of work, time and cost count "
@@ -154,7 +154,7 @@ std::string ColumnNote(const ColumnStatistics& column) {
 }
 
 // Returns the columns of the figures of a task and initialization.
-std::vector<TableColumn> FigureColumns(const BenchmarkColumn& column, const Charge& charge) {
+std::vector<TableColumn> FigureColumns(const BenchmarkColumn& column, bool repeated, const Charge& charge) {
   const std::string group = ColumnTitle(column);
   std::vector<TableColumn> columns;
   const auto add = [&](const std::string& name, const std::string& heading, const std::string& unit = {}) {
@@ -162,6 +162,7 @@ std::vector<TableColumn> FigureColumns(const BenchmarkColumn& column, const Char
   };
   add("solved", "Solved");
   add("interval", "95 %");
+  if (repeated) add("seeds", "Seeds");
   add("work_median", "Work median");
   add("work_ratio", "Work ratio");
   add("time_median", "Time median");
@@ -198,6 +199,8 @@ nlohmann::ordered_json CellJson(const CellStatistics& cell, const ColumnStatisti
           {"solved", some(cell.solved)},
           {"share_lower", some(cell.share.lower)},
           {"share_upper", some(cell.share.upper)},
+          {"solved_least", cell.solved_least ? nlohmann::ordered_json(*cell.solved_least) : nlohmann::ordered_json()},
+          {"solved_most", cell.solved_most ? nlohmann::ordered_json(*cell.solved_most) : nlohmann::ordered_json()},
           {"work_median_ms", FiniteOrNull(cell.work_median_ms)},
           {"time_median_ms", FiniteOrNull(cell.time_median_ms)},
           {"time_q95_ms", FiniteOrNull(cell.time_q95_ms)},
@@ -357,14 +360,14 @@ std::vector<Table> TablesOf(const StatisticsTable& table, const TimeUnit& unit) 
   for (const auto& [column, common] : table.columns) {
     Table& shown = tables.emplace_back();
     shown.columns = keys.Columns();
-    const auto figures = FigureColumns(column, common.charge);
+    const auto figures = FigureColumns(column, table.repetitions > 1, common.charge);
     shown.columns.insert(shown.columns.end(), figures.begin(), figures.end());
     for (const StatisticsRow& row : table.rows) {
       const auto found = row.cells.find(column);
       if (found == row.cells.end()) continue;
       auto& cells = shown.rows.emplace_back().cells;
       cells = keys.Of(row);
-      const auto values = ShownCell(found->second, unit);
+      const auto values = ShownCell(found->second, table.repetitions > 1, unit);
       cells.insert(cells.end(), values.begin(), values.end());
     }
     shown.notes.push_back({ColumnNote(common) + " A failure is charged " + DescribeCharge(common.charge, unit) + "."});

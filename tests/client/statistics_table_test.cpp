@@ -202,8 +202,12 @@ TEST(StatisticsTable, RepetitionsAreAveragedBeforeAnythingElse) {
   EXPECT_DOUBLE_EQ(cell.solved, 1.5);
   EXPECT_DOUBLE_EQ(cell.time_median_ms.value(), 2.5);  // median of 1 and 4
   EXPECT_DOUBLE_EQ(cell.par10_ms.value(), ((1.0 + 10'000.0) / 2 + 4.0) / 2);
+  EXPECT_EQ(cell.solved_least.value(), 1) << "the second repetition";
+  EXPECT_EQ(cell.solved_most.value(), 2);
   EXPECT_THAT(RenderStatisticsTable(table, TableFormat::kText),
-              testing::AllOf(HasSubstr("1.5/2"), HasSubstr("2 repetitions averaged per problem")));
+              testing::AllOf(HasSubstr("1.5/2"), HasSubstr("2 repetitions averaged per problem"), HasSubstr("Seeds"),
+                             HasSubstr("1 - 2")));
+  EXPECT_FALSE(CellOf(TableOf(ToyPool()), 0).solved_least.has_value()) << "one run per problem";
 }
 
 TEST(StatisticsTable, TimesAreCpuTimesAndContendedRunsAreCounted) {
