@@ -7,7 +7,9 @@
 #include "client/report/benchmark_table.h"
 #include "client/report/reading.h"
 #include "db/named_queries.h"
+#include "legopt/types/check.h"
 #include "legopt/types/job.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt::client {
 namespace {
@@ -128,9 +130,11 @@ void KeepCells(const KeptCells& kept, SolvedExperiment* experiment) {
 void ReadSolves(ResultSource& source, Rule rule, SolvedExperiment* experiment) {
   RequireVerdicts(source, experiment->info, rule);
   for (SolveCell& cell : experiment->cells) {
-    const Listing jobs = source.Query(db::Sql(
-        db::Query::kSolvesOfCell,
-        {{"cell_id", cell.cell_id}, {"rule", rule}, {"checks", ChecksWithTolerance()}, {"rules", RulesUpTo(rule)}}));
+    const Listing jobs = source.Query(db::Sql(db::Query::kSolvesOfCell, {{"cell_id", cell.cell_id},
+                                                                         {"rule", rule},
+                                                                         {"checks", ChecksWithTolerance()},
+                                                                         {"rules", RulesUpTo(rule)},
+                                                                         {"tolerance", FormatNumber(kPoseTolerance)}}));
     cell.solves.clear();
     cell.solves.reserve(jobs.rows.size());
     for (std::size_t i = 0; i < jobs.rows.size(); ++i) cell.solves.push_back(SolveAt(jobs, i, cell.limit_ms));

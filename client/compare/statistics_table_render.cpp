@@ -108,9 +108,9 @@ std::string Note(const TimeUnit& unit) {
          "shifted by 1 ms). Ratio: to the row that is named, geometric mean over the problems that both solved. PAR10, "
          "Charged: mean time, a failure at the charge given here. Rank: mean rank by work, by time where work was not "
          "counted, failures last. Tolerance: largest violation of a constraint in each solution, 1e-3 m or rad; the "
-         "judge "
-         "accepts 1. Further starts: initial points of a run beyond the first one of each window. CPU: seconds of all "
-         "runs. Contended: percent of runs that others disturbed. Stopped: "
+         "judge accepts 1. Further starts: initial points of a run beyond the first one of each window. CPU: seconds "
+         "of "
+         "all runs. Contended: percent of runs that others disturbed. Stopped: "
          "runs whose solver a limit "
          "ended.";
 }

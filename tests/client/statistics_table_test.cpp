@@ -249,19 +249,21 @@ TEST(StatisticsTable, RanksAndProfilesAreByWorkWhereAllOfItWasCounted) {
 }
 
 /// Four runs of A: violations 1e-4, 3e-4 (only by the solid rule) and 0, and one failure by 5e-2. Distances that are
-/// not violations are larger.
+/// not violations are larger, as is a violation that does not count for datasets of format 1.
 TestExperiment ToyViolations() {
   TestExperiment experiment;
   experiment.methods = {{"A"}, {"B"}};
   const Violation touch{Verdict::kTouch, Rule::kSolid, 0, "l_foot", 0.0019};
   const auto feet = [](double value) { return Violation{Verdict::kFootPose, Rule::kLiteral, 0, "l_foot", value}; };
-  experiment.results = {
-      {.problem = 0, .violations = {feet(1e-4), touch}, .starts = 1},
-      {.problem = 1,
-       .violations = {feet(5e-5), touch, {Verdict::kEnvironmentCollision, Rule::kSolid, 0, "l_foot, floor", 3e-4}},
-       .starts = 5},
-      {.problem = 2, .violations = {feet(0.0), touch}, .starts = 1},
-      {.problem = 3, .verdict = "foot_pose", .violations = {feet(5e-2)}, .starts = 9}};
+  experiment.results = {{.problem = 0, .violations = {feet(1e-4), touch}, .starts = 1},
+                        {.problem = 1,
+                         .violations = {feet(5e-5),
+                                        touch,
+                                        {Verdict::kEnvironmentCollision, Rule::kSolid, 0, "l_foot, floor", 3e-4},
+                                        {Verdict::kCom, Rule::kSolid, 0, "", 0.09}},
+                         .starts = 5},
+                        {.problem = 2, .violations = {feet(0.0), touch}, .starts = 1},
+                        {.problem = 3, .verdict = "foot_pose", .violations = {feet(5e-2)}, .starts = 9}};
   for (int problem = 0; problem < 4; ++problem) experiment.results.push_back({.method = 1, .problem = problem});
   return experiment;
 }
