@@ -52,7 +52,8 @@ constexpr EnumArray<Task, Value> DefaultLimits(Value TaskDescription::*member) {
 ///     rule: solid                      # rule that counts successes in tables (default), or physical, strict, literal
 ///     pairs: all                       # link pairs that the methods compare (default), or reference; can be
 ///                                      # overridden by a method's options
-///     constraint_tolerance: 1e-4       # largest violation in m or rad at which solvers end; can be overridden as well;
+///     constraint_tolerance: 1e-4       # largest violation in m or rad at which solvers end; can be overridden as
+///     well;
 ///                                      # default: each solver's own
 ///     split: test                      # tuning: problems with an even id, test: with an odd one; default: all
 ///     builds: one                      # one: only the build that begins it may finish it; any: all builds may
