@@ -193,7 +193,7 @@ std::vector<Collision> CollisionsOf(const YamlMap& map, const Collision& shared,
 /// Options of the suite, for all methods that do not set them.
 struct SharedOptions {
   std::optional<PairSelection> pairs;
-  std::optional<double> constraint_tolerance;  ///< of the solvers that have one
+  std::optional<double> constraint_tolerance;  ///< only for solvers that have this option
 };
 
 SharedOptions ReadSharedOptions(const YamlMap& map) {

@@ -91,7 +91,7 @@ class LinearProgramSolver {
  private:
   enum class PivotRule : std::uint8_t {
     kDantzig,  ///< the column that improves the objective fastest, the largest pivot
-    kBland     ///< of several columns or rows the one of the first variable
+    kBland     ///< the column or row whose variable has the smallest index
   };
   static PivotRule RuleAfter(int pivots_without_progress);
 

@@ -33,7 +33,8 @@ class PositionProgram {
   std::vector<Eigen::Vector2d> TurnedCorners();
 
   /// Returns corners, counter-clockwise, which approximate all positions from within up to `accuracy_m`, by one search
-  /// in the direction normal to each edge; empty if a search failed. Slower, but rounding does not accumulate.
+  /// in the direction normal to each edge; empty if a search failed. This takes longer, but rounding does not
+  /// accumulate.
   std::vector<Eigen::Vector2d> SearchedCorners(double accuracy_m);
 
  private:
