@@ -44,6 +44,7 @@ void AddNetworkOptions(const app::Command& command, NetworkOptions* options) {
 void AddSourceOptions(const app::Command& command, SourceOptions* options) {
   command.AddOption("--db", options->db, "Read this database file (read-only) instead of asking the server");
   AddNetworkOptions(command, &options->network);
+  options->announce = PrintRemark;
 }
 
 void AddFormatOption(const app::Command& command, TableFormat* format) {

@@ -79,13 +79,11 @@ struct ReportOptions {
   app::BuildFacts build;
 };
 
-void Say(const std::string& text) { std::cerr << "legopt: " << app::Printable(text) << "\n"; }
-
 // Returns every combination of file and experiment; without a file, the server's experiments.
 std::vector<PageSource> SourcesOf(const ReportOptions& options) {
   std::vector<SourceOptions> places;
-  for (const std::string& file : options.databases) places.push_back({file, options.network});
-  if (places.empty()) places.push_back({std::nullopt, options.network});
+  for (const std::string& file : options.databases) places.push_back({file, options.network, PrintRemark});
+  if (places.empty()) places.push_back({std::nullopt, options.network, PrintRemark});
   std::vector<PageSource> sources;
   for (const SourceOptions& place : places) {
     for (const std::string& experiment : options.experiments)
@@ -102,11 +100,11 @@ ExitCode Report(const ReportOptions& options) {
   request.filter = options.filter;
   request.most_bytes = static_cast<std::size_t>(options.max_megabytes * kBytesPerMegabyte);
   request.build = options.build;
-  request.tell = Say;
+  request.tell = PrintRemark;
   request.datasets = LoadPageDatasets(request.sources, options.datasets);
   const Page page = MakeReport(request);
   ReplaceFile(options.out, page.text);
-  for (const std::string& note : page.notes) Say("note: " + note);
+  for (const std::string& note : page.notes) PrintRemark("note: " + note);
   constexpr double kTenth = 10.0;
   const double megabytes = std::round(kTenth * static_cast<double>(page.text.size()) / kBytesPerMegabyte) / kTenth;
   std::cerr << app::Printable(options.out) << " written, " << megabytes << " MB\n";
@@ -301,6 +299,7 @@ FigureRequest FiguresOf(const ServeOptions& options) {
     request.sources.push_back({options.source, *ParseInteger<std::int64_t>(experiment)});
   }
   if (request.sources.empty()) request.sources.push_back({options.source, std::nullopt});
+  for (PageSource& place : request.sources) place.source.announce = nullptr;  // else at every update
   request.datasets = LoadPageDatasets(request.sources, options.datasets);
   request.rule = PageRule(request.sources, options.rule);
   return request;

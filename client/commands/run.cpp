@@ -217,7 +217,7 @@ ExitCode Finish(const RunOptions& options, const std::string& db, const std::fil
   const TableSelection selection{outcome.experiment_id, RuleFor(*source, outcome.experiment_id, options.rule)};
   BenchmarkTable table = ReadBenchmarkTable(*source, selection);
   if (const auto certificate = FindCertificate(dataset, FindExperiment(*source, outcome.experiment_id))) {
-    AddCertifiedCounts(*source, selection, *certificate, &table);
+    AddCertifiedCounts(*source, *certificate, &table);
   }
   std::cout << (options.format == TableFormat::kText ? "\n" : "")
             << RenderBenchmarkTable(table, options.format, {options.time_unit, LayoutOf(options.output)}) << std::flush;

@@ -59,7 +59,7 @@ std::string RenderTable(const TableOptions& options, ResultSource* source) {
   const ExperimentInfo experiment = FindExperiment(*source, table.experiment_id);
   const std::optional<certify::ProblemFeasibility> known =
       options.certificate ? ReadCertificateOf(*options.certificate, experiment) : FindEmbeddedCertificate(experiment);
-  if (known) AddCertifiedCounts(*source, options.selection, *known, &table);
+  if (known) AddCertifiedCounts(*source, *known, &table);
   if (options.paper) AddPaperFigures(ReadPaperTable(app::DataFolder() / kPaperTable), &table);
   return RenderBenchmarkTable(table, options.format, style);
 }

@@ -110,6 +110,7 @@ SolvedExperiment ReadCells(ResultSource& source, std::optional<std::int64_t> exp
     SolveCell& cell = read.cells.emplace_back();
     cell.cell_id = cells.At(i, "cell_id").get<std::int64_t>();
     cell.method = MethodAt(cells, i);
+    cell.num_jobs = cells.At(i, "num_jobs").get<std::int64_t>();
     cell.column = {cells.EnumAt<Task>(i, "task"), cells.EnumAt<Initialization>(i, "initialization")};
     cell.effort_limited = cells.At(i, "effort_limited").get<int>() != 0;
     cell.limit_ms = cells.At(i, "wall_limit_us").get<double>() / kMicrosecondsPerMs;
@@ -129,6 +130,9 @@ void KeepCells(const KeptCells& kept, SolvedExperiment* experiment) {
 
 void ReadSolves(ResultSource& source, Rule rule, SolvedExperiment* experiment) {
   RequireVerdicts(source, experiment->info, rule);
+  std::int64_t num_jobs = 0;
+  for (const SolveCell& cell : experiment->cells) num_jobs += cell.num_jobs;
+  source.AnnounceJobs(num_jobs, experiment->info.id);
   for (SolveCell& cell : experiment->cells) {
     const Listing jobs = source.Query(db::Sql(db::Query::kSolvesOfCell, {{"cell_id", cell.cell_id},
                                                                          {"rule", rule},

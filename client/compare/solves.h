@@ -49,6 +49,7 @@ struct SolveCell {
   std::int64_t cell_id = 0;
   MethodIdentity method;
   BenchmarkColumn column;
+  std::int64_t num_jobs = 0;
   double limit_ms = 0.0;        ///< wall-time limit of a job
   bool effort_limited = false;  ///< the jobs also have an effort limit, which is reached long before the wall-time
                                 ///< limit

@@ -280,6 +280,7 @@ Json PairsJson(const SourceOptions& options, const SolvedExperiment& experiment,
       request.filter.tasks = selection.filter.tasks;
       request.filter.initializations = selection.filter.initializations;
       request.source = options;
+      request.source.announce = nullptr;  // said once, for all methods
       try {
         Json pair = {{"a", a}, {"b", b}};
         pair.update(DescribeComparison(ReadComparison(request), experiment, experiment));
@@ -297,7 +298,7 @@ BenchmarkTable ReadCertifiedTable(ResultSource& source, const ExperimentInfo& ex
   const TableSelection selection{experiment.id, page.rule, page.filter};
   BenchmarkTable table = ReadBenchmarkTable(source, selection);
   if (const auto certificate = FindEmbeddedCertificate(experiment)) {
-    AddCertifiedCounts(source, selection, *certificate, &table);
+    AddCertifiedCounts(source, *certificate, &table);
   }
   return table;
 }

@@ -123,8 +123,7 @@ BenchmarkCell BenchmarkTable::Sum() const {
       sum.clock_stopped += cell.clock_stopped;
       sum.taken_over += cell.taken_over;
       for (const auto& [value, word] : kEnumNames<Feasibility>) {
-        sum.by_feasibility[value].n += cell.by_feasibility[value].n;
-        sum.by_feasibility[value].solved += cell.by_feasibility[value].solved;
+        sum.by_feasibility[value] += cell.by_feasibility[value];
       }
     }
   }

@@ -61,6 +61,16 @@ struct JobCounts {
   std::int64_t solved = 0;
 
   bool operator==(const JobCounts&) const = default;
+  JobCounts& operator+=(const JobCounts& other) {
+    n += other.n;
+    solved += other.solved;
+    return *this;
+  }
+  JobCounts& operator-=(const JobCounts& other) {
+    n -= other.n;
+    solved -= other.solved;
+    return *this;
+  }
 };
 
 /// One method, task and initialization.

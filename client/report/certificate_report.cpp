@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -52,33 +51,71 @@ std::optional<certify::ProblemFeasibility> FindEmbeddedCertificate(const Experim
   return std::nullopt;
 }
 
-void AddCertifiedCounts(ResultSource& source, const TableSelection& selection,
-                        const certify::ProblemFeasibility& certificate, BenchmarkTable* table) {
-  table->certificate = CertificateFacts{certificate.file_hash, certificate.starts};
-  const Listing jobs = source.Query(
-      db::Sql(db::Query::kJobsByProblem, {{"experiment_id", table->experiment_id}, {"rule", selection.rule}}));
-  const auto integer = [&](std::size_t row, const char* column) { return jobs.At(row, column).get<std::int64_t>(); };
-  // What any method solved is feasible, whether or not the certificate has a posture.
-  std::set<std::pair<Task, int>> solved;
-  for (std::size_t i = 0; i < jobs.rows.size(); ++i) {
-    if (integer(i, "solved") > 0) {
-      solved.emplace(jobs.EnumAt<Task>(i, "task"), static_cast<int>(integer(i, "problem_id")));
-    }
+namespace {
+
+using ProblemKeys = std::vector<std::int64_t>;
+
+// Calls `read` with the rows of a query for at most so many problems at a time, because the text of a query names them.
+template <class Read>
+void QueryProblems(ResultSource& source, db::Query query, const BenchmarkTable& table, const ProblemKeys& keys,
+                   const Read& read) {
+  constexpr std::size_t kMaxNamed = 5000;
+  for (std::size_t begin = 0; begin < keys.size(); begin += kMaxNamed) {
+    const std::size_t end = std::min(begin + kMaxNamed, keys.size());
+    const ProblemKeys named(keys.begin() + static_cast<std::ptrdiff_t>(begin),
+                            keys.begin() + static_cast<std::ptrdiff_t>(end));
+    const Listing rows = source.Query(
+        db::Sql(query, {{"experiment_id", table.experiment_id}, {"rule", table.rule}, {"problem_keys", named}}));
+    for (std::size_t i = 0; i < rows.rows.size(); ++i) read(rows, i);
   }
-  for (std::size_t i = 0; i < jobs.rows.size(); ++i) {
-    const auto row = std::find_if(table->rows.begin(), table->rows.end(), [&](const BenchmarkRow& candidate) {
-      return candidate.method_id == integer(i, "method_id");
-    });
-    if (row == table->rows.end()) continue;  // not selected
-    const auto task = jobs.EnumAt<Task>(i, "task");
-    const auto cell = row->cells.find({task, jobs.EnumAt<Initialization>(i, "initialization")});
-    if (cell == row->cells.end()) continue;  // not selected
-    const auto problem = static_cast<int>(integer(i, "problem_id"));
-    Feasibility feasibility = Known(certificate, task, problem);
-    if (feasibility == Feasibility::kOpen && solved.contains({task, problem})) feasibility = Feasibility::kCertified;
-    JobCounts& counts = cell->second.by_feasibility[feasibility];
-    counts.n += integer(i, "n");
-    counts.solved += integer(i, "solved");
+}
+
+// Returns the problems that do not count as certified: those proven infeasible, and open ones that no job solved. What
+// any method solved is feasible, whether or not the certificate has a posture.
+EnumArray<Feasibility, ProblemKeys> FindUncertified(ResultSource& source, const BenchmarkTable& table,
+                                                    const certify::ProblemFeasibility& certificate) {
+  const Listing problems = source.Query(db::Sql(db::Query::kDatasetProblems, {{"experiment_id", table.experiment_id}}));
+  EnumArray<Feasibility, ProblemKeys> known;
+  for (std::size_t i = 0; i < problems.rows.size(); ++i) {
+    known[Known(certificate, problems.EnumAt<Task>(i, "task"), problems.At(i, "problem_id").get<int>())].push_back(
+        problems.At(i, "problem_key").get<std::int64_t>());
+  }
+  EnumArray<Feasibility, ProblemKeys> uncertified;
+  uncertified[Feasibility::kInfeasible] = std::move(known[Feasibility::kInfeasible]);
+  QueryProblems(source, db::Query::kUnsolvedProblems, table, known[Feasibility::kOpen],
+                [&](const Listing& rows, std::size_t i) {
+                  uncertified[Feasibility::kOpen].push_back(rows.At(i, "problem_key").get<std::int64_t>());
+                });
+  return uncertified;
+}
+
+// Returns the cell of a method; null if it is not selected.
+BenchmarkCell* FindCell(std::int64_t method_id, const BenchmarkColumn& column, BenchmarkTable* table) {
+  const auto row = std::ranges::find(table->rows, method_id, &BenchmarkRow::method_id);
+  if (row == table->rows.end()) return nullptr;
+  const auto cell = row->cells.find(column);
+  return cell == row->cells.end() ? nullptr : &cell->second;
+}
+
+}  // namespace
+
+void AddCertifiedCounts(ResultSource& source, const certify::ProblemFeasibility& certificate, BenchmarkTable* table) {
+  table->certificate = CertificateFacts{certificate.file_hash, certificate.starts};
+  for (BenchmarkRow& row : table->rows) {
+    for (auto& [column, cell] : row.cells) cell.by_feasibility[Feasibility::kCertified] = {cell.n, cell.solved};
+  }
+  const EnumArray<Feasibility, ProblemKeys> uncertified = FindUncertified(source, *table, certificate);
+  for (const Feasibility feasibility : {Feasibility::kInfeasible, Feasibility::kOpen}) {
+    const auto move_counts = [&](const Listing& rows, std::size_t i) {
+      BenchmarkCell* cell =
+          FindCell(rows.At(i, "method_id").get<std::int64_t>(),
+                   {rows.EnumAt<Task>(i, "task"), rows.EnumAt<Initialization>(i, "initialization")}, table);
+      if (cell == nullptr) return;
+      const JobCounts moved{rows.At(i, "n").get<std::int64_t>(), rows.At(i, "solved").get<std::int64_t>()};
+      cell->by_feasibility[feasibility] += moved;
+      cell->by_feasibility[Feasibility::kCertified] -= moved;
+    };
+    QueryProblems(source, db::Query::kJobsOfProblems, *table, uncertified[feasibility], move_counts);
   }
 }
 

@@ -26,10 +26,9 @@ std::optional<certify::ProblemFeasibility> FindCertificate(const std::filesystem
 std::optional<certify::ProblemFeasibility> FindEmbeddedCertificate(const ExperimentInfo& experiment);
 
 /// Splits the jobs of every cell by the feasibility of their problems. Problems that are not in the certificate are
-/// open. An open problem that any method of the experiment solved counts as certified. Throws the errors of
-/// ReadBenchmarkTable.
-void AddCertifiedCounts(ResultSource& source, const TableSelection& selection,
-                        const certify::ProblemFeasibility& certificate, BenchmarkTable* table);
+/// open. An open problem that any method of the experiment solved counts as certified. Only the jobs of other
+/// problems are read. Throws the errors of ReadBenchmarkTable.
+void AddCertifiedCounts(ResultSource& source, const certify::ProblemFeasibility& certificate, BenchmarkTable* table);
 
 /// Returns a row per task: problems, certified, infeasible, open.
 Listing FeasibilityCounts(const certify::Certificate& certificate, const certify::StanceCatalogue& catalogue);

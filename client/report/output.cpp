@@ -87,6 +87,8 @@ std::string CsvFor(const Terminal& terminal, const std::string& csv) {
   return terminal.is_terminal ? app::PrintableLines(csv) : csv;
 }
 
+void PrintRemark(const std::string& text) { std::cerr << "legopt: " << app::Printable(text) << "\n"; }
+
 void Print(const std::string& text, const OutputOptions& options) {
   const Terminal terminal = StandardOutput();
   const bool too_long = terminal.is_terminal && terminal.lines > 0 && LinesOn(terminal, text) >= terminal.lines;

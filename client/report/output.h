@@ -46,6 +46,9 @@ std::string CsvFor(const Terminal& terminal, const std::string& csv);
 /// Writes `text` to standard output, through the pager if it does not fit on a terminal (see output.h).
 void Print(const std::string& text, const OutputOptions& options);
 
+/// Writes "legopt: TEXT" to standard error, with terminal control characters escaped.
+void PrintRemark(const std::string& text);
+
 /// Returns the command line of the user's pager: LEGOPT_PAGER, else PAGER, else "less -FRX". Empty (no pager) if the
 /// value is empty or "cat".
 std::string ChoosePager(const Environment& environment);

@@ -190,6 +190,7 @@ KeptCells::KeptCells(ResultSource& source, std::int64_t experiment_id, const Res
     items.push_back({MethodAt(cells, i), cells.Text(i, "task"), cells.Text(i, "initialization")});
   }
   for (const std::size_t i : KeptItems(items, filter, "experiment " + std::to_string(experiment_id))) {
+    num_jobs_ += cells.At(i, "num_jobs").get<std::int64_t>();
     ids_.push_back(cells.At(i, "cell_id").get<std::int64_t>());
     cells_.insert({items[i].method.method_id,
                    {cells.EnumAt<Task>(i, "task"), cells.EnumAt<Initialization>(i, "initialization")}});

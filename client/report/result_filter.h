@@ -63,9 +63,12 @@ class KeptCells {
   }
   /// Ids of the cells, for the parameter :cell_ids of queries; empty if the filter is empty.
   const std::vector<std::int64_t>& ids() const { return ids_; }
+  /// Number of jobs of the cells; nullopt if the filter is empty.
+  std::optional<std::int64_t> num_jobs() const { return all_ ? std::nullopt : std::optional(num_jobs_); }
 
  private:
   bool all_;
+  std::int64_t num_jobs_ = 0;
   std::vector<std::int64_t> ids_;
   std::set<std::pair<std::int64_t, BenchmarkColumn>> cells_;
 };

@@ -108,8 +108,21 @@ class ServerSource final : public ResultSource {
 }  // namespace
 
 std::unique_ptr<ResultSource> OpenResults(const SourceOptions& options) {
-  if (options.db) return std::make_unique<FileSource>(*options.db);
-  return std::make_unique<ServerSource>(options.network);
+  std::unique_ptr<ResultSource> source;
+  if (options.db) {
+    source = std::make_unique<FileSource>(*options.db);
+  } else {
+    source = std::make_unique<ServerSource>(options.network);
+  }
+  source->set_announce(options.announce);
+  return source;
+}
+
+void ResultSource::AnnounceJobs(std::int64_t jobs, std::int64_t experiment_id) const {
+  constexpr std::int64_t kMany = 50'000;
+  if (jobs < kMany || !announce_) return;
+  announce_("reads the results of " + std::to_string(jobs) + " jobs of experiment " + std::to_string(experiment_id) +
+            "; --methods, --tasks and --initializations select fewer");
 }
 
 Listing ResultSource::Query(const std::string& sql) {
@@ -185,6 +198,7 @@ ExperimentInfo FindExperiment(ResultSource& source, std::optional<std::int64_t> 
           found.EnumAt<ExperimentState>(0, "state"),
           found.At(0, "dataset").get<std::string>(),
           found.At(0, "hash").get<std::string>(),
+          found.At(0, "num_jobs").get<std::int64_t>(),
           found.EnumAt<Split>(0, "split"),
           found.EnumAt<Rule>(0, "rule")};
 }

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -21,6 +22,8 @@ namespace legopt::client {
 struct SourceOptions {
   std::optional<std::string> db;
   NetworkOptions network;
+  /// Receives a sentence before results of so many jobs are read that it takes seconds; may be empty.
+  std::function<void(const std::string&)> announce = {};
 };
 
 /// Read-only SQL over results. Throws ClientError (see ServerConnection), db::StoreError for files, bus::BusError. An
@@ -52,9 +55,16 @@ class ResultSource {
   /// Whether it reads a file itself; false: a server answers.
   virtual bool reads_file() const { return false; }
 
+  void set_announce(std::function<void(const std::string&)> announce) { announce_ = std::move(announce); }
+  /// Announces that the results of these jobs of an experiment are read, if they are many.
+  void AnnounceJobs(std::int64_t jobs, std::int64_t experiment_id) const;
+
   static constexpr int kAllRows = 1'000'000;
   static constexpr double kDefaultLimit_s = 30;
   static constexpr double kLongestLimit_s = 3600;
+
+ private:
+  std::function<void(const std::string&)> announce_;
 };
 
 std::unique_ptr<ResultSource> OpenResults(const SourceOptions& options);
@@ -89,6 +99,7 @@ struct ExperimentInfo {
   ExperimentState state{};
   std::string dataset_name;
   std::string dataset_hash;
+  std::int64_t num_jobs = 0;
   Split split = Split::kAll;  ///< subset of its problems
   /// Rule that counts successes: the rule of its suite; by default the solid rule, or the original evaluator's rule
   /// if results of an old release have no verdict by the solid rule.

@@ -224,6 +224,7 @@ namespace {
 constexpr double kWindow_s = 60;
 constexpr double kSecondsPerMinute = 60;
 constexpr std::size_t kMaxFailures = 50;
+constexpr int kMaxExamined = 10'000;  // newest results that are searched for failures, whatever the size of the file
 
 Json ExperimentsOfServer(const nlohmann::json& status) {
   Json list = Json::array();
@@ -336,7 +337,8 @@ Json LiveState::WorkersOfFile() { return RowsOf(source_->Query(db::Sql(db::Query
 
 void LiveState::ReadFailures() {
   const Listing rows = source_->Query(
-      db::Sql(db::Query::kLiveFailures, {{"after_us", failures_until_us_}, {"rule", rule_}, {"limit", kMaxFailures}}));
+      db::Sql(db::Query::kLiveFailures,
+              {{"after_us", failures_until_us_}, {"rule", rule_}, {"examined", kMaxExamined}, {"limit", kMaxFailures}}));
   Json all = RowsOf(rows);
   if (all.empty()) return;
   failures_until_us_ = all.front().at("at_us").get<std::int64_t>();

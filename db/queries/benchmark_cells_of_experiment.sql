@@ -1,22 +1,15 @@
--- The cells of the benchmark table by one rule. Finished jobs without a result are dead, failed or cancelled. If all
--- have a result, jobs need not be counted, which would be slow for a million jobs. Parameters: :experiment_id,
--- :rule. Order: methods by their first cell, task, initialization.
+-- The cells of the benchmark table by one rule. Finished jobs without a result are dead, failed or cancelled. Parameters:
+-- :experiment_id, :rule. Order: methods by their first cell, task, initialization.
 WITH s AS MATERIALIZED (
-  SELECT b.*, c.cell_id, e.repetitions, (SELECT count(*) FROM results AS r WHERE r.cell_id = c.cell_id) AS results
+  SELECT b.*, c.cell_id, e.repetitions, k.dead, k.failed, k.cancelled, k.taken_over
   FROM benchmark_cells AS b
   JOIN cells AS c USING (experiment_id, method_id, task, initialization)
+  JOIN cell_counts AS k USING (cell_id)
   JOIN experiments AS e USING (experiment_id)
   WHERE experiment_id = :experiment_id AND b.rule = :rule)
 SELECT method_id, method, multi_starts, sample_size, collision, task, initialization, n, finished, solved, cost, time_s,
-  experiment,
-  iif(finished = results, 0, (SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id AND j.state = 'dead')) AS dead,
-  iif(finished = results, 0, (SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id AND j.state = 'failed'))
-    AS failed,
-  iif(finished = results, 0, (SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id AND j.state = 'cancelled'))
-    AS cancelled,
-  n / repetitions AS problems, repetitions,
-  (SELECT count(*) FROM clock_stopped AS k WHERE k.cell_id = s.cell_id) AS clock_stopped,
-  (SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id AND j.taken_from IS NOT NULL) AS taken_over,
+  experiment, dead, failed, cancelled, n / repetitions AS problems, repetitions,
+  (SELECT count(*) FROM clock_stopped AS k WHERE k.cell_id = s.cell_id) AS clock_stopped, taken_over,
   (SELECT iif(json_valid(m.options_json), coalesce(json_extract(m.options_json, '$.options.rescues'), 0), 0)
    FROM methods AS m WHERE m.method_id = s.method_id) AS inner_starts
 FROM s

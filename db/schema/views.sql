@@ -8,7 +8,7 @@
 DROP VIEW IF EXISTS literal_scores;
 CREATE VIEW literal_scores AS
 SELECT c.cell_id, c.experiment_id, c.method_id, c.task, c.initialization, c.num_jobs AS n,
-  (SELECT count(*) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_literal = 1) AS solved,
+  (SELECT k.solved_literal FROM cell_counts AS k WHERE k.cell_id = c.cell_id) AS solved,
   (SELECT avg(r.cost) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_literal = 1) AS cost,
   (SELECT avg(r.time_s) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_literal = 1) AS time_s
 FROM cells AS c;
@@ -16,7 +16,7 @@ FROM cells AS c;
 DROP VIEW IF EXISTS strict_scores;
 CREATE VIEW strict_scores AS
 SELECT c.cell_id, c.experiment_id, c.method_id, c.task, c.initialization, c.num_jobs AS n,
-  (SELECT count(*) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_strict = 1) AS solved,
+  (SELECT k.solved_strict FROM cell_counts AS k WHERE k.cell_id = c.cell_id) AS solved,
   (SELECT avg(r.cost) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_strict = 1) AS cost,
   (SELECT avg(r.time_s) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_strict = 1) AS time_s
 FROM cells AS c;
@@ -24,7 +24,7 @@ FROM cells AS c;
 DROP VIEW IF EXISTS solid_scores;
 CREATE VIEW solid_scores AS
 SELECT c.cell_id, c.experiment_id, c.method_id, c.task, c.initialization, c.num_jobs AS n,
-  (SELECT count(*) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_solid = 'success') AS solved,
+  (SELECT k.solved_solid FROM cell_counts AS k WHERE k.cell_id = c.cell_id) AS solved,
   (SELECT avg(r.cost) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_solid = 'success') AS cost,
   (SELECT avg(r.time_s) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_solid = 'success') AS time_s
 FROM cells AS c;
@@ -32,7 +32,7 @@ FROM cells AS c;
 DROP VIEW IF EXISTS physical_scores;
 CREATE VIEW physical_scores AS
 SELECT c.cell_id, c.experiment_id, c.method_id, c.task, c.initialization, c.num_jobs AS n,
-  (SELECT count(*) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_physical = 'success') AS solved,
+  (SELECT k.solved_physical FROM cell_counts AS k WHERE k.cell_id = c.cell_id) AS solved,
   (SELECT avg(r.cost) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_physical = 'success') AS cost,
   (SELECT avg(r.time_s) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_physical = 'success') AS time_s
 FROM cells AS c;
@@ -41,12 +41,9 @@ FROM cells AS c;
 DROP VIEW IF EXISTS rule_scores;
 CREATE VIEW rule_scores AS
 SELECT c.cell_id, c.experiment_id, c.method_id, c.task, c.initialization, e.rule, c.num_jobs AS n,
-  CASE e.rule
-    WHEN 'literal' THEN (SELECT count(*) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_literal = 1)
-    WHEN 'strict' THEN (SELECT count(*) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_strict = 1)
-    WHEN 'solid' THEN (SELECT count(*) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_solid = 'success')
-    ELSE (SELECT count(*) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_physical = 'success')
-  END AS solved,
+  (SELECT CASE e.rule WHEN 'literal' THEN k.solved_literal WHEN 'strict' THEN k.solved_strict
+     WHEN 'solid' THEN k.solved_solid ELSE k.solved_physical END FROM cell_counts AS k WHERE k.cell_id = c.cell_id)
+    AS solved,
   CASE e.rule
     WHEN 'literal' THEN (SELECT avg(r.cost) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_literal = 1)
     WHEN 'strict' THEN (SELECT avg(r.cost) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_strict = 1)
@@ -66,25 +63,25 @@ DROP VIEW IF EXISTS benchmark_cells;
 CREATE VIEW benchmark_cells AS
 SELECT s.experiment_id, e.name AS experiment, s.method_id, m.name AS method, m.multi_starts, m.sample_size,
   m.incremental, m.collision, s.task, s.initialization, 'literal' AS rule, s.n,
-  s.n - (SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id AND j.state IN ('queued', 'leased')) AS finished,
+  s.n - (SELECT k.queued + k.leased FROM cell_counts AS k WHERE k.cell_id = s.cell_id) AS finished,
   s.solved, s.cost, s.time_s
 FROM literal_scores AS s JOIN experiments AS e USING (experiment_id) JOIN methods AS m USING (method_id)
 UNION ALL
 SELECT s.experiment_id, e.name AS experiment, s.method_id, m.name AS method, m.multi_starts, m.sample_size,
   m.incremental, m.collision, s.task, s.initialization, 'strict' AS rule, s.n,
-  s.n - (SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id AND j.state IN ('queued', 'leased')) AS finished,
+  s.n - (SELECT k.queued + k.leased FROM cell_counts AS k WHERE k.cell_id = s.cell_id) AS finished,
   s.solved, s.cost, s.time_s
 FROM strict_scores AS s JOIN experiments AS e USING (experiment_id) JOIN methods AS m USING (method_id)
 UNION ALL
 SELECT s.experiment_id, e.name AS experiment, s.method_id, m.name AS method, m.multi_starts, m.sample_size,
   m.incremental, m.collision, s.task, s.initialization, 'solid' AS rule, s.n,
-  s.n - (SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id AND j.state IN ('queued', 'leased')) AS finished,
+  s.n - (SELECT k.queued + k.leased FROM cell_counts AS k WHERE k.cell_id = s.cell_id) AS finished,
   s.solved, s.cost, s.time_s
 FROM solid_scores AS s JOIN experiments AS e USING (experiment_id) JOIN methods AS m USING (method_id)
 UNION ALL
 SELECT s.experiment_id, e.name AS experiment, s.method_id, m.name AS method, m.multi_starts, m.sample_size,
   m.incremental, m.collision, s.task, s.initialization, 'physical' AS rule, s.n,
-  s.n - (SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id AND j.state IN ('queued', 'leased')) AS finished,
+  s.n - (SELECT k.queued + k.leased FROM cell_counts AS k WHERE k.cell_id = s.cell_id) AS finished,
   s.solved, s.cost, s.time_s
 FROM physical_scores AS s JOIN experiments AS e USING (experiment_id) JOIN methods AS m USING (method_id);
 
@@ -215,16 +212,14 @@ SELECT e.experiment_id, e.name, e.submitter,
   coalesce((SELECT group_concat(t.tag, ',') FROM (SELECT tag FROM experiment_tags
     WHERE experiment_tags.experiment_id = e.experiment_id ORDER BY tag) AS t), '') AS tags,
   e.state, e.hold, e.hold_reason, e.priority, e.builds, e.build_id, e.num_jobs AS jobs,
-  count(*) FILTER (WHERE j.state = 'queued') AS queued, count(*) FILTER (WHERE j.state = 'leased') AS leased,
-  count(*) FILTER (WHERE j.state = 'done') AS done, count(*) FILTER (WHERE j.state = 'failed') AS failed,
-  count(*) FILTER (WHERE j.state = 'dead') AS dead, count(*) FILTER (WHERE j.state = 'cancelled') AS cancelled,
-  count(j.taken_from) AS taken_over,
+  sum(k.queued) AS queued, sum(k.leased) AS leased, sum(k.done) AS done, sum(k.failed) AS failed, sum(k.dead) AS dead,
+  sum(k.cancelled) AS cancelled, sum(k.taken_over) AS taken_over,
   (SELECT sum(s.solved) FROM rule_scores AS s WHERE s.experiment_id = e.experiment_id) AS solved, e.rule,
   d.name AS dataset, e.seed, e.repetitions, e.submitted_at_us, e.finished_at_us
 FROM experiments AS e
 JOIN datasets AS d USING (dataset_id)
 JOIN cells AS c USING (experiment_id)
-JOIN jobs AS j USING (cell_id)
+JOIN cell_counts AS k USING (cell_id)
 GROUP BY e.experiment_id;
 
 -- Builds and hosts that computed the accepted results of an experiment.

@@ -56,7 +56,7 @@ class CertifiedCounts : public testing::Test {
   }
   BenchmarkTable CertifiedTable() const {
     BenchmarkTable table = ReadBenchmarkTable(*source_, {});
-    AddCertifiedCounts(*source_, {}, ReadCertificateOf(folder_.path(), FindExperiment(*source_, 1)), &table);
+    AddCertifiedCounts(*source_, ReadCertificateOf(folder_.path(), FindExperiment(*source_, 1)), &table);
     return table;
   }
   ProgramResult Table(std::vector<std::string> arguments) const {
@@ -115,7 +115,7 @@ TEST(CertifiedContinuousMotions, CountAsTheirMotions) {
   certify::ProblemFeasibility known;
   known.problems[Task::kMotion] = {{0, Feasibility::kCertified}, {1, Feasibility::kCertified}};
   BenchmarkTable table = ReadBenchmarkTable(*source, {});
-  AddCertifiedCounts(*source, {}, known, &table);
+  AddCertifiedCounts(*source, known, &table);
   const auto counts = table.rows[0].cells.at({Task::kContinuous, Initialization::kGood}).by_feasibility;
   EXPECT_EQ(counts[Feasibility::kCertified], (JobCounts{3, 2})) << "problem 2 was solved";
   EXPECT_EQ(counts[Feasibility::kOpen], (JobCounts{0, 0}));

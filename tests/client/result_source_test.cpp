@@ -71,7 +71,8 @@ TEST_F(ResultSourceTest, ATableByTheSolidRuleNeedsItsVerdictOfEveryResult) {
   const TableSelection solid{.experiment = {}, .rule = Rule::kSolid};
   EXPECT_EQ(ReadBenchmarkTable(*source_, solid).rows[0].cells.at({Task::kPosture, Initialization::kGood}).solved, 2);
   // Results of an older release look like this.
-  AlterDatabase(file_, "results_are_final", "UPDATE results SET verdict_solid = NULL WHERE job_id = 2");
+  AlterDatabase(file_, "results_are_final",
+                "UPDATE results SET verdict_solid = NULL WHERE job_id = 2; UPDATE cell_counts SET unjudged_solid = 1");
   const auto table = ReadBenchmarkTable(*source_, {.experiment = {}, .rule = Rule::kLiteral});
   EXPECT_EQ(table.rows.size(), 2U);
   EXPECT_EQ(table.other_rule, std::nullopt) << "not known of all results";
@@ -113,6 +114,18 @@ TEST(BrokenJobs, AreCountedInTheirCells) {
   db::OpenSqliteStore(file)->Apply(std::vector<db::StoreOp>{db::CancelExperiment{1, at_us}});
   EXPECT_EQ(cells(Initialization::kGood), (BenchmarkCell{4, 4, 1, 400.0, 0.0015, 1, 1, 1, 4, 1, 0, 0, 1}));
   EXPECT_EQ(cells(Initialization::kInCollision), (BenchmarkCell{2, 2, 1, 400.0, 0.0015, 0, 0, 1, 2, 1, 0, 0, 1}));
+}
+
+TEST_F(ResultSourceTest, ReadingManyJobsIsAnnounced) {
+  std::vector<std::string> announced;
+  SourceOptions options{file_.string(), {}};
+  options.announce = [&](const std::string& text) { announced.push_back(text); };
+  const auto source = OpenResults(options);
+  source->AnnounceJobs(49'999, 7);
+  EXPECT_TRUE(announced.empty());
+  source->AnnounceJobs(50'000, 7);
+  ASSERT_EQ(announced.size(), 1U);
+  EXPECT_TRUE(announced[0].starts_with("reads the results of 50000 jobs of experiment 7;")) << announced[0];
 }
 
 TEST_F(ResultSourceTest, FindsTheNewestExperiment) {

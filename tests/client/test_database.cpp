@@ -113,6 +113,7 @@ void WriteTestDatabase(const std::filesystem::path& file, const TestExperiment& 
     if (result.dead) {
       operations.emplace_back(db::EndAttempt{job_id, 1, AttemptOutcome::kCrashed, JobState::kDead, 11, "it crashed",
                                              "the last line\n", kNow_us + 2'000'000});
+      operations.emplace_back(db::RecordEvent{"job_dead", kNow_us + 2'000'000, 1, job_id, {}, "crashed: it crashed"});
       continue;
     }
     db::ResultRecord record = RecordOf(result, experiment.num_waypoints);
