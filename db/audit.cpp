@@ -79,21 +79,16 @@ constexpr std::array kRules{
          "UNION ALL SELECT c.experiment_id, a.worker_id, count(*) FROM results AS r JOIN cells AS c USING (cell_id) "
          "JOIN attempts AS a ON a.job_id = r.job_id AND a.attempt = r.attempt GROUP BY 1, 2) "
          "GROUP BY experiment_id, worker_id HAVING count(*) <> 2 OR min(results) <> max(results)"},
-    Rule{"cells_are_counted", "the counts of a cell are not those of its jobs and results: cell ",
-         "SELECT c.cell_id FROM cells AS c LEFT JOIN cell_counts AS k USING (cell_id) LEFT JOIN (SELECT cell_id, "
-         "count(*) FILTER (WHERE state = 'queued') AS queued, count(*) FILTER (WHERE state = 'leased') AS leased, "
-         "count(*) FILTER (WHERE state = 'done') AS done, count(*) FILTER (WHERE state = 'failed') AS failed, "
-         "count(*) FILTER (WHERE state = 'dead') AS dead, count(*) FILTER (WHERE state = 'cancelled') AS cancelled, "
-         "count(taken_from) AS taken_over FROM jobs GROUP BY cell_id) AS j USING (cell_id) LEFT JOIN (SELECT cell_id, "
-         "count(*) FILTER (WHERE verdict_literal = 'success') AS literal, "
+    Rule{"results_of_cells_are_counted", "the counted results of a cell are not its results: cell ",
+         "SELECT c.cell_id FROM cells AS c LEFT JOIN cell_results AS k USING (cell_id) LEFT JOIN (SELECT cell_id, "
+         "count(*) AS results, count(*) FILTER (WHERE verdict_literal = 'success') AS literal, "
          "count(*) FILTER (WHERE verdict_strict = 'success') AS strict, "
          "count(*) FILTER (WHERE verdict_solid = 'success') AS solid, "
          "count(*) FILTER (WHERE verdict_physical = 'success') AS physical, "
          "count(*) - count(verdict_solid) AS unjudged_solid, count(*) - count(verdict_physical) AS unjudged_physical "
-         "FROM results GROUP BY cell_id) AS r USING (cell_id) WHERE (k.queued, k.leased, k.done, k.failed, k.dead, "
-         "k.cancelled, k.taken_over, k.solved_literal, k.solved_strict, k.solved_solid, k.solved_physical, "
-         "k.unjudged_solid, k.unjudged_physical) IS NOT (j.queued, j.leased, j.done, j.failed, j.dead, j.cancelled, "
-         "j.taken_over, coalesce(r.literal, 0), coalesce(r.strict, 0), coalesce(r.solid, 0), coalesce(r.physical, 0), "
+         "FROM results GROUP BY cell_id) AS r USING (cell_id) WHERE (k.results, k.solved_literal, k.solved_strict, "
+         "k.solved_solid, k.solved_physical, k.unjudged_solid, k.unjudged_physical) IS NOT (coalesce(r.results, 0), "
+         "coalesce(r.literal, 0), coalesce(r.strict, 0), coalesce(r.solid, 0), coalesce(r.physical, 0), "
          "coalesce(r.unjudged_solid, 0), coalesce(r.unjudged_physical, 0))"},
     Rule{"taken_result_is_of_an_equal_job", "a result was reused from a job that is not identical: job ",
          "SELECT j.job_id FROM jobs AS j JOIN jobs AS s ON s.job_id = j.taken_from JOIN cells AS c ON c.cell_id = "

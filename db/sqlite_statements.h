@@ -199,9 +199,11 @@ inline constexpr const char* kDeleteOfJobs[] = {"DELETE FROM events WHERE job_id
                                                 "DELETE FROM attempts WHERE job_id >= ?1 AND job_id < ?2",
                                                 "DELETE FROM jobs WHERE job_id >= ?1 AND job_id < ?2"};
 inline constexpr const char* kDeleteOfExperiment[] = {
-    "DELETE FROM cell_counts WHERE cell_id IN (SELECT cell_id FROM cells WHERE experiment_id = ?1)",
-    "DELETE FROM cells WHERE experiment_id = ?1", "DELETE FROM experiment_tags WHERE experiment_id = ?1",
-    "DELETE FROM result_workers WHERE experiment_id = ?1", "DELETE FROM events WHERE experiment_id = ?1",
+    "DELETE FROM cell_results WHERE cell_id IN (SELECT cell_id FROM cells WHERE experiment_id = ?1)",
+    "DELETE FROM cells WHERE experiment_id = ?1",
+    "DELETE FROM experiment_tags WHERE experiment_id = ?1",
+    "DELETE FROM result_workers WHERE experiment_id = ?1",
+    "DELETE FROM events WHERE experiment_id = ?1",
     "DELETE FROM dataset_archives WHERE ?1 > 0 AND dataset_id NOT IN (SELECT dataset_id FROM experiments)"};
 
 inline constexpr char kRenameExperiment[] = "UPDATE experiments SET name = ?2 WHERE experiment_id = ?1";

@@ -30,7 +30,7 @@ void RequireSoundPages(Connection& connection) {
 void RequireSoundReferences(Connection& connection) {
   Statement tables(connection,
                    "SELECT name FROM sqlite_schema WHERE type = 'table' AND name IN ('problems', 'experiments', "
-                   "'cells', 'cell_counts', 'experiment_tags', 'result_workers', 'dataset_archives')",
+                   "'cells', 'cell_results', 'experiment_tags', 'result_workers', 'dataset_archives')",
                    false);  // older schemas lack some
   while (tables.Step()) {
     const std::string table = tables.column_text(0);

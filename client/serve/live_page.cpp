@@ -336,9 +336,9 @@ Json LiveState::ExperimentsOfFile() { return RowsOf(source_->Query(db::Sql(db::Q
 Json LiveState::WorkersOfFile() { return RowsOf(source_->Query(db::Sql(db::Query::kLiveWorkers))); }
 
 void LiveState::ReadFailures() {
-  const Listing rows = source_->Query(
-      db::Sql(db::Query::kLiveFailures,
-              {{"after_us", failures_until_us_}, {"rule", rule_}, {"examined", kMaxExamined}, {"limit", kMaxFailures}}));
+  const Listing rows = source_->Query(db::Sql(
+      db::Query::kLiveFailures,
+      {{"after_us", failures_until_us_}, {"rule", rule_}, {"examined", kMaxExamined}, {"limit", kMaxFailures}}));
   Json all = RowsOf(rows);
   if (all.empty()) return;
   failures_until_us_ = all.front().at("at_us").get<std::int64_t>();

@@ -1,12 +1,12 @@
 -- The cells of the benchmark table by one rule. Finished jobs without a result are dead, failed or cancelled. Parameters:
 -- :experiment_id, :rule. Order: methods by their first cell, task, initialization.
 WITH s AS MATERIALIZED (
-  SELECT b.*, c.cell_id, e.repetitions, k.dead, k.failed, k.cancelled, k.taken_over
+  SELECT b.*, c.cell_id, e.repetitions, w.dead, w.failed, w.cancelled, w.taken_over
   FROM benchmark_cells AS b
   JOIN cells AS c USING (experiment_id, method_id, task, initialization)
-  JOIN cell_counts AS k USING (cell_id)
-  JOIN experiments AS e USING (experiment_id)
-  WHERE experiment_id = :experiment_id AND b.rule = :rule)
+  JOIN cell_states AS w ON w.cell_id = c.cell_id
+  JOIN experiments AS e ON e.experiment_id = c.experiment_id
+  WHERE b.experiment_id = :experiment_id AND b.rule = :rule)
 SELECT method_id, method, multi_starts, sample_size, collision, task, initialization, n, finished, solved, cost, time_s,
   experiment, dead, failed, cancelled, n / repetitions AS problems, repetitions,
   (SELECT count(*) FROM clock_stopped AS k WHERE k.cell_id = s.cell_id) AS clock_stopped, taken_over,

@@ -1,2 +1,2 @@
 -- n: number of reused results. Parameters: :experiment_id.
-SELECT sum(taken_over) AS n FROM cell_counts JOIN cells USING (cell_id) WHERE experiment_id = :experiment_id
+SELECT sum(taken_over) AS n FROM cell_states WHERE experiment_id = :experiment_id

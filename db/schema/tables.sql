@@ -259,18 +259,11 @@ CREATE TABLE deleted_ids (
   largest INTEGER NOT NULL CHECK (largest > 0)
 ) STRICT, WITHOUT ROWID;
 
--- Numbers of jobs and results of each cell, kept by triggers, so that tables of millions of jobs need not count them.
--- taken_over: jobs that reuse a result. solved_*: results judged "success". unjudged_*: results without a verdict by a
--- newer rule.
-CREATE TABLE cell_counts (
+-- Numbers of accepted results of each cell, kept by triggers, so that tables of millions of results need not count them.
+-- solved_*: judged "success". unjudged_*: without a verdict by a newer rule.
+CREATE TABLE cell_results (
   cell_id INTEGER PRIMARY KEY REFERENCES cells,
-  queued INTEGER NOT NULL DEFAULT 0 CHECK (queued >= 0),
-  leased INTEGER NOT NULL DEFAULT 0 CHECK (leased >= 0),
-  done INTEGER NOT NULL DEFAULT 0 CHECK (done >= 0),
-  failed INTEGER NOT NULL DEFAULT 0 CHECK (failed >= 0),
-  dead INTEGER NOT NULL DEFAULT 0 CHECK (dead >= 0),
-  cancelled INTEGER NOT NULL DEFAULT 0 CHECK (cancelled >= 0),
-  taken_over INTEGER NOT NULL DEFAULT 0 CHECK (taken_over >= 0),
+  results INTEGER NOT NULL DEFAULT 0 CHECK (results >= 0),
   solved_literal INTEGER NOT NULL DEFAULT 0 CHECK (solved_literal >= 0),
   solved_strict INTEGER NOT NULL DEFAULT 0 CHECK (solved_strict >= 0),
   solved_solid INTEGER NOT NULL DEFAULT 0 CHECK (solved_solid >= 0),
@@ -335,10 +328,11 @@ CREATE INDEX open_jobs_by_cell ON jobs (cell_id) WHERE state IN ('queued', 'leas
 CREATE INDEX cells_by_method ON cells (method_id);
 CREATE INDEX events_by_experiment ON events (experiment_id) WHERE experiment_id IS NOT NULL;
 CREATE INDEX events_by_job ON events (job_id) WHERE job_id IS NOT NULL;
-CREATE INDEX dead_jobs_by_cell ON jobs (cell_id) WHERE state = 'dead';
+CREATE INDEX jobs_without_result_by_cell ON jobs (cell_id, state) WHERE state IN ('failed', 'dead', 'cancelled');
 CREATE INDEX time_limited_results_by_cell ON results (cell_id) WHERE solver_status = 'time_limit';
 CREATE INDEX solid_results_by_cell ON results (cell_id, cost, time_s) WHERE verdict_solid = 'success';
 CREATE INDEX physical_results_by_cell ON results (cell_id, cost, time_s) WHERE verdict_physical = 'success';
+CREATE INDEX taken_jobs_by_cell ON jobs (cell_id) WHERE taken_from IS NOT NULL;
 CREATE INDEX results_by_arrival ON results (received_at_us);
 
 -- ---- Triggers ----
@@ -435,33 +429,7 @@ END;
 
 CREATE TRIGGER cells_are_counted AFTER INSERT ON cells
 BEGIN
-  INSERT INTO cell_counts (cell_id) VALUES (NEW.cell_id);
-END;
-
-CREATE TRIGGER jobs_are_counted AFTER INSERT ON jobs
-BEGIN
-  UPDATE cell_counts SET
-    queued = queued + (NEW.state = 'queued'),
-    leased = leased + (NEW.state = 'leased'),
-    done = done + (NEW.state = 'done'),
-    failed = failed + (NEW.state = 'failed'),
-    dead = dead + (NEW.state = 'dead'),
-    cancelled = cancelled + (NEW.state = 'cancelled'),
-    taken_over = taken_over + (NEW.taken_from IS NOT NULL)
-  WHERE cell_id = NEW.cell_id;
-END;
-
-CREATE TRIGGER jobs_are_counted_again AFTER UPDATE OF state, taken_from ON jobs
-BEGIN
-  UPDATE cell_counts SET
-    queued = queued + (NEW.state = 'queued') - (OLD.state = 'queued'),
-    leased = leased + (NEW.state = 'leased') - (OLD.state = 'leased'),
-    done = done + (NEW.state = 'done') - (OLD.state = 'done'),
-    failed = failed + (NEW.state = 'failed') - (OLD.state = 'failed'),
-    dead = dead + (NEW.state = 'dead') - (OLD.state = 'dead'),
-    cancelled = cancelled + (NEW.state = 'cancelled') - (OLD.state = 'cancelled'),
-    taken_over = taken_over + (NEW.taken_from IS NOT NULL) - (OLD.taken_from IS NOT NULL)
-  WHERE cell_id = NEW.cell_id;
+  INSERT INTO cell_results (cell_id) VALUES (NEW.cell_id);
 END;
 
 CREATE TRIGGER results_are_counted AFTER INSERT ON results
@@ -470,7 +438,8 @@ BEGIN
   SELECT c.experiment_id, a.worker_id, 1 FROM cells AS c, attempts AS a
   WHERE c.cell_id = NEW.cell_id AND a.job_id = NEW.job_id AND a.attempt = NEW.attempt
   ON CONFLICT (experiment_id, worker_id) DO UPDATE SET results = results + 1;
-  UPDATE cell_counts SET
+  UPDATE cell_results SET
+    results = results + 1,
     solved_literal = solved_literal + (NEW.verdict_literal IS 'success'),
     solved_strict = solved_strict + (NEW.verdict_strict IS 'success'),
     solved_solid = solved_solid + (NEW.verdict_solid IS 'success'),
@@ -485,7 +454,8 @@ BEGIN
   UPDATE result_workers SET results = results - 1
   WHERE experiment_id = (SELECT experiment_id FROM cells WHERE cell_id = OLD.cell_id)
     AND worker_id = (SELECT worker_id FROM attempts WHERE job_id = OLD.job_id AND attempt = OLD.attempt);
-  UPDATE cell_counts SET
+  UPDATE cell_results SET
+    results = results - 1,
     solved_literal = solved_literal - (OLD.verdict_literal IS 'success'),
     solved_strict = solved_strict - (OLD.verdict_strict IS 'success'),
     solved_solid = solved_solid - (OLD.verdict_solid IS 'success'),

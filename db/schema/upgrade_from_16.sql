@@ -1,16 +1,11 @@
--- From schema version 16 to 17: numbers of jobs and results by cell, and an index of results by arrival.
-DROP INDEX taken_jobs_by_cell;
+-- From schema version 16 to 17: numbers of results by cell, and indexes of ended jobs and of results by arrival.
+DROP INDEX dead_jobs_by_cell;
+CREATE INDEX jobs_without_result_by_cell ON jobs (cell_id, state) WHERE state IN ('failed', 'dead', 'cancelled');
 CREATE INDEX results_by_arrival ON results (received_at_us);
 
-CREATE TABLE cell_counts (
+CREATE TABLE cell_results (
   cell_id INTEGER PRIMARY KEY REFERENCES cells,
-  queued INTEGER NOT NULL DEFAULT 0 CHECK (queued >= 0),
-  leased INTEGER NOT NULL DEFAULT 0 CHECK (leased >= 0),
-  done INTEGER NOT NULL DEFAULT 0 CHECK (done >= 0),
-  failed INTEGER NOT NULL DEFAULT 0 CHECK (failed >= 0),
-  dead INTEGER NOT NULL DEFAULT 0 CHECK (dead >= 0),
-  cancelled INTEGER NOT NULL DEFAULT 0 CHECK (cancelled >= 0),
-  taken_over INTEGER NOT NULL DEFAULT 0 CHECK (taken_over >= 0),
+  results INTEGER NOT NULL DEFAULT 0 CHECK (results >= 0),
   solved_literal INTEGER NOT NULL DEFAULT 0 CHECK (solved_literal >= 0),
   solved_strict INTEGER NOT NULL DEFAULT 0 CHECK (solved_strict >= 0),
   solved_solid INTEGER NOT NULL DEFAULT 0 CHECK (solved_solid >= 0),
@@ -19,27 +14,9 @@ CREATE TABLE cell_counts (
   unjudged_physical INTEGER NOT NULL DEFAULT 0 CHECK (unjudged_physical >= 0)
 ) STRICT;
 
-INSERT INTO cell_counts (cell_id) SELECT cell_id FROM cells;
-UPDATE cell_counts SET
-  queued = j.queued,
-  leased = j.leased,
-  done = j.done,
-  failed = j.failed,
-  dead = j.dead,
-  cancelled = j.cancelled,
-  taken_over = j.taken_over
-FROM (
-  SELECT cell_id,
-    count(*) FILTER (WHERE state = 'queued') AS queued,
-    count(*) FILTER (WHERE state = 'leased') AS leased,
-    count(*) FILTER (WHERE state = 'done') AS done,
-    count(*) FILTER (WHERE state = 'failed') AS failed,
-    count(*) FILTER (WHERE state = 'dead') AS dead,
-    count(*) FILTER (WHERE state = 'cancelled') AS cancelled,
-    count(taken_from) AS taken_over
-  FROM jobs GROUP BY cell_id) AS j
-WHERE j.cell_id = cell_counts.cell_id;
-UPDATE cell_counts SET
+INSERT INTO cell_results (cell_id) SELECT cell_id FROM cells;
+UPDATE cell_results SET
+  results = r.results,
   solved_literal = r.solved_literal,
   solved_strict = r.solved_strict,
   solved_solid = r.solved_solid,
@@ -47,7 +24,7 @@ UPDATE cell_counts SET
   unjudged_solid = r.unjudged_solid,
   unjudged_physical = r.unjudged_physical
 FROM (
-  SELECT cell_id,
+  SELECT cell_id, count(*) AS results,
     count(*) FILTER (WHERE verdict_literal = 'success') AS solved_literal,
     count(*) FILTER (WHERE verdict_strict = 'success') AS solved_strict,
     count(*) FILTER (WHERE verdict_solid = 'success') AS solved_solid,
@@ -55,40 +32,14 @@ FROM (
     count(*) FILTER (WHERE verdict_solid IS NULL) AS unjudged_solid,
     count(*) FILTER (WHERE verdict_physical IS NULL) AS unjudged_physical
   FROM results GROUP BY cell_id) AS r
-WHERE r.cell_id = cell_counts.cell_id;
+WHERE r.cell_id = cell_results.cell_id;
 
 DROP TRIGGER results_are_counted;
 DROP TRIGGER results_are_counted_down;
 
 CREATE TRIGGER cells_are_counted AFTER INSERT ON cells
 BEGIN
-  INSERT INTO cell_counts (cell_id) VALUES (NEW.cell_id);
-END;
-
-CREATE TRIGGER jobs_are_counted AFTER INSERT ON jobs
-BEGIN
-  UPDATE cell_counts SET
-    queued = queued + (NEW.state = 'queued'),
-    leased = leased + (NEW.state = 'leased'),
-    done = done + (NEW.state = 'done'),
-    failed = failed + (NEW.state = 'failed'),
-    dead = dead + (NEW.state = 'dead'),
-    cancelled = cancelled + (NEW.state = 'cancelled'),
-    taken_over = taken_over + (NEW.taken_from IS NOT NULL)
-  WHERE cell_id = NEW.cell_id;
-END;
-
-CREATE TRIGGER jobs_are_counted_again AFTER UPDATE OF state, taken_from ON jobs
-BEGIN
-  UPDATE cell_counts SET
-    queued = queued + (NEW.state = 'queued') - (OLD.state = 'queued'),
-    leased = leased + (NEW.state = 'leased') - (OLD.state = 'leased'),
-    done = done + (NEW.state = 'done') - (OLD.state = 'done'),
-    failed = failed + (NEW.state = 'failed') - (OLD.state = 'failed'),
-    dead = dead + (NEW.state = 'dead') - (OLD.state = 'dead'),
-    cancelled = cancelled + (NEW.state = 'cancelled') - (OLD.state = 'cancelled'),
-    taken_over = taken_over + (NEW.taken_from IS NOT NULL) - (OLD.taken_from IS NOT NULL)
-  WHERE cell_id = NEW.cell_id;
+  INSERT INTO cell_results (cell_id) VALUES (NEW.cell_id);
 END;
 
 CREATE TRIGGER results_are_counted AFTER INSERT ON results
@@ -97,7 +48,8 @@ BEGIN
   SELECT c.experiment_id, a.worker_id, 1 FROM cells AS c, attempts AS a
   WHERE c.cell_id = NEW.cell_id AND a.job_id = NEW.job_id AND a.attempt = NEW.attempt
   ON CONFLICT (experiment_id, worker_id) DO UPDATE SET results = results + 1;
-  UPDATE cell_counts SET
+  UPDATE cell_results SET
+    results = results + 1,
     solved_literal = solved_literal + (NEW.verdict_literal IS 'success'),
     solved_strict = solved_strict + (NEW.verdict_strict IS 'success'),
     solved_solid = solved_solid + (NEW.verdict_solid IS 'success'),
@@ -112,7 +64,8 @@ BEGIN
   UPDATE result_workers SET results = results - 1
   WHERE experiment_id = (SELECT experiment_id FROM cells WHERE cell_id = OLD.cell_id)
     AND worker_id = (SELECT worker_id FROM attempts WHERE job_id = OLD.job_id AND attempt = OLD.attempt);
-  UPDATE cell_counts SET
+  UPDATE cell_results SET
+    results = results - 1,
     solved_literal = solved_literal - (OLD.verdict_literal IS 'success'),
     solved_strict = solved_strict - (OLD.verdict_strict IS 'success'),
     solved_solid = solved_solid - (OLD.verdict_solid IS 'success'),

@@ -2,13 +2,29 @@
 -- schema version, as one of tables.sql does: readers accept only the views of their version. The build replaces VERDICT_BY
 -- and the rule in parentheses by the verdict of `results AS r` by that rule (db/CMakeLists.txt).
 
+-- Jobs of a cell by state, except queued and leased. done: jobs with a result; finished: the sum; taken_over: jobs that
+-- reuse a result. (The condition on three states selects the index.)
+DROP VIEW IF EXISTS cell_states;
+CREATE VIEW cell_states AS
+SELECT c.cell_id, c.experiment_id, k.results AS done,
+  (SELECT count(*) FROM jobs AS j WHERE j.cell_id = c.cell_id AND j.state IN ('failed', 'dead', 'cancelled')
+   AND j.state = 'failed') AS failed,
+  (SELECT count(*) FROM jobs AS j WHERE j.cell_id = c.cell_id AND j.state IN ('failed', 'dead', 'cancelled')
+   AND j.state = 'dead') AS dead,
+  (SELECT count(*) FROM jobs AS j WHERE j.cell_id = c.cell_id AND j.state IN ('failed', 'dead', 'cancelled')
+   AND j.state = 'cancelled') AS cancelled,
+  k.results + (SELECT count(*) FROM jobs AS j WHERE j.cell_id = c.cell_id
+               AND j.state IN ('failed', 'dead', 'cancelled')) AS finished,
+  (SELECT count(*) FROM jobs AS j WHERE j.cell_id = c.cell_id AND j.taken_from IS NOT NULL) AS taken_over
+FROM cells AS c JOIN cell_results AS k USING (cell_id);
+
 -- Success count, mean cost and mean time of a cell by one rule. n: jobs; solved: jobs judged "success"; cost and
 -- time_s: means per waypoint over the solved jobs, NULL if there are none. (Scalar subqueries, so that SQLite
 -- computes only the columns that a query reads.)
 DROP VIEW IF EXISTS literal_scores;
 CREATE VIEW literal_scores AS
 SELECT c.cell_id, c.experiment_id, c.method_id, c.task, c.initialization, c.num_jobs AS n,
-  (SELECT k.solved_literal FROM cell_counts AS k WHERE k.cell_id = c.cell_id) AS solved,
+  (SELECT k.solved_literal FROM cell_results AS k WHERE k.cell_id = c.cell_id) AS solved,
   (SELECT avg(r.cost) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_literal = 1) AS cost,
   (SELECT avg(r.time_s) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_literal = 1) AS time_s
 FROM cells AS c;
@@ -16,7 +32,7 @@ FROM cells AS c;
 DROP VIEW IF EXISTS strict_scores;
 CREATE VIEW strict_scores AS
 SELECT c.cell_id, c.experiment_id, c.method_id, c.task, c.initialization, c.num_jobs AS n,
-  (SELECT k.solved_strict FROM cell_counts AS k WHERE k.cell_id = c.cell_id) AS solved,
+  (SELECT k.solved_strict FROM cell_results AS k WHERE k.cell_id = c.cell_id) AS solved,
   (SELECT avg(r.cost) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_strict = 1) AS cost,
   (SELECT avg(r.time_s) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_strict = 1) AS time_s
 FROM cells AS c;
@@ -24,7 +40,7 @@ FROM cells AS c;
 DROP VIEW IF EXISTS solid_scores;
 CREATE VIEW solid_scores AS
 SELECT c.cell_id, c.experiment_id, c.method_id, c.task, c.initialization, c.num_jobs AS n,
-  (SELECT k.solved_solid FROM cell_counts AS k WHERE k.cell_id = c.cell_id) AS solved,
+  (SELECT k.solved_solid FROM cell_results AS k WHERE k.cell_id = c.cell_id) AS solved,
   (SELECT avg(r.cost) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_solid = 'success') AS cost,
   (SELECT avg(r.time_s) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_solid = 'success') AS time_s
 FROM cells AS c;
@@ -32,7 +48,7 @@ FROM cells AS c;
 DROP VIEW IF EXISTS physical_scores;
 CREATE VIEW physical_scores AS
 SELECT c.cell_id, c.experiment_id, c.method_id, c.task, c.initialization, c.num_jobs AS n,
-  (SELECT k.solved_physical FROM cell_counts AS k WHERE k.cell_id = c.cell_id) AS solved,
+  (SELECT k.solved_physical FROM cell_results AS k WHERE k.cell_id = c.cell_id) AS solved,
   (SELECT avg(r.cost) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_physical = 'success') AS cost,
   (SELECT avg(r.time_s) FROM results AS r WHERE r.cell_id = c.cell_id AND r.verdict_physical = 'success') AS time_s
 FROM cells AS c;
@@ -42,7 +58,7 @@ DROP VIEW IF EXISTS rule_scores;
 CREATE VIEW rule_scores AS
 SELECT c.cell_id, c.experiment_id, c.method_id, c.task, c.initialization, e.rule, c.num_jobs AS n,
   (SELECT CASE e.rule WHEN 'literal' THEN k.solved_literal WHEN 'strict' THEN k.solved_strict
-     WHEN 'solid' THEN k.solved_solid ELSE k.solved_physical END FROM cell_counts AS k WHERE k.cell_id = c.cell_id)
+     WHEN 'solid' THEN k.solved_solid ELSE k.solved_physical END FROM cell_results AS k WHERE k.cell_id = c.cell_id)
     AS solved,
   CASE e.rule
     WHEN 'literal' THEN (SELECT avg(r.cost) FROM results AS r WHERE r.cell_id = c.cell_id AND r.solved_literal = 1)
@@ -63,27 +79,31 @@ DROP VIEW IF EXISTS benchmark_cells;
 CREATE VIEW benchmark_cells AS
 SELECT s.experiment_id, e.name AS experiment, s.method_id, m.name AS method, m.multi_starts, m.sample_size,
   m.incremental, m.collision, s.task, s.initialization, 'literal' AS rule, s.n,
-  s.n - (SELECT k.queued + k.leased FROM cell_counts AS k WHERE k.cell_id = s.cell_id) AS finished,
+  w.finished,
   s.solved, s.cost, s.time_s
-FROM literal_scores AS s JOIN experiments AS e USING (experiment_id) JOIN methods AS m USING (method_id)
+FROM literal_scores AS s JOIN cell_states AS w USING (cell_id) JOIN experiments AS e ON e.experiment_id = s.experiment_id
+JOIN methods AS m ON m.method_id = s.method_id
 UNION ALL
 SELECT s.experiment_id, e.name AS experiment, s.method_id, m.name AS method, m.multi_starts, m.sample_size,
   m.incremental, m.collision, s.task, s.initialization, 'strict' AS rule, s.n,
-  s.n - (SELECT k.queued + k.leased FROM cell_counts AS k WHERE k.cell_id = s.cell_id) AS finished,
+  w.finished,
   s.solved, s.cost, s.time_s
-FROM strict_scores AS s JOIN experiments AS e USING (experiment_id) JOIN methods AS m USING (method_id)
+FROM strict_scores AS s JOIN cell_states AS w USING (cell_id) JOIN experiments AS e ON e.experiment_id = s.experiment_id
+JOIN methods AS m ON m.method_id = s.method_id
 UNION ALL
 SELECT s.experiment_id, e.name AS experiment, s.method_id, m.name AS method, m.multi_starts, m.sample_size,
   m.incremental, m.collision, s.task, s.initialization, 'solid' AS rule, s.n,
-  s.n - (SELECT k.queued + k.leased FROM cell_counts AS k WHERE k.cell_id = s.cell_id) AS finished,
+  w.finished,
   s.solved, s.cost, s.time_s
-FROM solid_scores AS s JOIN experiments AS e USING (experiment_id) JOIN methods AS m USING (method_id)
+FROM solid_scores AS s JOIN cell_states AS w USING (cell_id) JOIN experiments AS e ON e.experiment_id = s.experiment_id
+JOIN methods AS m ON m.method_id = s.method_id
 UNION ALL
 SELECT s.experiment_id, e.name AS experiment, s.method_id, m.name AS method, m.multi_starts, m.sample_size,
   m.incremental, m.collision, s.task, s.initialization, 'physical' AS rule, s.n,
-  s.n - (SELECT k.queued + k.leased FROM cell_counts AS k WHERE k.cell_id = s.cell_id) AS finished,
+  w.finished,
   s.solved, s.cost, s.time_s
-FROM physical_scores AS s JOIN experiments AS e USING (experiment_id) JOIN methods AS m USING (method_id);
+FROM physical_scores AS s JOIN cell_states AS w USING (cell_id) JOIN experiments AS e ON e.experiment_id = s.experiment_id
+JOIN methods AS m ON m.method_id = s.method_id;
 
 -- Table I of the paper, by the experiment's rule: one row per method of an experiment, in the order of submission. The
 -- columns of a cell that the experiment does not have are NULL. A cell without solved jobs has NULL cost and time.
@@ -205,22 +225,26 @@ WHERE (r.solver_status = 'converged_feasible') <> (r.verdict_literal = 'success'
    OR (r.verdict_strict = 'success') <> (r.verdict_solid = 'success');
 
 -- One row per experiment with the states of its jobs. tags: in alphabetical order, separated by commas; solved: by the
--- experiment's rule.
+-- experiment's rule. A leased job is one with a running attempt, of which there are few.
 DROP VIEW IF EXISTS experiment_list;
 CREATE VIEW experiment_list AS
 SELECT e.experiment_id, e.name, e.submitter,
   coalesce((SELECT group_concat(t.tag, ',') FROM (SELECT tag FROM experiment_tags
     WHERE experiment_tags.experiment_id = e.experiment_id ORDER BY tag) AS t), '') AS tags,
   e.state, e.hold, e.hold_reason, e.priority, e.builds, e.build_id, e.num_jobs AS jobs,
-  sum(k.queued) AS queued, sum(k.leased) AS leased, sum(k.done) AS done, sum(k.failed) AS failed, sum(k.dead) AS dead,
-  sum(k.cancelled) AS cancelled, sum(k.taken_over) AS taken_over,
-  (SELECT sum(s.solved) FROM rule_scores AS s WHERE s.experiment_id = e.experiment_id) AS solved, e.rule,
+  e.num_jobs - s.done - s.failed - s.dead - s.cancelled - s.leased AS queued, s.leased, s.done, s.failed, s.dead,
+  s.cancelled, s.taken_over,
+  (SELECT sum(r.solved) FROM rule_scores AS r WHERE r.experiment_id = e.experiment_id) AS solved, e.rule,
   d.name AS dataset, e.seed, e.repetitions, e.submitted_at_us, e.finished_at_us
 FROM experiments AS e
 JOIN datasets AS d USING (dataset_id)
-JOIN cells AS c USING (experiment_id)
-JOIN cell_counts AS k USING (cell_id)
-GROUP BY e.experiment_id;
+JOIN (
+  SELECT e.experiment_id, sum(c.done) AS done, sum(c.failed) AS failed, sum(c.dead) AS dead,
+    sum(c.cancelled) AS cancelled, sum(c.taken_over) AS taken_over,
+    (SELECT count(*) FROM attempts AS a WHERE a.outcome = 'running' AND a.job_id >= e.first_job_id
+     AND a.job_id < e.first_job_id + e.num_jobs) AS leased
+  FROM experiments AS e JOIN cell_states AS c USING (experiment_id)
+  GROUP BY e.experiment_id) AS s USING (experiment_id);
 
 -- Builds and hosts that computed the accepted results of an experiment.
 DROP VIEW IF EXISTS result_origins;
@@ -239,7 +263,7 @@ SELECT c.experiment_id, c.cell_id, j.job_id
 FROM jobs AS j
 JOIN cells AS c ON c.cell_id = j.cell_id
 JOIN attempts AS a ON a.job_id = j.job_id AND a.attempt = j.attempts
-WHERE j.state = 'dead' AND a.outcome = 'time_limit'
+WHERE j.state IN ('failed', 'dead', 'cancelled') AND j.state = 'dead' AND a.outcome = 'time_limit'
 UNION ALL
 SELECT c.experiment_id, c.cell_id, r.job_id
 FROM results AS r JOIN cells AS c ON c.cell_id = r.cell_id

@@ -357,7 +357,7 @@ TEST_F(CompareCommand, ResultsWithoutAVerdictByTheRuleAreRefused) {
   const std::string file = Stored(ToyPool());
   EXPECT_EQ(Run({"compare", "A", "B", "--db", file, "--rule", "solid"}).exit_code, 0);
   AlterDatabase(file, "results_are_final",
-                "UPDATE results SET verdict_solid = NULL WHERE job_id = 1; UPDATE cell_counts SET unjudged_solid = 1");
+                "UPDATE results SET verdict_solid = NULL WHERE job_id = 1; UPDATE cell_results SET unjudged_solid = 1");
   ExpectError(Run({"compare", "A", "B", "--db", file, "--rule", "solid"}), 2, "a release without the solid rule");
   ExpectError(Run({"table", "--statistics", "--db", file, "--rule", "solid"}), 2, "a release without the solid rule");
 }

@@ -72,7 +72,7 @@ TEST_F(ResultSourceTest, ATableByTheSolidRuleNeedsItsVerdictOfEveryResult) {
   EXPECT_EQ(ReadBenchmarkTable(*source_, solid).rows[0].cells.at({Task::kPosture, Initialization::kGood}).solved, 2);
   // Results of an older release look like this.
   AlterDatabase(file_, "results_are_final",
-                "UPDATE results SET verdict_solid = NULL WHERE job_id = 2; UPDATE cell_counts SET unjudged_solid = 1");
+                "UPDATE results SET verdict_solid = NULL WHERE job_id = 2; UPDATE cell_results SET unjudged_solid = 1");
   const auto table = ReadBenchmarkTable(*source_, {.experiment = {}, .rule = Rule::kLiteral});
   EXPECT_EQ(table.rows.size(), 2U);
   EXPECT_EQ(table.other_rule, std::nullopt) << "not known of all results";
