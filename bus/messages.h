@@ -15,7 +15,7 @@
 namespace legopt::bus {
 
 /// Protocol version of this build. PROTOCOL.md, section 2.
-inline constexpr std::int16_t kProtocolVersion = 10;
+inline constexpr std::int16_t kProtocolVersion = 11;
 
 /// Message type of a call: the value of frame.type.
 enum class MessageType : std::int16_t {

@@ -240,6 +240,7 @@ struct Description<legopt_msg::result_request> {
     check
         .Require(!(m.interpolation_environment_depth_m < 0 || m.interpolation_self_depth_m < 0),
                  "interpolation: a depth is negative")
+        .Require(!(m.margin_relaxed < 0 || m.margin_relaxed > 1), "margin_relaxed: must be within 0 .. 1")
         .Require(!(m.interpolation_free_share < 0 || m.interpolation_free_share > 1),
                  "interpolation_free_share: must be within 0 .. 1");
   }
@@ -285,6 +286,7 @@ struct Description<legopt_msg::result_request> {
       Field{"term_evaluations", &M::term_evaluations, AtLeast{0}},
       Field{"collision_queries", &M::collision_queries, AtLeast{0}},
       Field{"work_ns", &M::work_ns, AtLeast{0}},
+      Field{"margin_relaxed", &M::margin_relaxed, NanOrFinite{}},
       Field{"wall_us", &M::wall_us, AtLeast{0}},
       Field{"cpu_us", &M::cpu_us, AtLeast{0}},
       Field{"involuntary_context_switches", &M::involuntary_context_switches, AtLeast{0}},

@@ -28,6 +28,7 @@ struct ResultRecord {
   std::int64_t term_evaluations = 0;   ///< evaluations of values or derivatives; 0: not counted
   std::int64_t collision_queries = 0;  ///< queries by the solver; 0: not counted
   std::int64_t work_ns = 0;            ///< weighted evaluations; 0: not counted
+  double margin_relaxed = 0.0;         ///< largest share of the terms' margins that was relaxed for the solution
   std::int64_t wall_us = 0;            ///< wall time of the solve, including restarts, excluding loading
   std::int64_t cpu_us = 0;
   std::int64_t involuntary_context_switches = 0;
@@ -149,6 +150,7 @@ inline constexpr std::tuple kResultColumns{
     ResultColumn{"collision_queries", &ResultRecord::collision_queries}.AtLeast(0).NullWhen(
         IsZero<&ResultRecord::collision_queries>),
     ResultColumn{"work_ns", &ResultRecord::work_ns}.AtLeast(0).NullWhen(IsZero<&ResultRecord::work_ns>),
+    ResultColumn{"margin_relaxed", &ResultRecord::margin_relaxed}.Within(0, 1),
     ResultColumn{"solver_cost", &ResultRecord::solver_cost},
     ResultColumn{"solver_violation", &ResultRecord::solver_violation},
     ResultColumn{"verdict_literal", &ResultRecord::verdict_literal}.AlsoStale(),

@@ -183,6 +183,7 @@ legopt_msg::result_request ToMessage(const JobResult& job) {
   result.term_evaluations = solve.term_evaluations;
   result.collision_queries = solve.collision_queries;
   result.work_ns = solve.work_ns;
+  result.margin_relaxed = solve.margin_relaxed;
   result.wall_us = solve.wall_us;
   result.cpu_us = solve.cpu_us;
   result.involuntary_context_switches = solve.involuntary_context_switches;

@@ -140,6 +140,7 @@ Replay CompareResults(const StoredJob& stored, const JobResult& now) {
   differences.Add("term evaluations", stored.term_evaluations, now.solve.term_evaluations);
   differences.Add("collision queries", stored.collision_queries, now.solve.collision_queries);
   differences.Add("work", stored.work_ns, now.solve.work_ns);
+  if (stored.margin_relaxed) differences.Add("relaxed margin", *stored.margin_relaxed, now.solve.margin_relaxed);
   differences.Add("solver's cost", stored.solver_cost, now.solve.cost);
   differences.Add("solver's violation", stored.solver_violation, now.solve.max_violation);
   differences.Add("cost", stored.cost, now.evaluation.cost);

@@ -172,6 +172,7 @@ StoredJob ReadStoredJob(ResultSource& source, std::int64_t job_id, const SolverR
   stored.term_evaluations = OptionalAt<std::int64_t>(row, "term_evaluations");
   stored.collision_queries = OptionalAt<std::int64_t>(row, "collision_queries");
   stored.work_ns = OptionalAt<std::int64_t>(row, "work_ns");
+  stored.margin_relaxed = OptionalAt<double>(row, "margin_relaxed");
   stored.solver_cost = OptionalAt<double>(row, "solver_cost");
   stored.solver_violation = OptionalAt<double>(row, "solver_violation");
   stored.cost = OptionalAt<double>(row, "cost");

@@ -47,6 +47,7 @@ struct StoredJob {
   std::optional<Verdict> physical;  ///< nullopt: judged before schema version 14
   std::int64_t iterations = 0, restarts = 0;
   std::optional<std::int64_t> starts, term_evaluations, collision_queries, work_ns;  ///< nullopt: not counted
+  std::optional<double> margin_relaxed;                                              ///< nullopt: unknown
   std::optional<double> solver_cost, solver_violation, cost;                         ///< nullopt: not finite
   std::vector<Eigen::VectorXd> waypoints;
   std::vector<Eigen::VectorXd> unsolved;  ///< best point of the unsolved window; empty if none is stored

@@ -4,7 +4,7 @@ SELECT c.experiment_id, c.task, c.initialization, p.problem_id, j.repetition, j.
   m.hash AS method_hash, m.options_json, d.name AS dataset, d.hash AS dataset_hash,
   coalesce(w.build_id, '') AS build_id, r.solver_status, r.verdict_literal, r.verdict_strict, r.verdict_solid,
   r.verdict_physical,
-  r.iterations, r.restarts, r.starts, r.term_evaluations, r.collision_queries, r.work_ns, r.solver_cost, r.solver_violation,
+  r.iterations, r.restarts, r.starts, r.term_evaluations, r.collision_queries, r.work_ns, r.margin_relaxed, r.solver_cost, r.solver_violation,
   r.cost, r.trace
 FROM jobs AS j
 JOIN cells AS c USING (cell_id)

@@ -199,6 +199,8 @@ CREATE TABLE results (
   contact_limited_share REAL CHECK (contact_limited_share BETWEEN 0 AND 1),  -- since 15
   -- Term evaluations, each with the weight of its kind of term. NULL: not counted.
   work_ns INTEGER CHECK (work_ns >= 1),  -- since 16
+  -- Largest share of the terms' margins that the solver relaxed for the solution; 0: none.
+  margin_relaxed REAL CHECK (margin_relaxed BETWEEN 0 AND 1),  -- since 17
   CHECK (cost IS NOT NULL OR (verdict_literal <> 'success' AND verdict_strict <> 'success')),
   FOREIGN KEY (job_id, attempt) REFERENCES attempts (job_id, attempt),
   FOREIGN KEY (job_id, cell_id) REFERENCES jobs (job_id, cell_id)

@@ -177,7 +177,7 @@ SELECT j.job_id, c.experiment_id, m.name AS method, m.multi_starts, m.sample_siz
   c.initialization, p.problem_id, j.repetition, j.state, j.attempts, j.taken_from, r.solver_status, r.verdict_literal,
   r.verdict_strict, r.verdict_solid, r.verdict_physical, r.windows_solved, r.windows, r.cost, r.time_s, r.wall_us, r.cpu_us,
   r.iterations, r.restarts, r.starts, r.term_evaluations, r.collision_queries,
-  r.work_ns,
+  r.work_ns, r.margin_relaxed,
   (SELECT max(v.value) FROM violations AS v WHERE v.job_id = j.job_id
    AND v.check_name IN ('environment_collision', 'self_collision', 'containment')) AS solid_depth_m,
   (SELECT max(v.value) FROM violations AS v WHERE v.job_id = j.job_id AND v.check_name = 'step') AS longest_step_m,

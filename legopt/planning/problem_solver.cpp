@@ -373,6 +373,7 @@ void ProblemSolver::Run::Account(const MultiStartResult& result) {
   if (converged || !result.best.feasible || result.stopped()) outcome_.status = result.best.status;
   outcome_.budget_spent = result.best.budget_spent;
   outcome_.max_violation = std::max(outcome_.max_violation, result.best.value.max_violation);
+  outcome_.margin_relaxed = std::max(outcome_.margin_relaxed, result.best.margin_relaxed);
 }
 
 SolveOutcome ProblemSolver::Run::Finish() {

@@ -115,7 +115,7 @@ TEST(Result, FiguresMayBeNanButNotInfinite) {
   for (const Figure figure :
        {&M::solver_cost, &M::solver_violation, &M::cost, &M::interpolation_environment_depth_m,
         &M::interpolation_self_depth_m, &M::interpolation_free_share, &M::duration_s, &M::reduced_duration_s,
-        &M::velocity_limited_share, &M::torque_limited_share, &M::contact_limited_share}) {
+        &M::velocity_limited_share, &M::torque_limited_share, &M::contact_limited_share, &M::margin_relaxed}) {
     M message = Sample<M>();
     message.*figure = std::nan("");
     EXPECT_TRUE(Decode<M>(RawEncode(message)).has_value());

@@ -153,8 +153,8 @@ TEST_F(ResultColumns, AreKeptOfALateResult) {
 // Programs read the output of `legopt show JOB --format json`, in this order.
 TEST_F(ResultColumns, AreShownInTheirOrder) {
   EXPECT_EQ(ShownResultColumns(),
-            "solver_status, iterations, restarts, starts, term_evaluations, collision_queries, work_ns, solver_cost, "
-            "solver_violation, verdict_literal, verdict_strict, verdict_solid, verdict_physical, verdict_detail, "
+            "solver_status, iterations, restarts, starts, term_evaluations, collision_queries, work_ns, margin_relaxed, "
+            "solver_cost, solver_violation, verdict_literal, verdict_strict, verdict_solid, verdict_physical, verdict_detail, "
             "failed_waypoint, num_waypoints, "
             "cost, time_s, wall_us, cpu_us, "
             "involuntary_context_switches, peak_memory_bytes, windows, windows_solved, window_verdict, "

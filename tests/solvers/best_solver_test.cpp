@@ -219,6 +219,7 @@ TEST(Best, UnsolvedProblemRelaxesMargins) {
   x = One(0.0);
   const SolverResult result = Solve(options, program, x);
   EXPECT_TRUE(result.feasible);
+  EXPECT_EQ(result.margin_relaxed, 1.0);
   EXPECT_NEAR(x[0], 0.5, 0.01 + options.sqp.constraint_tolerance);
   // The margin is restored afterwards, and is unchanged if another restart succeeds.
   std::vector<double> rows;
@@ -228,7 +229,9 @@ TEST(Best, UnsolvedProblemRelaxesMargins) {
   AnalyticProgram wide(One(-1), One(1));
   wide.AddWithMargin([](const VectorXd& y) { return One(0.49 - y[0]); }, 0.015);
   x = One(0.0);
-  EXPECT_TRUE(Solve(options, wide, x).feasible);
+  const SolverResult kept = Solve(options, wide, x);
+  EXPECT_TRUE(kept.feasible);
+  EXPECT_EQ(kept.margin_relaxed, 0.0);
   EXPECT_GT(x[0], 0.505 - options.sqp.constraint_tolerance);
 }
 
@@ -240,7 +243,9 @@ TEST(Best, MarginsAreHalvedFirst) {
   program.Add(TermKind::kCost, [](const VectorXd& x) { return One(100.0 * (x[0] - 0.49)); });
   BestOptions options = QuietRestarts();
   VectorXd x = One(0.0);
-  EXPECT_TRUE(Solve(options, program, x).feasible);
+  const SolverResult result = Solve(options, program, x);
+  EXPECT_TRUE(result.feasible);
+  EXPECT_EQ(result.margin_relaxed, 0.5);
   EXPECT_NEAR(x[0], 0.495, 1.1 * options.sqp.constraint_tolerance);
 }
 

@@ -207,6 +207,7 @@ void BestSolver::RestartWithRelaxedMargins(Program& program, const SolverContext
       const bool solved = SolveWaypoints(program, context, {which, options_.waypoint_starts}, x, best);
       if (!solved) trial_ = x;
       if (!IsStopped(best.status)) TryRestart(program, context, solved, x, best);
+      if (best.feasible) best.margin_relaxed = share;
     }
   }
   RelaxMargin(program, 0.0);
