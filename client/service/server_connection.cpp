@@ -165,7 +165,7 @@ std::string ServerConnection::Query(const std::string& sql, int max_rows, double
   // Other requests may be answered first.
   auto reply = Ask(request, std::min(std::max(timeout_, ToMicroseconds(limit_s) + kWorkTimeout), kLongestCall));
   const QueryStatus status{reply.status};
-  if (status == QueryStatus::kStopped) throw ClientError(ExitCode::kUnreachable, "query: " + reply.message);
+  if (status == QueryStatus::kStopped) throw ClientError(ExitCode::kCutShort, "query: " + reply.message);
   if (status != QueryStatus::kOk) throw ClientError(ExitCode::kUsage, "query: " + reply.message);
   return std::move(reply.json);
 }

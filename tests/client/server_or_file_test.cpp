@@ -91,6 +91,8 @@ const std::vector<Words> kCommands = {
      "json"},
     {"query", "SELECT job_id FROM jobs", "--max-rows", "2"},
     {"query", "SELECT nothing"},
+    {"query", "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT count(*) FROM n", "--limit",
+     "0.2"},
     {"export", "1", "--dataset", "FOLDER", "--out", "FILE.json"},
     {"export", "1", "--methods", "A", "--dataset", "FOLDER", "--out", "FILE.json"},
     {"replay", "1", "--dataset", "FOLDER"},
