@@ -201,7 +201,8 @@ TEST_F(BenchmarkTable, JobListNamesEverything) {
             "repetition state attempts taken_from solver_status verdict_literal verdict_strict verdict_solid "
             "verdict_physical windows_solved windows "
             "cost time_s "
-            "wall_us cpu_us iterations restarts starts term_evaluations collision_queries work_ns margin_relaxed solid_depth_m "
+            "wall_us cpu_us iterations restarts starts term_evaluations collision_queries work_ns margin_relaxed "
+            "solid_depth_m "
             "longest_step_m "
             "interpolation_environment_depth_m interpolation_self_depth_m interpolation_free_share "
             "holding_postures holding_without_equilibrium holding_over_torque halfway_postures "
@@ -239,6 +240,7 @@ TEST_F(BenchmarkTable, JobListNamesEverything) {
                                   kNull,
                                   kNull,
                                   kNull,
+                                  0.0,
                                   0.0,
                                   0.0,
                                   kNull,

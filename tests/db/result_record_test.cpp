@@ -152,17 +152,19 @@ TEST_F(ResultColumns, AreKeptOfALateResult) {
 
 // Programs read the output of `legopt show JOB --format json`, in this order.
 TEST_F(ResultColumns, AreShownInTheirOrder) {
-  EXPECT_EQ(ShownResultColumns(),
-            "solver_status, iterations, restarts, starts, term_evaluations, collision_queries, work_ns, margin_relaxed, "
-            "solver_cost, solver_violation, verdict_literal, verdict_strict, verdict_solid, verdict_physical, verdict_detail, "
-            "failed_waypoint, num_waypoints, "
-            "cost, time_s, wall_us, cpu_us, "
-            "involuntary_context_switches, peak_memory_bytes, windows, windows_solved, window_verdict, "
-            "interpolation_environment_depth_m, interpolation_self_depth_m, interpolation_free_share, "
-            "holding_postures, holding_without_equilibrium, holding_over_torque, halfway_postures, "
-            "halfway_without_equilibrium, halfway_over_torque, duration_s, reduced_duration_s, "
-            "velocity_limited_share, torque_limited_share, contact_limited_share, attempt, "
-            "length(trace) AS trace_bytes");
+  EXPECT_EQ(
+      ShownResultColumns(),
+      "solver_status, iterations, restarts, starts, term_evaluations, collision_queries, work_ns, margin_relaxed, "
+      "solver_cost, solver_violation, verdict_literal, verdict_strict, verdict_solid, verdict_physical, "
+      "verdict_detail, "
+      "failed_waypoint, num_waypoints, "
+      "cost, time_s, wall_us, cpu_us, "
+      "involuntary_context_switches, peak_memory_bytes, windows, windows_solved, window_verdict, "
+      "interpolation_environment_depth_m, interpolation_self_depth_m, interpolation_free_share, "
+      "holding_postures, holding_without_equilibrium, holding_over_torque, halfway_postures, "
+      "halfway_without_equilibrium, halfway_over_torque, duration_s, reduced_duration_s, "
+      "velocity_limited_share, torque_limited_share, contact_limited_share, attempt, "
+      "length(trace) AS trace_bytes");
 }
 
 TEST(ResultFault, NamesTheColumnAndItsRange) {

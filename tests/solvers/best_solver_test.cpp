@@ -219,7 +219,7 @@ TEST(Best, UnsolvedProblemRelaxesMargins) {
   x = One(0.0);
   const SolverResult result = Solve(options, program, x);
   EXPECT_TRUE(result.feasible);
-  EXPECT_EQ(result.margin_relaxed, 1.0);
+  EXPECT_EQ(result.margin_relaxed, 0.5);
   EXPECT_NEAR(x[0], 0.5, 0.01 + options.sqp.constraint_tolerance);
   // The margin is restored afterwards, and is unchanged if another restart succeeds.
   std::vector<double> rows;
