@@ -291,20 +291,14 @@ inline std::string InsertJobs(std::size_t count) {
 }
 
 // Returns for each cell: experiment and the numbers of jobs, open, leased and dead jobs, results, failed jobs, solved
-// jobs and reused results. Failed jobs have no index, so they are searched only in cells whose other counts do not add
-// up.
+// jobs and reused results.
 inline constexpr char kCountByCell[] =
-    "WITH s AS MATERIALIZED (SELECT experiment_id, cell_id, num_jobs, "
-    "(SELECT count(*) FROM jobs AS j WHERE j.cell_id = c.cell_id AND j.state IN ('queued', 'leased')) AS open, "
-    "(SELECT count(*) FROM jobs AS j WHERE j.cell_id = c.cell_id AND j.state = 'dead') AS dead, "
-    "(SELECT count(*) FROM results AS r WHERE r.cell_id = c.cell_id) AS done FROM cells AS c) "
-    "SELECT experiment_id, num_jobs, open, "
-    "iif(open = 0, 0, (SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id AND j.state IN ('queued', 'leased') "
-    "AND +j.state = 'leased')), dead, done, "
-    "iif(open + dead + done = num_jobs, 0, (SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id "
-    "AND j.state = 'failed')), "
-    "(SELECT solved FROM rule_scores AS u WHERE u.cell_id = s.cell_id), "
-    "(SELECT count(*) FROM jobs AS j WHERE j.cell_id = s.cell_id AND j.taken_from IS NOT NULL) FROM s";
+    "SELECT c.experiment_id, c.num_jobs, "
+    "(SELECT count(*) FROM jobs AS j WHERE j.cell_id = c.cell_id AND j.state IN ('queued', 'leased')), "
+    "(SELECT count(*) FROM jobs AS j WHERE j.cell_id = c.cell_id AND j.state IN ('queued', 'leased') "
+    "AND +j.state = 'leased'), s.dead, s.done, s.failed, "
+    "(SELECT solved FROM rule_scores AS u WHERE u.cell_id = c.cell_id), s.taken_over "
+    "FROM cells AS c JOIN cell_states AS s USING (cell_id)";
 
 inline constexpr char kFindAttempt[] =
     "SELECT a.token, a.worker_id, a.outcome, j.state FROM attempts AS a JOIN jobs AS j USING (job_id) "

@@ -238,6 +238,8 @@ class QueryService::Impl {
       limits.time_limit = limit;
       return Answer(database->Query(query.request.sql, {}, limits));
     } catch (const db::StoreError& error) {
+      const std::lock_guard lock(mutex_);
+      if (stopping_) return Failure("the server is stopping");
       return Failure(error.what(),
                      error.code() == db::StoreErrorCode::kInterrupted ? QueryStatus::kStopped : QueryStatus::kRefused);
     } catch (const std::exception& error) {

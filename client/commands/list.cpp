@@ -61,7 +61,7 @@ void RequireProblem(ResultSource& source, std::int64_t experiment_id, int proble
 std::string Sql(const ListOptions& options, const ExperimentInfo& experiment, ResultSource& source) {
   const std::vector<std::string> columns = DistinguishingColumns(source, experiment.id);
   const KeptCells kept(source, experiment.id, options.filter);
-  source.AnnounceJobs(kept.num_jobs().value_or(experiment.num_jobs), experiment.id);
+  if (!options.problem) source.AnnounceJobs(kept.num_jobs().value_or(experiment.num_jobs), experiment.id);
   const auto shown = [&](const char* column) { return std::ranges::find(columns, column) != columns.end(); };
   return db::Sql(db::Query::kJobListing, {{"experiment_id", experiment.id},
                                           {"rule", options.rule.value_or(experiment.rule)},

@@ -235,6 +235,11 @@ std::vector<CellPair> PairCells(Sides& sides, const std::vector<MethodPair>& met
       if (a != nullptr && b != nullptr) pairs.push_back({*a, *b});
     }
   }
+  if (sides.a.source == sides.b.source && sides.a.experiment.info.id == sides.b.experiment.info.id) {
+    std::int64_t jobs = 0;
+    for (const CellPair& pair : pairs) jobs += pair.a.num_jobs + pair.b.num_jobs;
+    sides.a.source->AnnounceJobs(jobs, sides.a.experiment.info.id);
+  }
   const auto read = [&](Side& side, SolveCell CellPair::*cell) {
     SolvedExperiment chosen = side.experiment;
     chosen.cells.clear();

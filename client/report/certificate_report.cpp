@@ -111,9 +111,12 @@ void AddCertifiedCounts(ResultSource& source, const certify::ProblemFeasibility&
           FindCell(rows.At(i, "method_id").get<std::int64_t>(),
                    {rows.EnumAt<Task>(i, "task"), rows.EnumAt<Initialization>(i, "initialization")}, table);
       if (cell == nullptr) return;
-      const JobCounts moved{rows.At(i, "n").get<std::int64_t>(), rows.At(i, "solved").get<std::int64_t>()};
+      JobCounts& certified = cell->by_feasibility[Feasibility::kCertified];
+      JobCounts moved{rows.At(i, "n").get<std::int64_t>(), rows.At(i, "solved").get<std::int64_t>()};
+      // Results that arrived since the table was read are not in it.
+      moved.solved = feasibility == Feasibility::kOpen ? 0 : std::min(moved.solved, certified.solved);
       cell->by_feasibility[feasibility] += moved;
-      cell->by_feasibility[Feasibility::kCertified] -= moved;
+      certified -= moved;
     };
     QueryProblems(source, db::Query::kJobsOfProblems, *table, uncertified[feasibility], move_counts);
   }

@@ -118,10 +118,10 @@ std::unique_ptr<ResultSource> OpenResults(const SourceOptions& options) {
   return source;
 }
 
-void ResultSource::AnnounceJobs(std::int64_t jobs, std::int64_t experiment_id) const {
+void ResultSource::AnnounceJobs(std::int64_t jobs, std::int64_t experiment_id) {
   constexpr std::int64_t kMany = 50'000;
-  if (jobs < kMany || !announce_) return;
-  announce_("reads the results of " + std::to_string(jobs) + " jobs of experiment " + std::to_string(experiment_id) +
+  if (jobs < kMany || !announce_ || !announced_.insert(experiment_id).second) return;
+  announce_("reads " + std::to_string(jobs) + " jobs of experiment " + std::to_string(experiment_id) +
             "; --methods, --tasks and --initializations select fewer");
 }
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,7 +23,7 @@ namespace legopt::client {
 struct SourceOptions {
   std::optional<std::string> db;
   NetworkOptions network;
-  /// Receives a sentence before results of so many jobs are read that it takes seconds; may be empty.
+  /// Receives a sentence before 50,000 jobs or more are read, which takes seconds; may be empty.
   std::function<void(const std::string&)> announce = {};
 };
 
@@ -56,8 +57,8 @@ class ResultSource {
   virtual bool reads_file() const { return false; }
 
   void set_announce(std::function<void(const std::string&)> announce) { announce_ = std::move(announce); }
-  /// Announces that the results of these jobs of an experiment are read, if they are many.
-  void AnnounceJobs(std::int64_t jobs, std::int64_t experiment_id) const;
+  /// Announces that these jobs of an experiment are read, if they are 50,000 or more and it was not announced before.
+  void AnnounceJobs(std::int64_t jobs, std::int64_t experiment_id);
 
   static constexpr int kAllRows = 1'000'000;
   static constexpr double kDefaultLimit_s = 30;
@@ -65,6 +66,7 @@ class ResultSource {
 
  private:
   std::function<void(const std::string&)> announce_;
+  std::set<std::int64_t> announced_;  ///< experiments
 };
 
 std::unique_ptr<ResultSource> OpenResults(const SourceOptions& options);

@@ -2,10 +2,11 @@
 -- Parameters: :after_us, :rule, :examined, :limit. Order: newest first.
 WITH ended AS (
   SELECT job_id, received_at_us AS at_us FROM (
-    SELECT * FROM results WHERE received_at_us > :after_us ORDER BY received_at_us DESC LIMIT :examined) AS r
+    SELECT job_id, received_at_us, verdict_literal, verdict_strict, verdict_solid, verdict_physical
+    FROM results WHERE received_at_us > :after_us ORDER BY received_at_us DESC LIMIT :examined) AS r
   WHERE VERDICT_BY(:rule) IS NOT 'success'
   UNION ALL
-  SELECT job_id, at_us FROM (SELECT * FROM events ORDER BY event_id DESC LIMIT :examined)
+  SELECT job_id, at_us FROM (SELECT job_id, at_us, kind FROM events ORDER BY event_id DESC LIMIT :examined)
   WHERE at_us > :after_us AND kind IN ('job_dead', 'job_failed'))
 SELECT j.job_id AS job, c.experiment_id AS experiment, m.name AS method, c.task, c.initialization,
   p.problem_id AS problem,

@@ -1,4 +1,5 @@
 -- From schema version 16 to 17: numbers of results by cell, and indexes of ended jobs and of results by arrival.
+-- tables.sql states the new column.
 DROP INDEX dead_jobs_by_cell;
 CREATE INDEX jobs_without_result_by_cell ON jobs (cell_id, state) WHERE state IN ('failed', 'dead', 'cancelled');
 CREATE INDEX results_by_arrival ON results (received_at_us);

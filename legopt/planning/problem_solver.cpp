@@ -215,6 +215,7 @@ bool ProblemSolver::Run::SolvePath(const std::string& identity, const WaypointPa
   *solution = paths_->Solve(start, attempts, least_pieces);
   outcome_.restarts += solution->restarts;
   outcome_ += solution->effort;
+  if (solution->feasible) outcome_.margin_relaxed = std::max(outcome_.margin_relaxed, solution->margin_relaxed);
   return solution->feasible;
 }
 

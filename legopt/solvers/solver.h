@@ -95,7 +95,7 @@ struct SolveOutcome : Effort {
   std::vector<Eigen::VectorXd> waypoints;  ///< best point found, n + 7 numbers each; with windows: the solved part
   double cost = 0.0;                       ///< optimiser's own cost of the returned point
   double max_violation = 0.0;              ///< largest single constraint violation of the returned point
-  double margin_relaxed = 0.0;             ///< SolverResult::margin_relaxed, the maximum over all windows
+  double margin_relaxed = 0.0;             ///< SolverResult::margin_relaxed, the maximum over solved windows and paths
   int restarts = 0;                        ///< attempts beyond the first, summed over all windows
   int windows = 0;                         ///< 0 for tasks that are not solved window by window
   int windows_solved = 0;                  ///< number of solved windows from the first on; `waypoints` belong to them

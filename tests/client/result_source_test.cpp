@@ -125,7 +125,11 @@ TEST_F(ResultSourceTest, ReadingManyJobsIsAnnounced) {
   EXPECT_TRUE(announced.empty());
   source->AnnounceJobs(50'000, 7);
   ASSERT_EQ(announced.size(), 1U);
-  EXPECT_TRUE(announced[0].starts_with("reads the results of 50000 jobs of experiment 7;")) << announced[0];
+  EXPECT_TRUE(announced[0].starts_with("reads 50000 jobs of experiment 7;")) << announced[0];
+  source->AnnounceJobs(70'000, 7);
+  EXPECT_EQ(announced.size(), 1U) << "once for each experiment";
+  source->AnnounceJobs(70'000, 8);
+  EXPECT_EQ(announced.size(), 2U);
 }
 
 TEST_F(ResultSourceTest, FindsTheNewestExperiment) {

@@ -88,6 +88,7 @@ struct PathSolution {
   bool feasible = false;                                 ///< feasible according to the solver
   SolveStatus status = SolveStatus::kConvergedFeasible;  ///< status of the last solve, or of a stop
   double max_violation = 0.0;                            ///< violation in the last program
+  double margin_relaxed = 0.0;                           ///< SolverResult::margin_relaxed of the last program
   int restarts = 0;                                      ///< attempts beyond the first
   Effort effort;                                         ///< effort of all attempts
   std::string message;                                   ///< reason of a failure: the largest violation
