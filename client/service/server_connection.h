@@ -24,9 +24,9 @@ struct NetworkOptions : app::NetworkFlags {
 };
 
 /// Calls to the server of a deployment, one at a time. Every call throws ClientError: kUnreachable if no answer arrives
-/// in time, kCutShort if a query is stopped at its limit, kUsage if the server refuses the request, kInterrupted if the
-/// user interrupts the wait (only under an InterruptGuard), kInternal if the answer is invalid. Thread rule: one
-/// thread.
+/// in the time that the options give, kCutShort if a query is stopped at its limit, kUsage if the server refuses the
+/// request, kInterrupted if the user interrupts the wait (only under an InterruptGuard), kInternal if the answer is
+/// invalid. Thread rule: one thread.
 class ServerConnection {
  public:
   /// Joins the network without sending anything. Throws bus::BusError.
