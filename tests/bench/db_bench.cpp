@@ -86,7 +86,7 @@ void BM_LoadStateWithAMillionJobs(benchmark::State& state) {
     const auto store = OpenSqliteStore(MillionResults());
     if (store->LoadOpenState().open.size() != 1) state.SkipWithError("wrong state");
   }
-  state.SetItemsProcessed(state.iterations() * kResultsPerExperiment);
+  state.SetItemsProcessed(state.iterations() * JobsOf(kProblemsOfAMillion));
 }
 BENCHMARK(BM_LoadStateWithAMillionJobs)->Unit(benchmark::kMillisecond)->UseRealTime()->Iterations(1);
 
