@@ -7,21 +7,24 @@ set(LEGOPT_UNITY_SIZE 8 CACHE STRING "Sources compiled at a time, at most")
 # Absolute paths of sources that are compiled alone nevertheless.
 set_property(GLOBAL PROPERTY LEGOPT_COMPILED_ALONE "")
 
-# Writes batches of `sources` (relative to the tree) as NAME_1.cpp, ..., and appends them to the list `out`. The batches
-# have nearly the same size, because they are compiled in parallel.
-function(legopt_write_batches name sources out)
+define_property(TARGET PROPERTY LEGOPT_UNITY_SIZE
+  BRIEF_DOCS "Sources of this target compiled at a time, at most; for sources that take long")
+
+# Writes batches of at most `size` of the `sources` (relative to the tree) as NAME_1.cpp, ..., and appends them to the
+# list `out`. The batches have nearly the same size, because they are compiled in parallel.
+function(legopt_write_batches name size sources out)
   list(LENGTH sources count)
   if(count LESS 2)
     list(TRANSFORM sources PREPEND ${PROJECT_SOURCE_DIR}/)
     set(${out} ${${out}} ${sources} PARENT_SCOPE)
     return()
   endif()
-  math(EXPR batches "(${count} + ${LEGOPT_UNITY_SIZE} - 1) / ${LEGOPT_UNITY_SIZE}")
+  math(EXPR batches "(${count} + ${size} - 1) / ${size}")
   set(first 0)
   foreach(batch RANGE 1 ${batches})
     math(EXPR end "${count} * ${batch} / ${batches}")
-    math(EXPR size "${end} - ${first}")
-    list(SUBLIST sources ${first} ${size} part)
+    math(EXPR length "${end} - ${first}")
+    list(SUBLIST sources ${first} ${length} part)
     list(TRANSFORM part REPLACE "(.+)" "#include \"\\1\"\n")
     string(CONCAT text ${part})
     file(CONFIGURE OUTPUT ${name}_${batch}.cpp CONTENT "${text}" @ONLY)
@@ -62,9 +65,13 @@ function(legopt_unite_target target)
     list(APPEND sources_of_${group} ${source})
   endforeach()
 
+  get_target_property(size ${target} LEGOPT_UNITY_SIZE)
+  if(NOT size)
+    set(size ${LEGOPT_UNITY_SIZE})
+  endif()
   list(REMOVE_DUPLICATES groups)
   foreach(group IN LISTS groups)
-    legopt_write_batches(${binary_folder}/${group} "${sources_of_${group}}" kept)
+    legopt_write_batches(${binary_folder}/${group} ${size} "${sources_of_${group}}" kept)
   endforeach()
   legopt_use_precompiled_header(${target})
   set_property(TARGET ${target} PROPERTY SOURCES ${kept})

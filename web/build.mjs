@@ -7,15 +7,24 @@ import { fileURLToPath } from 'node:url';
 const here = dirname(fileURLToPath(import.meta.url));
 const out = process.argv[2] ?? join(here, 'dist');
 mkdirSync(out, { recursive: true });
+const common = { absWorkingDir: here, bundle: true, minify: true, format: 'iife', target: 'es2020', charset: 'ascii', legalComments: 'none' };
+
+// import text from 'program:FILE': src/FILE as a program for a thread.
+const threadPrograms = {
+  name: 'thread-programs',
+  setup(builder) {
+    builder.onResolve({ filter: /^program:/ }, ({ path }) => ({ path: path.slice('program:'.length), namespace: 'program' }));
+    builder.onLoad({ filter: /.*/, namespace: 'program' }, async ({ path }) => {
+      const { outputFiles } = await build({ ...common, entryPoints: [join('src', path)], write: false });
+      return { contents: outputFiles[0].text, loader: 'text' };
+    });
+  },
+};
+
 const result = await build({
-  absWorkingDir: here,
+  ...common,
   entryPoints: ['src/main.tsx'],
-  bundle: true,
-  minify: true,
-  format: 'iife',
-  target: 'es2020',
-  charset: 'ascii',
-  legalComments: 'none',
+  plugins: [threadPrograms],
   loader: { '.css': 'text' },
   jsx: 'automatic',
   jsxImportSource: 'preact',

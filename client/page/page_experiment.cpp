@@ -284,6 +284,10 @@ Json PairsJson(const SourceOptions& options, const SolvedExperiment& experiment,
       try {
         Json pair = {{"a", a}, {"b", b}};
         pair.update(DescribeComparison(ReadComparison(request), experiment, experiment));
+        for (Json& cell : pair["cells"]) {  // those of the experiment's columns
+          cell.erase("problems");
+          cell.erase("methods");
+        }
         list.push_back(std::move(pair));
       } catch (const ClientError& error) {  // no jobs that both have finished
         list.push_back({{"a", a}, {"b", b}, {"refused", error.what()}});

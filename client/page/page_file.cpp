@@ -137,7 +137,8 @@ int GeometryBlock::Add(const TriangleMesh& mesh) {
 namespace {
 
 constexpr char kPolicy[] =
-    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; "
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; worker-src blob:; "
+    "base-uri 'none'; "
     "form-action 'none'";
 
 constexpr char kBody[] =

@@ -31,8 +31,8 @@ constexpr std::chrono::milliseconds kKeepingInterval{250};
 
 // Allows only content from this server; the script contains the styles.
 constexpr char kPolicy[] =
-    "default-src 'none'; script-src 'self'; style-src 'unsafe-inline'; img-src 'self' data: blob:; connect-src 'self'; "
-    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+    "default-src 'none'; script-src 'self'; style-src 'unsafe-inline'; img-src 'self' data: blob:; worker-src blob:; "
+    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 union Address {
   sockaddr any;

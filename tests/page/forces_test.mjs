@@ -42,7 +42,7 @@ const distance = (a, b) => Math.hypot(...a.map((v, i) => v - b[i]));
 
 test('a posture with hands shows its forces, cones, torques and polygon, and a toggle hides them', async () => {
   const page = await open(FORCES_PAGE);
-  const job = await page.evaluate(() => { const { jobs } = window.legopt.page.experiments[0]; return jobs.job.find((id, i) => jobs.physical[i] === 'success'); });
+  const job = await page.evaluate(() => window.legopt.jobs(0).find(({ physical }) => physical === 'success')?.job);
   await page.evaluate((id) => { location.hash = `#v=job&job=${id}`; }, job);
   await page.waitForFunction(() => window.legopt.view?.drawnForces().length > 0);
   const names = await drawn(page);

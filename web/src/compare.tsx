@@ -1,6 +1,7 @@
 // A compared with B, as by `legopt compare`.
 import { dot, line, plot, ruleX, ruleY, text as textMark } from '@observablehq/plot';
-import type { CellComparison, ColumnFigures, Experiment, Page, Pair, Ratio } from './data';
+import { ask, useAnswer } from './background';
+import type { CellComparison, ColumnFigures, Experiment, Page, Pair, PairFigures, Ratio } from './data';
 import { CurveSet } from './curves';
 import { Figure } from './figure';
 import { colour, failure, faint, ink } from './marks';
@@ -9,6 +10,7 @@ import { DASH, interval, number, p, time } from './text';
 import { captionOf } from './table';
 
 const VERDICTS: Record<string, string> = { none: 'no difference shown', better: 'B is better', worse: 'B is worse', mixed: 'mixed: better in one, worse in another' };
+const MOST_LINKS = 500;  // points that are links of their own; with more, the point at the pointer is one
 const RUNTIMES: Record<string, string> = { equal: 'equal', a: 'A has solved at least as many at every time', b: 'B has solved at least as many at every time', crossing: 'the curves cross' };
 
 interface Point { x: number; y: number; problem: number; job: number | null; kind: string }
@@ -16,11 +18,10 @@ interface Point { x: number; y: number; problem: number; job: number | null; kin
 /** Problems by the values of both methods; unsolved by one: on the border, by both: in the corner. */
 function points(figures: ColumnFigures, measure: 'time_ms' | 'cost', rim: number): Point[] {
   const [a, b] = figures.methods;
-  return figures.problems.filter((_, i) => a.share[i] !== null && b.share[i] !== null).map((problem) => {
-    const i = figures.problems.indexOf(problem);
+  return [...figures.problems.keys()].filter((i) => a.share[i] !== null && b.share[i] !== null).map((i) => {
     const x = a[measure][i], y = b[measure][i];
     const kind = x === null ? (y === null ? 'neither' : 'only B') : y === null ? 'only A' : 'both';
-    return { x: x ?? rim, y: y ?? rim, problem, job: kind === 'only A' ? b.job[i] : a.job[i], kind };
+    return { x: x ?? rim, y: y ?? rim, problem: figures.problems[i], job: kind === 'only A' ? b.job[i] : a.job[i], kind };
   }).filter((point) => point.x > 0 && point.y > 0);
 }
 
@@ -30,7 +31,9 @@ function scatter(figures: ColumnFigures, measure: 'time_ms' | 'cost', names: [st
   const data = points(figures, measure, rim);
   const domain: [number, number] = [low, rim * 1.15];
   const rimmed = data.some((d) => d.kind !== 'both');
-  return plot({
+  const to = (d: Point) => (d.job === null ? null : href({ v: 'job', e: e || undefined, job: d.job, ghost: undefined, w: undefined }));
+  const links = data.length <= MOST_LINKS;
+  const drawn = plot({
     width, height: Math.min(width, 420), marginLeft: 50, style: { color: ink(), background: 'transparent', fontSize: '11px' },
     x: { type: 'log', domain, label: `A: ${names[0]}, ${unit} \u2192`, grid: true, ticks: 5, tickFormat: '~g' },
     y: { type: 'log', domain, label: `\u2191 B: ${names[1]}, ${unit}`, grid: true, ticks: 5, tickFormat: '~g' },
@@ -40,11 +43,13 @@ function scatter(figures: ColumnFigures, measure: 'time_ms' | 'cost', names: [st
         textMark([{ x: low, y: rim }], { x: 'x', y: 'y', text: () => 'not solved by B', fill: failure(), textAnchor: 'start', dy: -7 })] : []),
       dot(data, { x: 'x', y: 'y', symbol: (d: Point) => (d.kind === 'both' ? 'circle' : 'times'), r: 3.6, strokeWidth: 1.6,
         stroke: (d: Point) => (d.kind === 'both' ? colour(0) : failure()), fill: (d: Point) => (d.kind === 'both' ? colour(0) : 'none'), fillOpacity: 0.35,
-        href: (d: Point) => (d.job === null ? null : href({ v: 'job', e: e || undefined, job: d.job, ghost: undefined, w: undefined })),
+        ...(links ? { href: to } : {}),
         title: (d: Point) => `problem ${d.problem}, ${d.kind === 'both' ? `A ${number(d.x)}, B ${number(d.y)}` : `solved by ${d.kind}`}; click: the job`, tip: true }),
     ],
     symbol: { type: 'identity' }, color: { type: 'identity' },
   });
+  if (!links) drawn.addEventListener('click', () => { const at = drawn.value as Point | null, address = at && to(at); if (address) location.hash = address; });
+  return drawn;
 }
 
 function scatterRows(figures: ColumnFigures, measure: 'time_ms' | 'cost'): (string | number | null)[][] {
@@ -76,14 +81,15 @@ function Verdict({ cell, e }: { cell: CellComparison; e: number }) {
   );
 }
 
-function PairView({ pair, e, eB, names, marks, caption, log, chosen }: { pair: Pair; e: number; eB: number; names: [string, string]; marks: [number, number]; caption: string; log: boolean; chosen: number }) {
-  if (pair.refused || !pair.report || !pair.cells) return <p class="note">These two are not compared: {pair.refused}.</p>;
-  const comparisons = pair.report.comparisons;
+function PairView({ pair, figures: pairFigures, e, eB, names, marks, caption, log, chosen }: { pair: Pair; figures: PairFigures | null; e: number; eB: number; names: [string, string]; marks: [number, number]; caption: string; log: boolean; chosen: number }) {
+  if (pair.refused) return <p class="note">These two are not compared: {pair.refused}.</p>;
+  if (!pairFigures) return null;
+  const { report, cells } = pairFigures, { comparisons } = report;
   if (comparisons.length === 0) return <p class="note">No problem that both have finished.</p>;
-  const i = Math.min(chosen, comparisons.length - 1), cell = comparisons[i], figures = pair.cells[i];
+  const i = Math.min(chosen, comparisons.length - 1), cell = comparisons[i], figures = cells[i];
   const title = (c: CellComparison) => `${c.task} from ${c.initialization.replace('_', ' ')}${comparisons.filter((o) => o.task === c.task && o.initialization === c.initialization).length > 1 ? `, ${c.method_a.name}` : ''}`;
   const both: [string, string] = [names[0] === names[1] ? `${names[0]} (A)` : names[0], names[0] === names[1] ? `${names[1]} (B)` : names[1]];
-  const depends = [pair, i, log];
+  const depends = [pairFigures, i, log];
   const said = `${title(cell)}; n = ${cell.pairs} pairs, ${cell.both} solved by both. ${caption}`;
   return (
     <>
@@ -98,8 +104,8 @@ function PairView({ pair, e, eB, names, marks, caption, log, chosen }: { pair: P
       </div>
       <h3>The two alone</h3>
       <CurveSet name="pair" figures={figures} names={both.map((name, k) => ({ title: name, mark: marks[k] }))} pool="these two" caption={said} log={log} depends={depends} />
-      {pair.report.notes.length > 0 && <ul class="notes">{pair.report.notes.map((note) => <li key={note}>{note}</li>)}</ul>}
-      <p class="caption">p is adjusted by Holm over the comparisons of the list above. Rules: docs/explanation/statistics.md. With fewer than {pair.report.least_discordant} problems that only one solves, no difference in success can be shown.</p>
+      {report.notes.length > 0 && <ul class="notes">{report.notes.map((note) => <li key={note}>{note}</li>)}</ul>}
+      <p class="caption">p is adjusted by Holm over the comparisons of the list above. Rules: docs/explanation/statistics.md. With fewer than {report.least_discordant} problems that only one solves, no difference in success can be shown.</p>
     </>
   );
 }
@@ -110,7 +116,9 @@ export function CompareView({ page, experiment, e, state }: { page: Page; experi
   const a = Math.min(Number(state.a ?? 0), experiment.methods.length - 1);
   const b = Number(state.b ?? Math.min(a + 1, experiment.methods.length - 1));
   const [low, high] = a < b ? [a, b] : [b, a];
-  const pair = experiment.pairs.find((one) => one.a === low && one.b === high);
+  const i = experiment.pairs.findIndex((one) => one.a === low && one.b === high), pair = experiment.pairs[i];
+  const shown = across ?? pair, asked = shown && !shown.refused ? (across ? `across ${state.x}` : `${e} ${i}`) : null;
+  const figures = useAnswer(String(asked), async () => (asked === null ? null : across ? ask('acrossPair', Number(state.x)) : ask('pair', e, i)), [page]);
   const select = (key: string, value: number) => (
     <select aria-label={key.toUpperCase()} value={value} onChange={(x) => go({ [key]: x.currentTarget.value, x: undefined })}>
       {experiment.methods.map((method, m) => <option value={m} key={m}>{method.choice}</option>)}</select>);
@@ -122,10 +130,10 @@ export function CompareView({ page, experiment, e, state }: { page: Page; experi
           {page.experiments![one.a].name} ({page.experiments![one.a].id}) against {page.experiments![one.b].name} ({page.experiments![one.b].id})</a>)}
         <label><input type="checkbox" checked={log} onChange={() => go({ lin: log ? '1' : undefined }, true)} /> logarithmic curves</label>
       </div>
-      {across ? <PairView pair={across} e={across.a} eB={across.b} names={[page.experiments![across.a].name, page.experiments![across.b].name]} marks={[0, 1]} log={log} chosen={chosen}
+      {across ? <PairView pair={across} figures={figures} e={across.a} eB={across.b} names={[page.experiments![across.a].name, page.experiments![across.b].name]} marks={[0, 1]} log={log} chosen={chosen}
         caption={`A: ${captionOf(page.experiments![across.a])} B: ${captionOf(page.experiments![across.b])}`} />
         : low === high ? <p class="note">Choose two methods.</p>
-        : pair ? <PairView pair={pair} e={e} eB={e} names={[experiment.methods[low].choice, experiment.methods[high].choice]} marks={[low, high]} caption={captionOf(experiment)} log={log} chosen={chosen} />
+        : pair ? <PairView pair={pair} figures={figures} e={e} eB={e} names={[experiment.methods[low].choice, experiment.methods[high].choice]} marks={[low, high]} caption={captionOf(experiment)} log={log} chosen={chosen} />
         : <p class="note">This file compares only the first method with each other one; 'legopt compare' compares any two.</p>}
     </>
   );

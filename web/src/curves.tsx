@@ -1,5 +1,6 @@
 // Profiles, runtime and cost distributions; plotted here, computed by legopt/statistics.
 import { dot, line, plot, ruleX, ruleY, text as textMark, type Markish } from '@observablehq/plot';
+import { ask, useAnswer } from './background';
 import type { ColumnFigures, Curve, Experiment } from './data';
 import { Figure } from './figure';
 import { DASHES, SIGNS, colour, faint, ink, symbol } from './marks';
@@ -8,6 +9,20 @@ import { captionOf } from './table';
 
 export interface Shown { title: string; mark: number; curve: Curve | null; hidden?: boolean }
 
+interface Point { x: number; y: number }
+
+/** A rising step curve with one step for each pixel: the first place, the last height. */
+function thinned(points: Point[], pixel: (x: number) => number): Point[] {
+  const kept: Point[] = [];
+  let last = NaN;
+  for (const point of points) {
+    const at = Math.round(pixel(point.x));
+    if (at === last) kept[kept.length - 1].y = point.y; else kept.push({ ...point });
+    last = at;
+  }
+  return kept;
+}
+
 /** Step curves from `start`, each extended to the right edge and labelled there. */
 export function stepPlot(shown: Shown[], options: { width: number; start: number; log: boolean; label: string; limit?: number }): Element {
   const all = shown.filter((s) => s.curve && s.curve.x.length > 0), drawn = all.filter((s) => !s.hidden);  // all: for axes
@@ -15,13 +30,16 @@ export function stepPlot(shown: Shown[], options: { width: number; start: number
   const right = options.log ? largest * 1.15 : largest * 1.05;
   const smallest = all.length > 0 ? Math.min(...all.map((s) => s.curve!.x[0]), largest) : largest / 10;
   const left = options.start > 0 ? options.start : options.log ? smallest * 0.8 : 0;
+  const scaled = options.log ? Math.log : (x: number) => x;
+  const pixel = (x: number) => (options.width * (scaled(x) - scaled(left))) / (scaled(right) - scaled(left));
   const marks: Markish[] = [ruleY([0, 1], { stroke: faint(), strokeOpacity: 0.5 })];
   if (options.limit && options.limit < right) marks.push(ruleX([options.limit], { stroke: faint(), strokeDasharray: '2 3' }));
   const ends: { y: number; title: string; mark: number }[] = [];
   for (const s of drawn) {
-    const points = [{ x: left, y: 0 }];
-    s.curve!.x.forEach((x, i) => { if (x >= left) points.push({ x, y: s.curve!.y[i] }); else points[0].y = s.curve!.y[i]; });
-    points.push({ x: right, y: s.curve!.y[s.curve!.y.length - 1] });
+    const { x, y } = s.curve!, steps: Point[] = [{ x: left, y: 0 }];
+    for (let i = 0; i < x.length; ++i) if (x[i] >= left) steps.push({ x: x[i], y: y[i] }); else steps[0].y = y[i];
+    steps.push({ x: right, y: y[y.length - 1] });
+    const points = thinned(steps, pixel);
     marks.push(line(points, { x: 'x', y: 'y', curve: 'step-after', stroke: colour(s.mark), strokeWidth: 1.8, strokeDasharray: DASHES[s.mark % DASHES.length] }));
     const some = points.filter((_, i) => i % Math.max(1, Math.floor(points.length / 6)) === 0);
     marks.push(dot(some, { x: 'x', y: 'y', symbol: symbol(s.mark), stroke: colour(s.mark), fill: colour(s.mark), r: 2.6 }));
@@ -44,7 +62,7 @@ export function stepPlot(shown: Shown[], options: { width: number; start: number
 
 export function curveRows(shown: Shown[], x: string): (string | number)[][] {
   const rows: (string | number)[][] = [['method', x, 'share']];
-  for (const s of shown.filter((one) => !one.hidden)) s.curve?.x.forEach((value, i) => rows.push([s.title, value, s.curve!.y[i]]));
+  for (const { title, curve } of shown.filter((one) => !one.hidden)) for (let i = 0; curve && i < curve.x.length; ++i) rows.push([title, curve.x[i], curve.y[i]]);
   return rows;
 }
 
@@ -98,7 +116,8 @@ function Legend({ experiment, hidden }: { experiment: Experiment; hidden: Set<nu
 }
 
 export function ProfileView({ experiment, state }: { experiment: Experiment; state: State }) {
-  const c = Math.min(Number(state.c ?? 0), experiment.columns.length - 1), log = state.lin === undefined;
+  const e = Number(state.e ?? 0), c = Math.min(Number(state.c ?? 0), experiment.columns.length - 1), log = state.lin === undefined;
+  const figures = useAnswer(`${e} ${c}`, () => ask('column', e, c), [experiment]);
   const hidden = new Set((state.hide ?? '').split('.').filter(Boolean).map(Number));
   const names = experiment.methods.map((method, m) => ({ title: method.choice, mark: m, hidden: hidden.has(m) }));
   return (
@@ -106,8 +125,8 @@ export function ProfileView({ experiment, state }: { experiment: Experiment; sta
       <div class="bar"><ColumnChoice experiment={experiment} state={state} />
         <label><input type="checkbox" checked={log} onChange={() => go({ lin: log ? '1' : undefined }, true)} /> logarithmic</label></div>
       <Legend experiment={experiment} hidden={hidden} />
-      <CurveSet name={`${experiment.columns[c].task}-${experiment.columns[c].initialization}`} figures={experiment.columns[c]} names={names} log={log}
-        pool={`all ${experiment.methods.length} methods`} caption={`${experiment.columns[c].title}. ${captionOf(experiment)}`} depends={[experiment, c, log, state.hide]} />
+      {figures && <CurveSet name={`${experiment.columns[c].task}-${experiment.columns[c].initialization}`} figures={figures} names={names} log={log}
+        pool={`all ${experiment.methods.length} methods`} caption={`${experiment.columns[c].title}. ${captionOf(experiment)}`} depends={[figures, log, state.hide]} />}
     </>
   );
 }

@@ -1,9 +1,11 @@
 // The data contract, docs/reference/page-data.md: the content that C++ wrote into this file, or sends, and the decoding
 // of its blocks.
 
-export const FORMAT = 1;
+import { ask } from './background';
+import { JobTable, type Rule } from './job_table';
+import { unpacked } from './store';
 
-export interface Curve { x: number[]; y: number[] }
+export interface Curve { x: ArrayLike<number>; y: ArrayLike<number> }
 export interface Profile { curves: (Curve | null)[]; problems: number; unsolved: number }
 export interface MethodValues {
   time_ms: (number | null)[]; cost: (number | null)[]; time_ratio: (number | null)[]; cost_ratio: (number | null)[];
@@ -14,7 +16,7 @@ export interface ColumnFigures {
   profiles: { time: Profile | null; cost: Profile | null };
   runtimes: (Curve | null)[]; costs: (Curve | null)[];
 }
-export interface Column extends ColumnFigures {
+export interface Column {
   task: string; initialization: string; title: string; causes: (Record<string, number> | null)[];
 }
 export interface Method {
@@ -47,28 +49,20 @@ export interface CellComparison {
   fastest: { problem: number; job_a: number; job_b: number; time_ratio: number }[];
   slowest: { problem: number; job_a: number; job_b: number; time_ratio: number }[];
 }
-export interface Pair {
-  a: number; b: number; refused?: string;
-  report?: { a: { title: string }; b: { title: string }; dataset: string; change: string; notes: string[]; least_discordant: number; comparisons: CellComparison[] };
-  cells?: ColumnFigures[];
-}
-export interface Jobs {
-  job: number[]; method: number[]; column: number[]; problem: number[]; repetition: number[]; state: string[];
-  status: (string | null)[]; literal: (string | null)[]; strict: (string | null)[]; solid: (string | null)[];
-  physical: (string | null)[];
-  cost: (number | null)[]; wall_us: (number | null)[]; cpu_us: (number | null)[]; contended: boolean[];
-  iterations: (number | null)[]; restarts: (number | null)[]; term_evaluations: (number | null)[];
-  failed_waypoint: (number | null)[]; detail: (string | null)[];
+export interface Pair { a: number; b: number; refused?: string }
+export interface PairFigures {
+  report: { a: { title: string }; b: { title: string }; dataset: string; change: string; notes: string[]; least_discordant: number; comparisons: CellComparison[] };
+  cells: ColumnFigures[];
 }
 /** CPU time of a solve in us; wall time of results without it. */
 export const solveTime = (cpu_us: number | null, wall_us: number | null) => cpu_us || wall_us;
 export interface Experiment {
   place: string; newest_result_utc?: string | null; id: number; name: string; state: string; unfinished: number;
-  dataset: { name: string; hash: string; split: string }; rule: 'literal' | 'strict' | 'solid' | 'physical'; seed: number; repetitions: number;
+  dataset: { name: string; hash: string; split: string }; rule: Rule; seed: number; repetitions: number;
   submitted_utc: string; origin: string; build_ids: string;
   table: { rows: TableRow[]; jobs: number; finished: number; origins: Record<string, unknown>[]; other_rule?: OtherRule };
   statistics: { columns: { task: string; initialization: string; common: number; complete: number; left_out?: string[]; reference?: string | null; informative?: number | null; cochran_q: number | null; cochran_p: number | null }[]; rows: Statistics[] };
-  methods: Method[]; columns: Column[]; pairs: Pair[]; jobs: Jobs; dataset_index: number | null;
+  methods: Method[]; columns: Column[]; pairs: Pair[]; jobs: JobTable; outcomes: string[]; dataset_index: number | null;
 }
 export type Pose = [number, number, number, number, number, number, number];
 export interface Joint {
@@ -132,6 +126,7 @@ export interface Playback {
 export interface Page {
   format: number; kind: 'report' | 'view'; title: string; written_utc?: string;
   legopt: { version: string; build_id: string }; rule: string; notes: string[];
+  version: number;  // of the lists in the background, which hold this page
   experiments?: Experiment[]; across?: Pair[]; datasets: Dataset[]; chunks: [number, number][][];
   jobs?: Record<string, unknown>[]; problem?: { task: string; id: number };
 }
@@ -145,32 +140,30 @@ class ServerError extends Error {
 
 const BUSY = 503, RETRY_MS = 1000;
 
-async function sentBytesOf(name: string): Promise<ArrayBuffer> {
+async function sentBlock(name: string): Promise<ArrayBuffer> {
   const answer = await fetch(`blocks/${name}${location.search}`);
   if (answer.status === 404) throw new Error(await answer.text());  // names the missing block and the reason
   if (!answer.ok || !answer.body) throw new ServerError(answer.status, await answer.text());
-  return new Response(answer.body.pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
+  return answer.arrayBuffer();
 }
 
-async function bytesOf(name: string): Promise<ArrayBuffer> {
-  if (isLive) return sentBytesOf(name);
+async function blockOf(name: string): Promise<ArrayBuffer | string> {
+  if (isLive) return sentBlock(name);
   const block = document.getElementById(name);
   if (!block) throw new Error(`this file has no block '${name}': it was cut off; write it again`);
-  const text = atob(block.textContent ?? '');
-  const packed = new Uint8Array(text.length);
-  for (let i = 0; i < text.length; ++i) packed[i] = text.charCodeAt(i);
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream('gzip'));
-  return new Response(stream).arrayBuffer();
+  return block.textContent ?? '';
 }
 
-export async function readJson<T>(name: string): Promise<T> {
+const bytesOf = async (name: string): Promise<ArrayBuffer> => unpacked(await blockOf(name));
+
+async function readJson<T>(name: string): Promise<T> {
   return JSON.parse(new TextDecoder().decode(await bytesOf(name))) as T;
 }
 
 export async function readPage(): Promise<Page> {
-  const page = await readJson<Page>('page');
-  if (page.format > FORMAT) throw new Error(`this file has format ${page.format}; its program reads up to ${FORMAT}`);
-  return page;
+  const page = await ask('page', await blockOf('page'));
+  await new Promise((resolve) => { setTimeout(resolve); });  // the browser draws between receiving and showing
+  return { ...page, experiments: page.experiments?.map((e) => ({ ...e, jobs: new JobTable(e.jobs) })) };
 }
 
 /** Inverse of PackWaypoints and PackExactly (client/page/page_file.h). */

@@ -25,34 +25,48 @@ export function standaloneSvg(holder: Element): string {
   return new XMLSerializer().serializeToString(svg).replace(/currentColor/g, ink());
 }
 
+const queue: (() => void)[] = [];
+
+/** Draws after the page had time for its reader: one drawing at a time. */
+function soon(draw: () => void): void {
+  queue.push(draw);
+  if (queue.length === 1) setTimeout(drawNext);
+}
+
+function drawNext(): void {
+  queue[0]();
+  queue.shift();
+  if (queue.length > 0) setTimeout(drawNext);
+}
+
 export function Figure(props: Props) {
   const holder = useRef<HTMLDivElement>(null);
   useEffect(() => {
     const element = holder.current!;
-    let seen = false;
+    let seen = false, gone = false;
     const draw = () => {
-      seen = true;
+      if (gone) return;
       const drawn = props.draw(Math.max(280, Math.min(640, element.clientWidth)));
       element.replaceChildren(drawn);
     };
-    const observer = new IntersectionObserver((entries) => { if (!seen && entries.some((e) => e.isIntersecting)) draw(); }, { rootMargin: '300px' });
+    const observer = new IntersectionObserver((entries) => { if (!seen && entries.some((e) => e.isIntersecting)) { seen = true; soon(draw); } }, { rootMargin: '300px' });
     observer.observe(element);
     let width = element.clientWidth;
     const resized = new ResizeObserver(() => {
       if (!seen || Math.abs(element.clientWidth - width) < 8) return;
       width = element.clientWidth;
-      draw();
+      soon(draw);
     });
     resized.observe(element);
     const scheme = matchMedia('(prefers-color-scheme: dark)');
-    const print = () => draw();
-    scheme.addEventListener('change', print);
-    addEventListener('beforeprint', print);
+    scheme.addEventListener('change', draw);
+    addEventListener('beforeprint', draw);
     return () => {
+      gone = true;
       observer.disconnect();
       resized.disconnect();
-      scheme.removeEventListener('change', print);
-      removeEventListener('beforeprint', print);
+      scheme.removeEventListener('change', draw);
+      removeEventListener('beforeprint', draw);
     };
   }, props.depends);
   return (

@@ -55,7 +55,7 @@ function useServer(): { live: LiveState | null; lost: boolean } {
 
 const finished = (e: LiveExperiment) => e.done + e.failed + e.dead + e.cancelled;
 
-const ended = (e: Experiment) => e.jobs.job.length - e.unfinished;
+const ended = (e: Experiment) => e.jobs.length - e.unfinished;
 
 /**
  * The page's figures, read again while they include fewer jobs than have ended: the server recomputes figures only

@@ -1,43 +1,57 @@
 // Entry point: reads the page's data and shows the view of the address.
-import { render } from 'preact';
+import { render, type FunctionComponent } from 'preact';
 import { useMemo } from 'preact/hooks';
 import css from './page.css';
 import { AboutView } from './about';
-import { CompareView } from './compare';
-import { ProfileView } from './curves';
+import { useAnswer } from './background';
 import { isLive, readPage, solveTime, type Experiment, type Page } from './data';
-import { JobsView, verdictOf } from './jobs';
+import { JobsView } from './jobs';
 import { LiveLine, LiveView, hooks, useLive } from './live';
-import { MapView } from './map';
-import { checkPoses } from './motion';
 import { go, href, useAddress, type State } from './state';
 import { TableView } from './table';
 import { number, time, words } from './text';
-import { Viewer, type Subject } from './viewer';
+import type { Subject } from './viewer';
 
 const VIEWS: [string, string][] = [['table', 'Table'], ['profiles', 'Profiles'], ['compare', 'Compare'], ['map', 'Problems'], ['jobs', 'Jobs'], ['about', 'Provenance'], ...(isLive ? [['live', 'Live'] as [string, string]] : [])];
 
-function subjectOf(page: Page, experiment: Experiment, e: number, job: number): Subject | string {
-  const { jobs, rule } = experiment, i = jobs.job.indexOf(job);
-  if (i < 0) return `Experiment ${experiment.id} has no job ${job}.`;
-  if (experiment.dataset_index === null) return 'The dataset was not at hand when this page was written: there is no 3D. Name its folder with --dataset.';
-  const column = experiment.columns[jobs.column[i]], method = experiment.methods[jobs.method[i]];
-  const others = jobs.job.map((_, k) => k).filter((k) => k !== i && jobs.problem[k] === jobs.problem[i] && experiment.columns[jobs.column[k]].task === column.task)
-    .map((k) => ({ job: jobs.job[k], label: `${jobs.job[k]}: ${experiment.methods[jobs.method[k]].choice}, ${words(experiment.columns[jobs.column[k]].initialization)}, ${words(verdictOf(jobs, rule, k))}` }));
-  const facts: [string, string][] = [
-    ['outcome, which counts', `${words(verdictOf(jobs, rule, i))} (judge, ${rule} rule)`], ['solver reported', `${words(jobs.status[i] ?? 'nothing')}; this does not count: the judge evaluates the solution`],
-    ['literal / strict / solid / physical', [jobs.literal[i], jobs.strict[i], jobs.solid[i], jobs.physical[i]].map((v) => words(v ?? '\u2013')).join(' / ')],
-    ...(jobs.detail[i] ? [['judge', jobs.detail[i]!] as [string, string]] : []),
-    ['cost, time', `${number(jobs.cost[i])}, ${jobs.wall_us[i] === null ? '\u2013' : time(solveTime(jobs.cpu_us[i], jobs.wall_us[i])! / 1e3)}${jobs.contended[i] ? ' (contended)' : ''}, ${number(jobs.iterations[i])} iterations, ${number(jobs.restarts[i])} restarts`],
-  ];
-  return { experiment: e, job, dataset: page.datasets[experiment.dataset_index], task: column.task, problem: jobs.problem[i], mark: jobs.method[i], others, facts, verdict: jobs.state[i] === 'done' ? jobs[rule][i] : null,
-    title: `Job ${job}: ${method.choice}, ${column.task} ${jobs.problem[i]} from ${words(column.initialization)}` };
+/** A view whose program starts when it is first shown: that of drawings takes long. */
+function lazily<Props extends object>(load: () => Promise<FunctionComponent<Props>>): FunctionComponent<Props> {
+  return (props) => {
+    const loaded = useAnswer('', async () => ({ View: await load() }), []);
+    return loaded && <loaded.View {...props} />;
+  };
 }
+
+const ProfileView = lazily(async () => (await import('./curves')).ProfileView);
+const CompareView = lazily(async () => (await import('./compare')).CompareView);
+const MapView = lazily(async () => (await import('./map')).MapView);
+const Viewer = lazily(async () => (await import('./viewer')).Viewer);
+
+function subjectOf(page: Page, experiment: Experiment, e: number, id: number): Subject | string {
+  const { jobs, rule, methods, columns } = experiment, i = jobs.indexOf(id);
+  if (i < 0) return `Experiment ${experiment.id} has no job ${id}.`;
+  if (experiment.dataset_index === null) return 'The dataset was not at hand when this page was written: there is no 3D. Name its folder with --dataset.';
+  const job = jobs.row(i), column = columns[job.column], method = methods[job.method];
+  const others = jobs.ofProblem(job.problem).filter((k) => k !== i && columns[jobs.number('column', k)!].task === column.task).map((k) => {
+    const other = jobs.row(k);
+    return { job: other.job, label: `${other.job}: ${methods[other.method].choice}, ${words(columns[other.column].initialization)}, ${words(jobs.verdict(rule, k))}` };
+  });
+  const facts: [string, string][] = [
+    ['outcome, which counts', `${words(jobs.verdict(rule, i))} (judge, ${rule} rule)`], ['solver reported', `${words(job.status ?? 'nothing')}; this does not count: the judge evaluates the solution`],
+    ['literal / strict / solid / physical', [job.literal, job.strict, job.solid, job.physical].map((v) => words(v ?? '\u2013')).join(' / ')],
+    ...(job.detail ? [['judge', job.detail] as [string, string]] : []),
+    ['cost, time', `${number(job.cost)}, ${job.wall_us === null ? '\u2013' : time(solveTime(job.cpu_us, job.wall_us)! / 1e3)}${job.contended ? ' (contended)' : ''}, ${number(job.iterations)} iterations, ${number(job.restarts)} restarts`],
+  ];
+  return { experiment: e, job: id, dataset: page.datasets[experiment.dataset_index], task: column.task, problem: job.problem, mark: job.method, others, facts, verdict: job.state === 'done' ? job[rule] : null,
+    title: `Job ${id}: ${method.choice}, ${column.task} ${job.problem} from ${words(column.initialization)}` };
+}
+
+const stateOf = ({ jobs }: Experiment, job: number) => jobs.text('state', jobs.indexOf(job));
 
 function Report({ page: first, state }: { page: Page; state: State }) {
   const { page, live, lost, stale } = useLive(first);
   const experiments = page.experiments!, e = Math.min(Number(state.e ?? 0), experiments.length - 1), experiment = experiments[e], v = state.v ?? 'table';
-  const subject = useMemo(() => (v === 'job' ? subjectOf(page, experiment, e, Number(state.job)) : null), [v, e, state.job, v === 'job' && experiment.jobs.state[experiment.jobs.job.indexOf(Number(state.job))]]);
+  const subject = useMemo(() => (v === 'job' ? subjectOf(page, experiment, e, Number(state.job)) : null), [v, e, state.job, v === 'job' && stateOf(experiment, Number(state.job))]);
   const unfinished = experiments.filter((one) => one.unfinished > 0);
   return (
     <>
@@ -95,9 +109,11 @@ style.textContent = css;
 document.head.append(style);
 const app = document.getElementById('app')!;
 (window as unknown as { legopt: unknown }).legopt = hooks;
-readPage().then((page) => {
+const begin = () => readPage().then((page) => {
   hooks.page = page;
-  hooks.poseError = () => Math.max(0, ...page.datasets.map(checkPoses));
+  hooks.poseError = async () => Math.max(0, ...page.datasets.map((await import('./motion')).checkPoses));
+  hooks.jobs = (e: number) => { const { jobs } = (hooks.page as Page).experiments![e]; return Array.from({ length: jobs.length }, (_, i) => jobs.row(i)); };
   app.replaceChildren();
   render(<App page={page} />, app);
 }).catch((error) => { app.textContent = `This page cannot be read: ${error instanceof Error ? error.message : error}`; });
+setTimeout(begin);  // the program itself took its time to start

@@ -1,0 +1,93 @@
+// The page's large lists, which the background holds (background.ts): a view asks for the part that it shows.
+import type { Column, ColumnFigures, Curve, Experiment, Page, Pair, PairFigures } from './data';
+import { jobsCsv, outcomesOf, select, type Choice } from './job_selection';
+import { JobTable, columnsOf, type JobColumns, type JobLists } from './job_table';
+
+export const FORMAT = 1;
+
+/** Members of the page's data that views do not hold. */
+interface PairCurves extends Omit<ColumnFigures, 'methods' | 'problems'>, Partial<Pick<ColumnFigures, 'methods' | 'problems'>> {}
+interface WholePair extends Pair, Partial<Omit<PairFigures, 'cells'>> { cells?: PairCurves[] }
+interface WholeExperiment extends Omit<Experiment, 'columns' | 'pairs' | 'jobs'> { columns: (Column & ColumnFigures)[]; pairs: WholePair[]; jobs: JobLists }
+interface WholePage extends Omit<Page, 'experiments' | 'across'> { experiments?: WholeExperiment[]; across?: WholePair[] }
+
+/** A page as the background sends it: the columns of jobs become tables where they arrive. */
+export interface SentPage extends Omit<Page, 'experiments'> { experiments?: (Omit<Experiment, 'jobs'> & { jobs: JobColumns })[] }
+
+/** The content of a block: gzip, or its base64. */
+export async function unpacked(block: ArrayBuffer | string): Promise<ArrayBuffer> {
+  let bytes: Uint8Array<ArrayBuffer>;
+  if (typeof block === 'string') {
+    const text = atob(block);
+    bytes = new Uint8Array(text.length);
+    for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);
+  } else {
+    bytes = new Uint8Array(block);
+  }
+  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
+}
+
+const typedCurve = (curve: Curve | null): Curve | null => curve && { x: Float64Array.from(curve.x), y: Float64Array.from(curve.y) };
+
+function typedFigures<Figures extends Omit<ColumnFigures, 'methods' | 'problems'>>(figures: Figures): Figures {
+  const { time, cost } = figures.profiles;
+  const profile = (one: typeof time) => one && { ...one, curves: one.curves.map(typedCurve) };
+  return { ...figures, profiles: { time: profile(time), cost: profile(cost) }, runtimes: figures.runtimes.map(typedCurve), costs: figures.costs.map(typedCurve) };
+}
+
+interface Kept { columns: ColumnFigures[]; pairs: WholePair[]; jobs: JobTable; names: WholeExperiment }
+
+export class Store {
+  private version = 0;
+  private experiments: Kept[] = [];
+  private across: WholePair[] = [];
+
+  /** Reads the block "page". What the other functions answer belongs to the newest one. */
+  async page(block: ArrayBuffer | string): Promise<SentPage> {
+    const page = JSON.parse(new TextDecoder().decode(await unpacked(block))) as WholePage;
+    if (page.format > FORMAT) throw new Error(`this file has format ${page.format}; its program reads up to ${FORMAT}`);
+    ++this.version;
+    this.across = page.across ?? [];
+    this.experiments = (page.experiments ?? []).map((e) => ({ columns: e.columns.map(typedFigures), pairs: e.pairs, jobs: new JobTable(columnsOf(e.jobs)), names: e }));
+    const short = ({ a, b, refused }: WholePair): Pair => ({ a, b, refused });
+    return {
+      ...page, version: this.version, across: page.across?.map(short),
+      experiments: page.experiments?.map((e, i) => ({
+        ...e, jobs: this.experiments[i].jobs.columns, outcomes: outcomesOf(this.experiments[i].jobs, e.rule), pairs: e.pairs.map(short),
+        columns: e.columns.map(({ task, initialization, title, causes }) => ({ task, initialization, title, causes })),
+      })),
+    };
+  }
+
+  column(e: number, c: number): ColumnFigures { return this.experiments[e].columns[c]; }
+
+  /** A pair of methods of one experiment; the values of its problems are those of the experiment's columns. */
+  pair(e: number, i: number): PairFigures {
+    const { pairs, columns, names } = this.experiments[e], { a, b, report, cells } = pairs[i];
+    const whole = report!.comparisons.map(({ task, initialization }, k) => {
+      const { methods, problems } = columns[names.columns.findIndex((c) => c.task === task && c.initialization === initialization)];
+      return { methods: [methods[a], methods[b]], problems, ...typedFigures(cells![k]) };
+    });
+    return { report: report!, cells: whole };
+  }
+
+  acrossPair(i: number): PairFigures {
+    const { report, cells } = this.across[i];
+    return { report: report!, cells: cells!.map((cell) => typedFigures(cell as ColumnFigures)) };
+  }
+
+  /** Indices of jobs; null if the view has an older page. */
+  jobs(version: number, e: number, choice: Choice): Uint32Array | null {
+    if (version !== this.version) return null;
+    const { jobs, names } = this.experiments[e];
+    return select(jobs, names.rule, choice);
+  }
+
+  jobsCsv(e: number, order: Uint32Array): string {
+    const { jobs, names } = this.experiments[e];
+    return jobsCsv(jobs, names, order);
+  }
+}
+
+/** Functions of a store, as they are called from another thread. */
+export type Asked = 'page' | 'column' | 'pair' | 'acrossPair' | 'jobs' | 'jobsCsv';
