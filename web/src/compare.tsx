@@ -32,7 +32,7 @@ function scatter(figures: ColumnFigures, measure: 'time_ms' | 'cost', names: [st
   const domain: [number, number] = [low, rim * 1.15];
   const rimmed = data.some((d) => d.kind !== 'both');
   const to = (d: Point) => (d.job === null ? null : href({ v: 'job', e: e || undefined, job: d.job, ghost: undefined, w: undefined }));
-  const links = data.length <= MOST_LINKS;
+  const links = data.length <= MOST_LINKS, solved = colour(0), failed = failure();  // asked once: a question to the browser
   const drawn = plot({
     width, height: Math.min(width, 420), marginLeft: 50, style: { color: ink(), background: 'transparent', fontSize: '11px' },
     x: { type: 'log', domain, label: `A: ${names[0]}, ${unit} \u2192`, grid: true, ticks: 5, tickFormat: '~g' },
@@ -42,7 +42,7 @@ function scatter(figures: ColumnFigures, measure: 'time_ms' | 'cost', names: [st
       ...(rimmed ? [ruleX([rim], { stroke: failure(), strokeOpacity: 0.4 }), ruleY([rim], { stroke: failure(), strokeOpacity: 0.4 }),
         textMark([{ x: low, y: rim }], { x: 'x', y: 'y', text: () => 'not solved by B', fill: failure(), textAnchor: 'start', dy: -7 })] : []),
       dot(data, { x: 'x', y: 'y', symbol: (d: Point) => (d.kind === 'both' ? 'circle' : 'times'), r: 3.6, strokeWidth: 1.6,
-        stroke: (d: Point) => (d.kind === 'both' ? colour(0) : failure()), fill: (d: Point) => (d.kind === 'both' ? colour(0) : 'none'), fillOpacity: 0.35,
+        stroke: (d: Point) => (d.kind === 'both' ? solved : failed), fill: (d: Point) => (d.kind === 'both' ? solved : 'none'), fillOpacity: 0.35,
         ...(links ? { href: to } : {}),
         title: (d: Point) => `problem ${d.problem}, ${d.kind === 'both' ? `A ${number(d.x)}, B ${number(d.y)}` : `solved by ${d.kind}`}; click: the job`, tip: true }),
     ],
