@@ -126,7 +126,7 @@ export interface Playback {
 export interface Page {
   format: number; kind: 'report' | 'view'; title: string; written_utc?: string;
   legopt: { version: string; build_id: string }; rule: string; notes: string[];
-  version: number;  // of the lists in the background, which hold this page
+  version: number;  // number of this page in the background
   experiments?: Experiment[]; across?: Pair[]; datasets: Dataset[]; chunks: [number, number][][];
   jobs?: Record<string, unknown>[]; problem?: { task: string; id: number };
 }

@@ -142,7 +142,7 @@ function polygonAt(corners: [number, number][], height: number): Group {
   }
   if (corners.length > 1) {
     const geometry = new BufferGeometry().setFromPoints(corners.map(([x, y]) => new Vector3(x, y, height)));
-    const material = new MeshBasicMaterial({ color: POLYGON, depthTest: false, transparent: true });  // glTF knows no material of lines
+    const material = new MeshBasicMaterial({ color: POLYGON, depthTest: false, transparent: true });  // glTF has no material of lines
     const outline = corners.length > 2 ? new LineLoop(geometry, material) : new Line(geometry, material);
     outline.renderOrder = 2;
     made.add(outline);

@@ -20,7 +20,7 @@ function usePrinting(): boolean {
 interface Props {
   label: string; count: number; height_px: number; span: number; head: ComponentChildren; row: (i: number) => ComponentChildren;
   list: unknown;  // another list begins at its first row
-  kind: string; printed: string;  // class of the table; what a row is called on paper
+  kind: string; printed: string;  // class of the table; noun for its rows on paper
 }
 
 /** A table of `count` rows of one height in a box that scrolls. */
