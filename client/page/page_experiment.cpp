@@ -22,7 +22,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
-constexpr double kShortestTime_ms = 1e-6;
+constexpr double kLeastEffort_ms = 1e-6;
 
 Json FiniteJson(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
@@ -68,12 +68,28 @@ Json ProfileJson(const CompleteProblems& complete, const std::vector<std::vector
   return {{"curves", curves}, {"problems", profile.problems}, {"unsolved", profile.unsolved}};
 }
 
-Json RuntimesJson(const std::vector<ProblemMap>& methods, const CompleteProblems& complete) {
+// A measure of effort, smaller is better.
+struct Effort {
+  const char* name;  // value of "effort" in docs/reference/page-data.md
+  statistics::ProblemScore ProblemRuns::*score;
+  std::vector<statistics::Repetition> ProblemRuns::*runs;
+};
+
+// Returns work, or time unless the work of all solved runs was counted.
+Effort EffortOf(const std::vector<ProblemMap>& methods) {
+  const bool counted = std::ranges::all_of(methods, [](const ProblemMap& method) {
+    return std::ranges::all_of(method, [](const auto& problem) { return problem.second.work_counted; });
+  });
+  if (counted) return {"work", &ProblemRuns::work, &ProblemRuns::work_runs};
+  return {"time", &ProblemRuns::time, &ProblemRuns::runs};
+}
+
+Json EffortsJson(const std::vector<ProblemMap>& methods, const CompleteProblems& complete, const Effort& effort) {
   Json curves = Json::array();
   for (std::size_t i = 0; i < methods.size(); ++i) {
     std::vector<std::vector<statistics::Repetition>> runs;
     for (const int problem : complete.problems) {
-      if (complete.shown[i]) runs.push_back(methods[i].at(problem).runs);
+      if (complete.shown[i]) runs.push_back(methods[i].at(problem).*effort.runs);
     }
     curves.push_back(runs.empty() ? Json() : CurveJson(statistics::RuntimeDistribution(runs)));
   }
@@ -107,23 +123,23 @@ Json CostsJson(const std::vector<ProblemMap>& methods, const CompleteProblems& c
 }
 
 // Ratios are given for complete problems only: for others the best value is not known yet.
-Json MethodJson(const ProblemMap& method, const CompleteProblems& complete, const std::map<int, double>& best_time,
-                const std::map<int, double>& best_cost) {
-  Json time = Json::array(), cost = Json::array(), time_ratio = Json::array(), cost_ratio = Json::array();
+Json MethodJson(const ProblemMap& method, const CompleteProblems& complete, const Effort& effort,
+                const std::map<int, double>& best_effort, const std::map<int, double>& best_cost) {
+  Json values = Json::array(), cost = Json::array(), effort_ratio = Json::array(), cost_ratio = Json::array();
   Json share = Json::array(), job = Json::array();
-  for (const auto& [problem, fastest] : best_time) {
-    const double time_ms = ValueOf(method, problem, &ProblemRuns::time);
+  for (const auto& [problem, least] : best_effort) {
+    const double own = ValueOf(method, problem, effort.score);
     const double own_cost = ValueOf(method, problem, &ProblemRuns::cost), cheapest = best_cost.at(problem);
-    time.push_back(FiniteJson(time_ms));
+    values.push_back(FiniteJson(own));
     cost.push_back(FiniteJson(own_cost));
     const bool known = std::ranges::binary_search(complete.problems, problem);
-    time_ratio.push_back(known && fastest > 0.0 ? FiniteJson(time_ms / fastest) : Json());
+    effort_ratio.push_back(known && least > 0.0 ? FiniteJson(own / least) : Json());
     cost_ratio.push_back(known && cheapest > 0.0 ? FiniteJson(own_cost / cheapest) : Json());
     const auto found = method.find(problem);
     share.push_back(found == method.end() ? Json() : FiniteJson(found->second.time.Share()));
     job.push_back(found == method.end() ? Json() : Json(found->second.job_id));
   }
-  return {{"time_ms", time},          {"cost", cost},   {"time_ratio", time_ratio},
+  return {{"effort_ms", values},      {"cost", cost},   {"effort_ratio", effort_ratio},
           {"cost_ratio", cost_ratio}, {"share", share}, {"job", job}};
 }
 
@@ -135,23 +151,27 @@ Json DescribeColumn(const std::vector<const SolveCell*>& cells) {
   for (const ProblemMap& method : methods) {
     for (const auto& [number, runs] : method) problems.insert(number);
   }
-  const auto best_time = BestOf(methods, problems, &ProblemRuns::time);
+  const Effort effort = EffortOf(methods);
+  const auto best_effort = BestOf(methods, problems, effort.score);
   const auto best_cost = BestOf(methods, problems, &ProblemRuns::cost);
   const CompleteProblems complete = FindCompleteProblems(methods);
   Json values = Json::array();
-  for (const ProblemMap& method : methods) values.push_back(MethodJson(method, complete, best_time, best_cost));
+  for (const ProblemMap& method : methods)
+    values.push_back(MethodJson(method, complete, effort, best_effort, best_cost));
   double limit_ms = 0.0;
   for (const SolveCell* cell : cells) {
     if (cell != nullptr) limit_ms = limit_ms == 0.0 ? cell->limit_ms : std::min(limit_ms, cell->limit_ms);
   }
+  const auto efforts = CompleteRows(methods, complete, effort.score, kLeastEffort_ms);
   return {{"limit_ms", limit_ms},
+          {"effort", effort.name},
           {"problems", problems},
           {"complete", complete.problems.size()},
           {"methods", values},
           {"profiles",
-           {{"time", ProfileJson(complete, CompleteRows(methods, complete, &ProblemRuns::time, kShortestTime_ms))},
+           {{"effort", ProfileJson(complete, efforts)},
             {"cost", ProfileJson(complete, CompleteRows(methods, complete, &ProblemRuns::cost, 0.0))}}},
-          {"runtimes", RuntimesJson(methods, complete)},
+          {"efforts", EffortsJson(methods, complete, effort)},
           {"costs", CostsJson(methods, complete, best_cost)}};
 }
 

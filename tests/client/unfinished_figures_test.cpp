@@ -116,12 +116,30 @@ TEST_P(UnfinishedFigures, AreThoseOfTheCompleteProblemsAlone) {
   EXPECT_EQ(of_part.at("left_out"), Json::array({"waiting"}));
   for (Json* json : {&of_part, &of_whole}) json->erase("left_out");
   EXPECT_EQ(of_part, of_whole);
-  for (const char* curves : {"runtimes", "costs"}) {
+  for (const char* curves : {"efforts", "costs"}) {
     Json drawn = part.column.at(curves);
     EXPECT_TRUE(drawn.back().is_null()) << "the method that waits has no curve";
     drawn.erase(3);
     EXPECT_EQ(drawn, whole.column.at(curves)) << curves;
   }
+}
+
+TEST(PageColumn, HasWorkWhereAllOfItWasCountedAndElseTime) {
+  TestExperiment experiment = Unfinished(2, false, true);
+  for (std::size_t i = 0; i < experiment.results.size(); ++i) {
+    experiment.results[i].work_ns = 2'000'000 * static_cast<std::int64_t>(i + 1);
+  }
+  std::swap(experiment.results.front().work_ns, experiment.results.back().work_ns);
+  const Json by_work = FiguresOf(experiment).column;
+  EXPECT_EQ(by_work.at("effort"), "work");
+  EXPECT_EQ(by_work.at("methods").at(0).at("effort_ms"), Json::array({12.0, 4.0}));
+  EXPECT_EQ(by_work.at("methods").at(1).at("effort_ratio"), Json::array({1.0, 4.0}));
+  EXPECT_EQ(by_work.at("efforts").at(0).at("x"), Json::array({4.0, 12.0}));
+  EXPECT_EQ(by_work.at("profiles").at("effort").at("curves").at(1).at("x"), Json::array({1.0, 4.0}));
+  experiment.results.back().work_ns = 0;
+  const Json by_time = FiguresOf(experiment).column;
+  EXPECT_EQ(by_time.at("effort"), "time");
+  EXPECT_EQ(by_time.at("methods").at(0).at("effort_ms"), Json::array({1.0, 2.0}));
 }
 
 TEST_P(UnfinishedFigures, StateHowManyProblemsTheyAreOf) {
@@ -163,10 +181,10 @@ TEST_P(UnfinishedFigures, NothingIsSaidOfNothing) {
   }
   const bool said = figures.texts.front().find("All methods solved the same ones.") != std::string::npos;
   EXPECT_EQ(said, some) << figures.texts.front();
-  for (const char* profile : {"time", "cost"}) {
+  for (const char* profile : {"effort", "cost"}) {
     EXPECT_EQ(figures.column.at("profiles").at(profile).is_null(), !some) << profile;
   }
-  for (const char* curves : {"runtimes", "costs"}) {
+  for (const char* curves : {"efforts", "costs"}) {
     for (std::size_t method = 0; method < 4; ++method) {
       EXPECT_EQ(figures.column.at(curves).at(method).is_null(), !some || method == 3) << curves;
     }

@@ -25,8 +25,8 @@ function finer(curve) {
 for (const figures of [...columns, ...pairs.flatMap((pair) => pair.cells ?? [])]) {
   if (figures.problems) figures.problems = Array.from({ length: PROBLEMS }, (_, i) => i);
   for (const method of figures.methods ?? []) for (const key of Object.keys(method)) method[key] = repeated(method[key], PROBLEMS);
-  for (const profile of [figures.profiles.time, figures.profiles.cost]) if (profile) profile.curves = profile.curves.map(finer);
-  figures.runtimes = figures.runtimes.map(finer);
+  for (const profile of [figures.profiles.effort, figures.profiles.cost]) if (profile) profile.curves = profile.curves.map(finer);
+  figures.efforts = figures.efforts.map(finer);
   figures.costs = figures.costs.map(finer);
 }
 writeFileSync(large, html.slice(0, from) + gzipSync(JSON.stringify(page)).toString('base64') + html.slice(to));

@@ -2,7 +2,7 @@
 import { dot, line, plot, ruleX, ruleY, text as textMark } from '@observablehq/plot';
 import { ask, useAnswer } from './background';
 import type { CellComparison, ColumnFigures, Experiment, Page, Pair, PairFigures, Ratio } from './data';
-import { CurveSet } from './curves';
+import { CurveSet, EFFORTS } from './curves';
 import { Figure } from './figure';
 import { colour, failure, faint, ink } from './marks';
 import { go, href, type State } from './state';
@@ -16,7 +16,7 @@ const RUNTIMES: Record<string, string> = { equal: 'equal', a: 'A has solved at l
 interface Point { x: number; y: number; problem: number; job: number | null; kind: string }
 
 /** Problems by the values of both methods; unsolved by one: on the border, by both: in the corner. */
-function points(figures: ColumnFigures, measure: 'time_ms' | 'cost', rim: number): Point[] {
+function points(figures: ColumnFigures, measure: 'effort_ms' | 'cost', rim: number): Point[] {
   const [a, b] = figures.methods;
   return [...figures.problems.keys()].filter((i) => a.share[i] !== null && b.share[i] !== null).map((i) => {
     const x = a[measure][i], y = b[measure][i];
@@ -25,7 +25,7 @@ function points(figures: ColumnFigures, measure: 'time_ms' | 'cost', rim: number
   }).filter((point) => point.x > 0 && point.y > 0);
 }
 
-function scatter(figures: ColumnFigures, measure: 'time_ms' | 'cost', names: [string, string], unit: string, width: number, e: number): Element {
+function scatter(figures: ColumnFigures, measure: 'effort_ms' | 'cost', names: [string, string], unit: string, width: number, e: number): Element {
   const values = figures.methods.flatMap((m) => m[measure]).filter((v): v is number => v !== null && v > 0);
   const low = values.length > 0 ? Math.min(...values) * 0.8 : 1, high = values.length > 0 ? Math.max(...values) * 1.3 : 10, rim = high * 1.5;
   const data = points(figures, measure, rim);
@@ -52,7 +52,7 @@ function scatter(figures: ColumnFigures, measure: 'time_ms' | 'cost', names: [st
   return drawn;
 }
 
-function scatterRows(figures: ColumnFigures, measure: 'time_ms' | 'cost'): (string | number | null)[][] {
+function scatterRows(figures: ColumnFigures, measure: 'effort_ms' | 'cost'): (string | number | null)[][] {
   const [a, b] = figures.methods;
   return [['problem', 'a', 'b', 'job_a', 'job_b'], ...figures.problems.map((problem, i) => [problem, a[measure][i], b[measure][i], a.job[i], b.job[i]])];
 }
@@ -89,6 +89,7 @@ function PairView({ pair, figures: pairFigures, e, eB, names, marks, caption, lo
   const i = Math.min(chosen, comparisons.length - 1), cell = comparisons[i], figures = cells[i];
   const title = (c: CellComparison) => `${c.task} from ${c.initialization.replace('_', ' ')}${comparisons.filter((o) => o.task === c.task && o.initialization === c.initialization).length > 1 ? `, ${c.method_a.name}` : ''}`;
   const both: [string, string] = [names[0] === names[1] ? `${names[0]} (A)` : names[0], names[0] === names[1] ? `${names[1]} (B)` : names[1]];
+  const { label, less } = EFFORTS[figures.methods_effort];
   const depends = [pairFigures, i, log];
   const said = `${title(cell)}; n = ${cell.pairs} pairs, ${cell.both} solved by both. ${caption}`;
   return (
@@ -97,8 +98,8 @@ function PairView({ pair, figures: pairFigures, e, eB, names, marks, caption, lo
         {comparisons.map((c, k) => <option value={k} key={k}>{title(c)}: {VERDICTS[c.change] ?? c.change}</option>)}</select></label></div>
       <Verdict cell={cell} e={eB} />
       <div class="figures">
-        <Figure name="scatter-time" title="Times by problem" depends={depends} caption={`Below the line B is faster. ${said}`}
-          draw={(width) => scatter(figures, 'time_ms', both, 'ms', width, e)} rows={() => scatterRows(figures, 'time_ms')} />
+        <Figure name={`scatter-${figures.methods_effort}`} title={`${label[0].toUpperCase()}${label.slice(1)} by problem`} depends={depends} caption={`Below the line B ${less}. ${said}`}
+          draw={(width) => scatter(figures, 'effort_ms', both, `${label} in ms`, width, e)} rows={() => scatterRows(figures, 'effort_ms')} />
         <Figure name="scatter-cost" title="Costs by problem" depends={depends} caption={`Below the line B is cheaper. ${said}`}
           draw={(width) => scatter(figures, 'cost', both, 'cost', width, e)} rows={() => scatterRows(figures, 'cost')} />
       </div>

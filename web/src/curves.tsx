@@ -66,23 +66,26 @@ export function curveRows(shown: Shown[], x: string): (string | number)[][] {
   return rows;
 }
 
+/** Names of the measures of effort: of an amount, and of the least one. */
+export const EFFORTS = { work: { label: 'work', best: 'least', less: 'has less work' }, time: { label: 'time', best: 'fastest', less: 'is faster' } };
+
 interface SetProps { figures: ColumnFigures; names: { title: string; mark: number; hidden?: boolean }[]; caption: string; log: boolean; name: string; pool: string; depends: unknown[] }
 
 /** The four figures of one pool of methods on one task from one initial guess. */
 export function CurveSet({ figures, names, caption, log, name, pool, depends }: SetProps) {
   const shown = (curves: (Curve | null)[] | undefined): Shown[] =>
     names.map(({ title, mark, hidden }, i) => ({ title, mark, hidden, curve: curves?.[i] ?? null }));
-  const { time, cost } = figures.profiles;
-  const limit = figures.limit_ms, complete = figures.complete ?? figures.problems.length;
+  const { effort, cost } = figures.profiles, { best, label } = EFFORTS[figures.effort];
+  const limit = figures.effort === 'time' ? figures.limit_ms : undefined, complete = figures.complete ?? figures.problems.length;
   if (complete === 0) return <p class="note">No problem has been completed by every method that has begun: there are no curves yet.</p>;
   return (
     <div class="figures">
-      {time && <Figure name={`${name}-profile-time`} depends={depends} title="Performance profile of times"
-        caption={`Share of ${time.problems} problems solved within a factor of the fastest of ${pool}; ${time.unsolved} solved by none. Only the distance to the best can be read from it. ${caption}`}
-        draw={(width) => stepPlot(shown(time.curves), { width, start: 1, log, label: 'time / fastest \u2192' })} rows={() => curveRows(shown(time.curves), 'ratio')} />}
-      <Figure name={`${name}-runtimes`} depends={depends} title="Runtime distribution"
-        caption={`Share of ${complete} problems solved within a time; what failed never arrives. Limit ${limit / 1e3} s. ${caption}`}
-        draw={(width) => stepPlot(shown(figures.runtimes), { width, start: 0, log, label: 'time, ms \u2192', limit })} rows={() => curveRows(shown(figures.runtimes), 'time_ms')} />
+      {effort && <Figure name={`${name}-profile-${figures.effort}`} depends={depends} title={`Performance profile of ${label}`}
+        caption={`Share of ${effort.problems} problems solved within a factor of the ${best} of ${pool}; ${effort.unsolved} solved by none. Only the distance to the best can be read from it. ${caption}`}
+        draw={(width) => stepPlot(shown(effort.curves), { width, start: 1, log, label: `${label} / ${best} \u2192` })} rows={() => curveRows(shown(effort.curves), 'ratio')} />}
+      <Figure name={`${name}-${figures.effort}`} depends={depends} title={`Distribution of ${label}`}
+        caption={`Share of ${complete} problems solved within an amount of ${label}; what failed never arrives.${limit ? ` Limit ${limit / 1e3} s.` : ''} ${caption}`}
+        draw={(width) => stepPlot(shown(figures.efforts), { width, start: 0, log, label: `${label}, ms \u2192`, limit })} rows={() => curveRows(shown(figures.efforts), `${figures.effort}_ms`)} />
       {cost && <Figure name={`${name}-profile-cost`} depends={depends} title="Performance profile of costs"
         caption={`Share of ${cost.problems} problems solved within a factor of the cheapest solution of ${pool}. ${caption}`}
         draw={(width) => stepPlot(shown(cost.curves), { width, start: 1, log, label: 'cost / cheapest \u2192' })} rows={() => curveRows(shown(cost.curves), 'ratio')} />}

@@ -8,13 +8,16 @@ import { unpacked } from './store';
 export interface Curve { x: ArrayLike<number>; y: ArrayLike<number> }
 export interface Profile { curves: (Curve | null)[]; problems: number; unsolved: number }
 export interface MethodValues {
-  time_ms: (number | null)[]; cost: (number | null)[]; time_ratio: (number | null)[]; cost_ratio: (number | null)[];
+  effort_ms: (number | null)[]; cost: (number | null)[]; effort_ratio: (number | null)[]; cost_ratio: (number | null)[];
   share: (number | null)[]; job: (number | null)[];
 }
+export type Effort = 'work' | 'time';
 export interface ColumnFigures {
-  limit_ms: number; problems: number[]; complete?: number; methods: MethodValues[];
-  profiles: { time: Profile | null; cost: Profile | null };
-  runtimes: (Curve | null)[]; costs: (Curve | null)[];
+  limit_ms: number; problems: number[]; complete?: number;
+  methods: MethodValues[]; methods_effort: Effort;  // measure of effort_ms and effort_ratio
+  effort: Effort;  // measure of the curves
+  profiles: { effort: Profile | null; cost: Profile | null };
+  efforts: (Curve | null)[]; costs: (Curve | null)[];
 }
 export interface Column {
   task: string; initialization: string; title: string; causes: (Record<string, number> | null)[];

@@ -1,14 +1,21 @@
 // The page's large lists, which the background holds (background.ts): a view asks for the part that it shows.
-import type { Column, ColumnFigures, Curve, Experiment, Page, Pair, PairFigures } from './data';
+import type { Column, ColumnFigures, Curve, Effort, Experiment, MethodValues, Page, Pair, PairFigures, Profile } from './data';
 import { jobsCsv, outcomesOf, select, type Choice } from './job_selection';
 import { JobTable, columnsOf, type JobColumns, type JobLists } from './job_table';
 
 export const FORMAT = 1;
 
-/** Members of the page's data that views do not hold. */
-interface PairCurves extends Omit<ColumnFigures, 'methods' | 'problems'>, Partial<Pick<ColumnFigures, 'methods' | 'problems'>> {}
-interface WholePair extends Pair, Partial<Omit<PairFigures, 'cells'>> { cells?: PairCurves[] }
-interface WholeExperiment extends Omit<Experiment, 'columns' | 'pairs' | 'jobs'> { columns: (Column & ColumnFigures)[]; pairs: WholePair[]; jobs: JobLists }
+/** Values of a method in pages before those of work. */
+interface TimeValues { time_ms: (number | null)[]; time_ratio: (number | null)[] }
+type SentValues = Omit<MethodValues, 'effort_ms' | 'effort_ratio'> & (MethodValues | TimeValues);
+/** Figures of the page's data. Older pages have times instead of efforts; a pair within an experiment has only curves. */
+interface SentFigures {
+  limit_ms: number; complete?: number; effort?: Effort; problems?: number[]; methods?: SentValues[];
+  profiles: { effort?: Profile | null; time?: Profile | null; cost: Profile | null };
+  efforts?: (Curve | null)[]; runtimes?: (Curve | null)[]; costs: (Curve | null)[];
+}
+interface WholePair extends Pair { report?: PairFigures['report']; cells?: SentFigures[] }
+interface WholeExperiment extends Omit<Experiment, 'columns' | 'pairs' | 'jobs'> { columns: (Column & SentFigures)[]; pairs: WholePair[]; jobs: JobLists }
 interface WholePage extends Omit<Page, 'experiments' | 'across'> { experiments?: WholeExperiment[]; across?: WholePair[] }
 
 /** A page as the background sends it: the columns of jobs become tables where they arrive. */
@@ -29,10 +36,17 @@ export async function unpacked(block: ArrayBuffer | string): Promise<ArrayBuffer
 
 const typedCurve = (curve: Curve | null): Curve | null => curve && { x: Float64Array.from(curve.x), y: Float64Array.from(curve.y) };
 
-function typedFigures<Figures extends Omit<ColumnFigures, 'methods' | 'problems'>>(figures: Figures): Figures {
-  const { time, cost } = figures.profiles;
-  const profile = (one: typeof time) => one && { ...one, curves: one.curves.map(typedCurve) };
-  return { ...figures, profiles: { time: profile(time), cost: profile(cost) }, runtimes: figures.runtimes.map(typedCurve), costs: figures.costs.map(typedCurve) };
+const valuesOf = (sent: SentValues): MethodValues => ('effort_ms' in sent ? sent : { ...sent, effort_ms: sent.time_ms, effort_ratio: sent.time_ratio });
+
+/** Figures in today's form. `values`: those whose problems and methods these lack. */
+function figuresOf(sent: SentFigures, values?: ColumnFigures): ColumnFigures {
+  const profile = (one: Profile | null) => one && { ...one, curves: one.curves.map(typedCurve) };
+  const effort = sent.effort ?? 'time', { problems, methods, methods_effort } = values ?? { problems: sent.problems!, methods: sent.methods!.map(valuesOf), methods_effort: effort };
+  return {
+    limit_ms: sent.limit_ms, complete: sent.complete, problems, methods, methods_effort, effort,
+    profiles: { effort: profile(sent.profiles.effort ?? sent.profiles.time ?? null), cost: profile(sent.profiles.cost) },
+    efforts: (sent.efforts ?? sent.runtimes!).map(typedCurve), costs: sent.costs.map(typedCurve),
+  };
 }
 
 interface Kept { columns: ColumnFigures[]; pairs: WholePair[]; jobs: JobTable; names: WholeExperiment }
@@ -48,7 +62,7 @@ export class Store {
     if (page.format > FORMAT) throw new Error(`this file has format ${page.format}; its program reads up to ${FORMAT}`);
     ++this.version;
     this.across = page.across ?? [];
-    this.experiments = (page.experiments ?? []).map((e) => ({ columns: e.columns.map(typedFigures), pairs: e.pairs, jobs: new JobTable(columnsOf(e.jobs)), names: e }));
+    this.experiments = (page.experiments ?? []).map((e) => ({ columns: e.columns.map((column) => figuresOf(column)), pairs: e.pairs, jobs: new JobTable(columnsOf(e.jobs)), names: e }));
     const short = ({ a, b, refused }: WholePair): Pair => ({ a, b, refused });
     return {
       ...page, version: this.version, across: page.across?.map(short),
@@ -65,15 +79,15 @@ export class Store {
   pair(e: number, i: number): PairFigures {
     const { pairs, columns, names } = this.experiments[e], { a, b, report, cells } = pairs[i];
     const whole = report!.comparisons.map(({ task, initialization }, k) => {
-      const { methods, problems } = columns[names.columns.findIndex((c) => c.task === task && c.initialization === initialization)];
-      return { methods: [methods[a], methods[b]], problems, ...typedFigures(cells![k]) };
+      const column = columns[names.columns.findIndex((c) => c.task === task && c.initialization === initialization)];
+      return figuresOf(cells![k], { ...column, methods: [column.methods[a], column.methods[b]] });
     });
     return { report: report!, cells: whole };
   }
 
   acrossPair(i: number): PairFigures {
     const { report, cells } = this.across[i];
-    return { report: report!, cells: cells!.map((cell) => typedFigures(cell as ColumnFigures)) };
+    return { report: report!, cells: cells!.map((cell) => figuresOf(cell)) };
   }
 
   /** Indices of jobs; null if the view has an older page. */
