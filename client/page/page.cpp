@@ -107,13 +107,14 @@ std::shared_ptr<const Dataset> FindDataset(const FigureRequest& request, const P
 
 Rule PageRule(const std::vector<PageSource>& sources, std::optional<Rule> asked) {
   if (asked) return *asked;
-  Rule weakest = Rule::kSolid;
+  std::optional<Rule> weakest;
   for (const PageSource& place : sources) {
     const auto source = OpenResults(place.source);
     if (!place.experiment && !HasExperiments(*source)) continue;
-    weakest = std::min(weakest, FindExperiment(*source, place.experiment).rule);
+    const Rule rule = FindExperiment(*source, place.experiment).rule;
+    weakest = std::min(weakest.value_or(rule), rule);
   }
-  return weakest;
+  return weakest.value_or(Rule::kSolid);
 }
 
 Json PageHead(const std::string& kind, const std::string& title, const app::BuildFacts& build) {

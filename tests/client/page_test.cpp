@@ -145,6 +145,24 @@ TEST_F(PageTest, WhatCannotBeWrittenLeavesTheOldFile) {
 
 // Two windows of a motion on the embedded dataset, the first of which is solved, and a motion whose first window
 // failed.
+TEST(PageRules, AreTheWeakestOfTheExperiments) {
+  const TemporaryFolder folder;
+  std::vector<PageSource> sources;
+  for (const Rule rule : {Rule::kPhysical, Rule::kStrict, Rule::kPhysical}) {
+    TestExperiment experiment;
+    experiment.results.emplace_back();
+    experiment.rule = rule;
+    const auto file = folder / (std::to_string(sources.size()) + ".sqlite");
+    WriteTestDatabase(file, experiment);
+    sources.push_back({{file.string(), {}}, {}});
+  }
+  EXPECT_EQ(PageRule({sources[0]}, {}), Rule::kPhysical);
+  EXPECT_EQ(PageRule({sources[0], sources[2]}, {}), Rule::kPhysical);
+  EXPECT_EQ(PageRule(sources, {}), Rule::kStrict);
+  EXPECT_EQ(PageRule(sources, Rule::kLiteral), Rule::kLiteral);
+  EXPECT_EQ(PageRule({}, {}), Rule::kSolid);
+}
+
 TEST(PageMotions, ShowTheWindowThatWasNotSolvedBehindTheSolvedOnes) {
   const auto dataset = Dataset::Load(SourceFolder() + "/data/garage-small");
   const ProblemDefinition& problem = dataset->problems(Task::kMotion).at(0);

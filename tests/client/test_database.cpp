@@ -56,6 +56,7 @@ db::NewExperiment DescriptionOf(const TestExperiment& experiment) {
   description.submission_id = "test";
   description.name = experiment.name;
   description.spec_json = "{}";
+  description.rule = experiment.rule;
   description.spec_hash = std::string(64, 'b');
   description.seed = 1;
   description.wall_limit_us = experiment.wall_limit_us;

@@ -56,6 +56,7 @@ struct TestExperiment {
   std::string build_id = "0123456789ab";
   std::int64_t wall_limit_us = 1'000'000;
   std::int64_t effort_limit = 0;  ///< effort limit of every job; 0: none
+  Rule rule = Rule::kSolid;
   std::string text;  ///< if given, used for all texts that a worker sends: name, host, build, detail, message, log
 };
 
