@@ -36,6 +36,7 @@ enum class Query {
   kExportedResultCount,
   kExportedResults,
   kFailureCauses,
+  kFurtherStarts,
   kHoldingOfExperiment,
   kInterpolationOfExperiment,
   kJobDetails,

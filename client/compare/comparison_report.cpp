@@ -132,7 +132,7 @@ std::vector<Line> LinesOf(const CellComparison& cell, const TimeUnit& unit) {
 
 // Returns the properties of a method that both sides share, for titles of comparisons of several methods.
 std::string NameOf(const MethodIdentity& method) {
-  return method.name + ", " + FormatStarts(method.multi_starts, method.inner_starts) + " multi-starts, sample size " +
+  return method.name + ", " + std::to_string(method.multi_starts) + " multi-starts, sample size " +
          std::to_string(method.sample_size) + " %, " + std::string(ToString(method.collision)) + " obstacles";
 }
 

@@ -88,7 +88,7 @@ struct Keys {
   }
 
   std::vector<TableCell> Of(const StatisticsRow& row) const {
-    std::vector<TableCell> cells = {TextCell(row.title), ShownStarts(row.method.multi_starts, row.method.inner_starts),
+    std::vector<TableCell> cells = {TextCell(row.title), CountCell(row.method.multi_starts),
                                     CountCell(row.method.sample_size)};
     if (incremental) cells.push_back({row.method.incremental, row.method.incremental ? "yes" : "no"});
     if (collision) cells.push_back(TextCell(std::string(ToString(row.method.collision))));

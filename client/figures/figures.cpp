@@ -22,10 +22,7 @@ std::string NameOf(const StatisticsTable& table, const StatisticsRow& row) {
   };
   const MethodIdentity& method = row.method;
   std::string name = row.title;
-  if (differ(&MethodIdentity::multi_starts) || differ(&MethodIdentity::inner_starts)) {
-    name +=
-        ", " + FormatStarts(method.multi_starts, method.inner_starts) + (method.inner_starts > 0 ? "" : " restarts");
-  }
+  if (differ(&MethodIdentity::multi_starts)) name += ", " + std::to_string(method.multi_starts) + " restarts";
   if (differ(&MethodIdentity::sample_size)) name += ", sample " + std::to_string(method.sample_size) + " %";
   if (differ(&MethodIdentity::collision)) name += ", " + std::string(ToString(method.collision));
   return app::Printable(name);

@@ -25,11 +25,6 @@
 
 namespace legopt::client {
 
-/// Formats the number of starts: "10", or "0 + 8 inside" with internal restarts.
-std::string FormatStarts(std::int64_t multi_starts, std::int64_t inner_starts);
-/// Returns a cell with the number of starts, as formatted by FormatStarts.
-TableCell ShownStarts(std::int64_t multi_starts, std::int64_t inner_starts);
-
 struct BenchmarkColumn {
   Task task{};
   Initialization initialization{};
@@ -98,6 +93,12 @@ struct BenchmarkCell {
   bool operator==(const BenchmarkCell&) const = default;
 };
 
+/// Initial points of results beyond the first one of each window.
+struct FurtherStarts {
+  double mean = 0.0;
+  std::int64_t largest = 0;
+};
+
 struct BenchmarkRow {
   std::string method;
   std::int64_t multi_starts = 0;
@@ -105,7 +106,8 @@ struct BenchmarkRow {
   std::map<BenchmarkColumn, BenchmarkCell> cells;
   SceneRepresentation collision = SceneRepresentation::kSolid;  ///< the solver's model of obstacles
   std::map<BenchmarkColumn, BenchmarkCell> paper = {};  ///< the paper's figures of this row; empty if not requested
-  std::int64_t inner_starts = 0;                        ///< internal restarts of an attempt beyond its first start
+  std::int64_t inner_starts = 0;                        ///< largest number of internal restarts of an attempt
+  std::optional<FurtherStarts> further_starts = {};     ///< of methods with internal restarts; nullopt: not read
   std::int64_t method_id = 0;                           ///< id in the database; 0: not from a database
 };
 

@@ -139,9 +139,7 @@ std::array<TableCell, 3> ShownCell(const BenchmarkTable& table, const BenchmarkC
 // Returns a displayed line: `name` and the other keys of the row, then success, cost and time of each column.
 TableRow ShownLine(const BenchmarkTable& table, const BenchmarkRow& row, const std::string& name, const Cells& cells,
                    const TimeUnit& unit, const std::map<BenchmarkColumn, Best>& best) {
-  const bool own = &cells == &row.cells;  // false: the paper's line
-  TableRow line{
-      {TextCell(name), ShownStarts(row.multi_starts, own ? row.inner_starts : 0), CountCell(row.sample_size)}};
+  TableRow line{{TextCell(name), CountCell(row.multi_starts), CountCell(row.sample_size)}};
   if (table.shows_collision()) line.cells.push_back(TextCell(std::string(ToString(row.collision))));
   for (const auto& column : table.columns) {
     const auto found = cells.find(column);
@@ -154,19 +152,20 @@ TableRow ShownLine(const BenchmarkTable& table, const BenchmarkRow& row, const s
   return line;
 }
 
+// Returns the name of a row, with its settings if other rows have the same name.
+std::string NameInNote(const BenchmarkTable& table, const BenchmarkRow& row) {
+  if (std::ranges::count(table.rows, row.method, &BenchmarkRow::method) == 1) return row.method;
+  return row.method + " (" + std::to_string(row.multi_starts) + ", " + std::to_string(row.sample_size) + " %" +
+         (table.shows_collision() ? ", " + std::string(ToString(row.collision)) : "") + ")";
+}
+
 // Returns e.g. "Solved by the solid rule: SQP 49/50, 4/4; Adam 48/50, 4/4." in the order of rows and columns; empty if
 // unknown.
 std::string OtherRuleNote(const BenchmarkTable& table) {
   if (!table.other_rule) return {};
-  std::map<std::string, int> rows_of_name;
-  for (const BenchmarkRow& row : table.rows) ++rows_of_name[row.method];
   std::string text;
   for (const BenchmarkRow& row : table.rows) {
-    text += (text.empty() ? "" : "; ") + row.method;
-    if (rows_of_name[row.method] > 1) {
-      text += " (" + std::to_string(row.multi_starts) + ", " + std::to_string(row.sample_size) + " %" +
-              (table.shows_collision() ? ", " + std::string(ToString(row.collision)) : "") + ")";
-    }
+    text += (text.empty() ? "" : "; ") + NameInNote(table, row);
     const char* separator = " ";
     for (const BenchmarkColumn& column : table.columns) {
       const auto cell = row.cells.find(column);
@@ -181,9 +180,26 @@ std::string OtherRuleNote(const BenchmarkTable& table) {
          (table.certificate ? ", of all problems: " : ": ") + text + ".";
 }
 
+// Returns how often methods with internal restarts started again; empty without such methods.
+std::string RestartNote(const BenchmarkTable& table) {
+  std::string text;
+  for (const BenchmarkRow& row : table.rows) {
+    if (row.inner_starts == 0) continue;
+    text += (text.empty() ? "" : "; ") + NameInNote(table, row) + " ";
+    text += row.further_starts ? FormatGeneral(row.further_starts->mean, 2) + " on average, at most " +
+                                     std::to_string(row.further_starts->largest)
+                               : "at most " + std::to_string(row.inner_starts) + " per attempt";
+  }
+  return text.empty() ? "" : " Starts within a run beyond the first one of each window: " + text + ".";
+}
+
 std::string Note(const BenchmarkTable& table) {
   const bool matched = std::ranges::any_of(table.rows, [](const auto& row) { return !row.paper.empty(); });
-  return kMeansNote + std::string(!table.compared ? "" : matched ? kPaperNote : kNoPaperNote) + OtherRuleNote(table);
+  return kMeansNote +
+         std::string(!table.compared ? ""
+                     : matched       ? kPaperNote
+                                     : kNoPaperNote) +
+         RestartNote(table) + OtherRuleNote(table);
 }
 
 nlohmann::ordered_json CellJson(const BenchmarkCell& cell, Figures figures) {
@@ -205,6 +221,11 @@ nlohmann::ordered_json CellJson(const BenchmarkCell& cell, Figures figures) {
   nlohmann::ordered_json json;
   for (const auto* figure : figures) json[figure] = all.at(figure);
   return json;
+}
+
+nlohmann::ordered_json FurtherStartsJson(const BenchmarkRow& row) {
+  if (!row.further_starts) return nullptr;
+  return {{"mean", row.further_starts->mean}, {"largest", row.further_starts->largest}};
 }
 
 nlohmann::ordered_json FeasibilityJson(const BenchmarkCell& cell) {
@@ -331,6 +352,7 @@ nlohmann::ordered_json BenchmarkTableJson(const BenchmarkTable& table) {
     nlohmann::ordered_json line = {{"method", row.method},
                                    {"multi_starts", row.multi_starts},
                                    {"inner_starts", row.inner_starts},
+                                   {"further_starts", FurtherStartsJson(row)},
                                    {"sample_size", row.sample_size},
                                    {"collision", ToString(row.collision)}};
     AddCells(table, row.cells, kFigures, &line);

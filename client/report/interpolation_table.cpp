@@ -27,7 +27,7 @@ nlohmann::json NumberOrNull(const std::optional<double>& value) {
 
 TableRow ShownLine(const InterpolationTable& table, const InterpolationRow& row) {
   constexpr double kMillimetresPerMetre = 1e3;
-  TableRow line{{TextCell(row.method), ShownStarts(row.multi_starts, row.inner_starts), CountCell(row.sample_size)}};
+  TableRow line{{TextCell(row.method), CountCell(row.multi_starts), CountCell(row.sample_size)}};
   if (table.shows_collision()) line.cells.push_back(TextCell(std::string(ToString(row.collision))));
   const auto millimetres = [](std::optional<double> depth_m) {
     if (depth_m) *depth_m *= kMillimetresPerMetre;

@@ -32,6 +32,26 @@ void AddOtherRule(ResultSource& source, BenchmarkTable* table) {
   table->other_rule = other;
 }
 
+// Adds the starts of methods with internal restarts, unless they have too many results to be read for a table.
+void AddFurtherStarts(ResultSource& source, BenchmarkTable* table) {
+  constexpr std::int64_t kMost = 50'000;
+  std::vector<std::int64_t> methods;
+  std::int64_t results = 0;
+  for (const BenchmarkRow& row : table->rows) {
+    if (row.inner_starts == 0) continue;
+    methods.push_back(row.method_id);
+    for (const auto& [column, cell] : row.cells) results += cell.finished;
+  }
+  if (methods.empty() || results > kMost) return;
+  const Listing rows = source.Query(
+      db::Sql(db::Query::kFurtherStarts, {{"experiment_id", table->experiment_id}, {"method_ids", methods}}));
+  for (std::size_t i = 0; i < rows.rows.size(); ++i) {
+    const auto row =
+        std::ranges::find(table->rows, rows.At(i, "method_id").get<std::int64_t>(), &BenchmarkRow::method_id);
+    row->further_starts = {rows.At(i, "mean").get<double>(), rows.At(i, "largest").get<std::int64_t>()};
+  }
+}
+
 // Removes the cells that are not kept, and rows without cells. `column_of` returns the column of a cell's key.
 template <class Row, class ColumnOf>
 void KeepCells(const KeptCells& kept, const ColumnOf& column_of, std::vector<Row>* rows) {
@@ -79,6 +99,7 @@ BenchmarkTable ReadBenchmarkTable(ResultSource& source, const TableSelection& se
   KeepRows(selection.rows, &table.rows);
   KeepColumnsWithCells(&table);
   AddOtherRule(source, &table);
+  AddFurtherStarts(source, &table);
   return table;
 }
 

@@ -11,8 +11,10 @@
 
 #include "client/client_error.h"
 #include "client/report/interpolation_table.h"
+#include "client/report/reading.h"
 #include "example_table.h"
 #include "table_parsers.h"
+#include "test_database.h"
 
 namespace legopt::client {
 namespace {
@@ -213,21 +215,29 @@ TEST(BenchmarkTable, CollisionIsAColumnWhereItDiffers) {
             "surface");
 }
 
-// Internal restarts of a method within an attempt are shown, not hidden behind a 0.
-TEST(BenchmarkTable, InternalRestartsAreShown) {
-  BenchmarkTable table = ExampleTable();
-  table.rows[0].inner_starts = 8;
-  const auto text = ParseTextTable(RenderBenchmarkTable(table, TableFormat::kText));
-  EXPECT_EQ(text.rows[0][1], "0 + 8 inside");
-  EXPECT_EQ(text.rows[1][1], "10");
-  EXPECT_EQ(ParseMarkdownTable(RenderBenchmarkTable(table, TableFormat::kMarkdown)).rows, text.rows);
-  EXPECT_EQ(ParseLatexTable(RenderBenchmarkTable(table, TableFormat::kLatex)).rows, text.rows);
+// Internal restarts of a method are counted in the note, because its number of restarts does not include them.
+TEST(BenchmarkTable, InternalRestartsAreCounted) {
+  const TemporaryFolder folder;
+  const auto file = folder / "test.sqlite";
+  TestExperiment experiment;
+  experiment.methods = {{"LegOpt-best", 0, "solid", R"({"options":{"rescues":8}})"}, {"SQP", 10}};
+  for (const int problem : {0, 1, 2}) {
+    experiment.results.push_back({.method = 0, .problem = problem, .starts = problem == 2 ? 6 : 1});
+    experiment.results.push_back({.method = 1, .problem = problem, .starts = 9});
+  }
+  WriteTestDatabase(file, experiment);
+  const auto source = OpenResults({file.string(), {}});
+  const BenchmarkTable table = ReadBenchmarkTable(*source, {});
+  const std::string text = RenderBenchmarkTable(table, TableFormat::kText);
+  EXPECT_THAT(text, HasSubstr("the first one of each window: LegOpt-best 1.7 on average, at most 5. "));
+  EXPECT_EQ(ParseTextTable(text).rows[0][1], "0");
   const auto csv = CsvRows(RenderBenchmarkTable(table, TableFormat::kCsv));
-  EXPECT_EQ(csv[0].at("multi_starts"), "0");
   EXPECT_EQ(csv[0].at("inner_starts"), "8");
   EXPECT_EQ(csv[1].at("inner_starts"), "0");
   const auto json = nlohmann::json::parse(RenderBenchmarkTable(table, TableFormat::kJson));
   EXPECT_EQ(json.at("rows")[0].at("inner_starts"), 8);
+  EXPECT_EQ(json.at("rows")[0].at("further_starts").at("largest"), 5);
+  EXPECT_TRUE(json.at("rows")[1].at("further_starts").is_null());
 }
 
 TEST(BenchmarkTable, CsvHasTheSameColumnsForEveryExperiment) {

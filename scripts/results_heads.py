@@ -1,0 +1,86 @@
+"""Texts before the tables of the pages that scripts/make-results writes."""
+
+BEST_HEAD = """# LegOpt-best, problem by problem
+
+`scripts/make-results --best` writes this whole page; no figure is written by hand. It has the row LegOpt-best only: on
+LegOpt's problems, on the embedded datasets, and in eight generated buildings whose seeds follow from the hash of the
+commit ([ledger](seeds.md)). Obstacles are solids, two-sided triangles, or triangles with a front
+([obstacle models](../docs/explanation/paper.md#two-sided-triangles)). Success is by the
+[solid rule](../docs/explanation/judge.md#solid-rule) unless a table names another one. Tables count over
+[certified](../docs/reference/datasets.md#certificates) problems; parentheses hold the counts of the others.
+[Table I](table1.md) compares LegOpt-best with other methods.
+"""
+
+HARD_HEAD = """# Table I on the hard garage
+
+`scripts/make-results --hard` writes this whole page; no figure is written by hand. It has every row of the paper's Table
+I on the embedded garage at level hard. All problems of that garage are
+[certified](../docs/reference/datasets.md#certificates). Success is by the original evaluator's rule (`literal`). Times
+are per waypoint in the plain tables, and of whole solves in the statistics
+([definitions](../docs/explanation/statistics.md)). [Table I](table1.md) explains tables of claims. LegOpt-best there:
+[LegOpt-best](legopt-best.md#legopt-best-on-the-hard-garage).
+"""
+
+SEEDS_HEAD = """# Ten seeds
+
+`scripts/make-results --seeds` writes this whole page; no figure is written by hand. Random numbers change the noise of
+restarts and the samples of stochastic methods. Here each method solves each problem with ten seeds, from initial guesses
+in collision, and all methods end at the tolerance 1e-4. Success is by the
+[solid rule](../docs/explanation/judge.md#solid-rule). The page has no times: success, cost and work are the same on
+every machine with this build.
+
+*Seeds* is the number of problems that the worst and the best seed solved; the interval is Wilson's, with the problem as
+unit ([definitions](../docs/explanation/statistics.md#legopt-table---statistics)). In the comparisons, *figure* is B - A
+for shares of success, and B / A for work and costs. Success is compared by a permutation test. *Reads* is the verdict of
+`legopt compare` about B, the second row named; "none" means that no difference was shown.
+"""
+
+PARTS_HEAD = """# LegOpt-best without single parts
+
+`scripts/make-results --parts` writes this whole page; no figure is written by hand. It has no times: success, cost and
+work are the same on every machine with this build.
+
+LegOpt-best is the penalty SQP of the paper: at x, minimise f + mu (sum |h| + sum max(0, g)) of the linearised problem in
+a box |x' - x| <= s, accept the step if the decrease is at least a share of the predicted one, and increase mu while
+constraints are violated. It differs in five parts:
+
+1. **Wide box**: s begins at 2 rad or m, not 0.1, and follows the measured success of steps.
+2. **Early end**: a subproblem ends at 0.1 % of its optimum, and a descent when the predicted gain is below 3 % (windows:
+   15 %), not 0.1 %.
+3. **Free descent**: a window begins with three steps without collisions.
+4. **Waypoints alone**: a window that fails begins again from waypoints that are solved alone, for their constraints.
+5. **Internal restarts**: up to eight further starts within an attempt, the others with noise of 0.15 rad.
+
+Each row below leaves one part out. "SQP with internal restarts" has parts 4 and 5 only. All rows end at the tolerance
+1e-4. Success is by the [solid rule](../docs/explanation/judge.md#solid-rule). In the comparisons A is LegOpt-best, and
+*figure* is B - A for shares of success, B / A for work and costs ([options](../docs/reference/suites.md#options-of-the-solver-best),
+[definitions](../docs/explanation/statistics.md)).
+"""
+
+CONTACTS_HEAD = """# Postures and motions that need hands
+
+`scripts/make-results --contacts` writes this whole page; no figure is written by hand. It has no times: success, cost and
+work are the same on every machine with this build.
+
+The datasets are the embedded ones of `generate dataset --kind contacts`
+([families and levels](../docs/how-to/make-a-dataset.md#stations)). Each problem has a planted solution, except the traps:
+a proof excludes every posture there. All methods get the same formulation, with static equilibrium, friction, effort
+limits and pushes as constraints ([physics](../docs/explanation/problem.md#physics)). Success is by the
+[physical rule](../docs/explanation/judge.md#physical-rule). Postures of all methods end at the tolerance 1e-4. Each job ran
+once; [ten seeds](ten-seeds.md) shows how much a seed changes. In the comparisons *figure* is B - A for shares of success,
+and B / A for work ([definitions](../docs/explanation/statistics.md)).
+"""
+
+HEAD = """# What the benchmark shows
+
+`scripts/make-results` writes this whole page; no figure is written by hand. Each table names its rule of success. Times
+are per waypoint in the plain tables, and of whole solves in the statistics
+([definitions](../docs/explanation/statistics.md),
+[what was tuned on what](../docs/explanation/fidelity.md#what-has-been-tuned-on-what)). The paper's times are of another
+computer and another garage, and compare in trend only.
+
+Plain tables count over [certified](../docs/reference/datasets.md#certificates) problems; parentheses hold the counts of
+the others. In tables of claims, *figure* is B - A for shares of success, and B / A for times and costs. *Reads* is the
+verdict of `legopt compare` about B, the second row named; "none" means that no difference was shown.
+[Earlier figures](earlier.md) has results of earlier builds, with LegOpt's own problems and with triangles as obstacles.
+"""
