@@ -17,9 +17,12 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "waypoints are stored as little-endian float64");
 
-// Called before the first write: SQLite itself detects a damaged page only when it reads it.
+// Called before the first write: SQLite itself detects a damaged page only when it reads it. CHECK constraints are not
+// evaluated, which takes three quarters of the time and finds no damaged page: 'legopt service doctor' evaluates them.
 void RequireSoundPages(Connection& connection) {
+  connection.Execute("PRAGMA ignore_check_constraints = 1");
   const std::string verdict = connection.QueryText("PRAGMA quick_check(1)");
+  connection.Execute("PRAGMA ignore_check_constraints = 0");
   if (verdict == "ok") return;
   throw StoreError(StoreErrorCode::kCorrupt, connection.path().string() + ": the file is damaged (" + verdict +
                                                  "); restore a backup: 'legopt service restore BACKUP --db FILE'");
