@@ -68,7 +68,8 @@ a proof excludes every posture there. All methods get the same formulation, with
 limits and pushes as constraints ([physics](../docs/explanation/problem.md#physics)). Success is by the
 [physical rule](../docs/explanation/judge.md#physical-rule). Postures of all methods end at the tolerance 1e-4. Each job ran
 once; [ten seeds](ten-seeds.md) shows how much a seed changes. In the comparisons *figure* is B - A for shares of success,
-and B / A for work ([definitions](../docs/explanation/statistics.md)).
+and B / A for work; *reads* is the verdict of `legopt compare` about B, the second row named, and "none" means that no
+difference was shown ([definitions](../docs/explanation/statistics.md)).
 """
 
 HEAD = """# What the benchmark shows

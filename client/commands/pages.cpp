@@ -360,9 +360,10 @@ ExitCode Serve(const ServeOptions& options) {
   const InterruptGuard guard;
   const FigureRequest figures = FiguresOf(options);
   CheckFilter(figures);
-  LiveState state(options.source, figures.rule);
+  // All experiments have verdicts by the solid rule, but not by the physical one.
+  LiveState state(options.source, options.rule.value_or(std::min(Rule::kSolid, figures.rule)));
   state.Read(0);
-  LiveBlocks blocks(figures);
+  LiveBlocks blocks(figures, options.rule);
   HttpOptions http;
   http.address = options.address;
   http.port = static_cast<std::uint16_t>(options.port);

@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kFormat = 1;
+constexpr int kFormat = 2;
 constexpr std::size_t kShownHash = 12;
 
 std::string PlaceOf(const SourceOptions& options) { return options.db ? *options.db : std::string("the server"); }

@@ -71,17 +71,21 @@ Json ProfileJson(const CompleteProblems& complete, const std::vector<std::vector
 // A measure of effort, smaller is better.
 struct Effort {
   const char* name;  // value of "effort" in docs/reference/page-data.md
+  bool is_work;
   statistics::ProblemScore ProblemRuns::*score;
   std::vector<statistics::Repetition> ProblemRuns::*runs;
 };
 
-// Returns work, or time unless the work of all solved runs was counted.
-Effort EffortOf(const std::vector<ProblemMap>& methods) {
-  const bool counted = std::ranges::all_of(methods, [](const ProblemMap& method) {
-    return std::ranges::all_of(method, [](const auto& problem) { return problem.second.work_counted; });
-  });
-  if (counted) return {"work", &ProblemRuns::work, &ProblemRuns::work_runs};
-  return {"time", &ProblemRuns::time, &ProblemRuns::runs};
+// Returns work, or time unless the work of all complete problems was counted, like the ranks of `legopt table`.
+Effort EffortOf(const std::vector<ProblemMap>& methods, const CompleteProblems& complete) {
+  bool counted = true;
+  for (std::size_t i = 0; i < methods.size(); ++i) {
+    for (const int problem : complete.problems) {
+      counted = counted && (!complete.shown[i] || methods[i].at(problem).work_counted);
+    }
+  }
+  if (counted) return {"work", true, &ProblemRuns::work, &ProblemRuns::work_runs};
+  return {"time", false, &ProblemRuns::time, &ProblemRuns::runs};
 }
 
 Json EffortsJson(const std::vector<ProblemMap>& methods, const CompleteProblems& complete, const Effort& effort) {
@@ -128,14 +132,15 @@ Json MethodJson(const ProblemMap& method, const CompleteProblems& complete, cons
   Json values = Json::array(), cost = Json::array(), effort_ratio = Json::array(), cost_ratio = Json::array();
   Json share = Json::array(), job = Json::array();
   for (const auto& [problem, least] : best_effort) {
-    const double own = ValueOf(method, problem, effort.score);
+    const auto found = method.find(problem);
+    const bool uncounted = effort.is_work && found != method.end() && !found->second.work_counted;
+    const double own = uncounted ? kNever : ValueOf(method, problem, effort.score);
     const double own_cost = ValueOf(method, problem, &ProblemRuns::cost), cheapest = best_cost.at(problem);
     values.push_back(FiniteJson(own));
     cost.push_back(FiniteJson(own_cost));
     const bool known = std::ranges::binary_search(complete.problems, problem);
     effort_ratio.push_back(known && least > 0.0 ? FiniteJson(own / least) : Json());
     cost_ratio.push_back(known && cheapest > 0.0 ? FiniteJson(own_cost / cheapest) : Json());
-    const auto found = method.find(problem);
     share.push_back(found == method.end() ? Json() : FiniteJson(found->second.time.Share()));
     job.push_back(found == method.end() ? Json() : Json(found->second.job_id));
   }
@@ -151,10 +156,10 @@ Json DescribeColumn(const std::vector<const SolveCell*>& cells) {
   for (const ProblemMap& method : methods) {
     for (const auto& [number, runs] : method) problems.insert(number);
   }
-  const Effort effort = EffortOf(methods);
+  const CompleteProblems complete = FindCompleteProblems(methods);
+  const Effort effort = EffortOf(methods, complete);
   const auto best_effort = BestOf(methods, problems, effort.score);
   const auto best_cost = BestOf(methods, problems, &ProblemRuns::cost);
-  const CompleteProblems complete = FindCompleteProblems(methods);
   Json values = Json::array();
   for (const ProblemMap& method : methods)
     values.push_back(MethodJson(method, complete, effort, best_effort, best_cost));
@@ -304,7 +309,7 @@ Json PairsJson(const SourceOptions& options, const SolvedExperiment& experiment,
       try {
         Json pair = {{"a", a}, {"b", b}};
         pair.update(DescribeComparison(ReadComparison(request), experiment, experiment));
-        for (Json& cell : pair["cells"]) {  // those of the experiment's columns
+        for (Json& cell : pair["cells"]) {  // the page uses these members of `columns`
           cell.erase("problems");
           cell.erase("methods");
         }

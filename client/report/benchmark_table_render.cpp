@@ -188,7 +188,7 @@ std::string RestartNote(const BenchmarkTable& table) {
     text += (text.empty() ? "" : "; ") + NameInNote(table, row) + " ";
     text += row.further_starts ? FormatGeneral(row.further_starts->mean, 2) + " on average, at most " +
                                      std::to_string(row.further_starts->largest)
-                               : "at most " + std::to_string(row.inner_starts) + " per attempt";
+                               : "not counted (option rescues: " + std::to_string(row.inner_starts) + ")";
   }
   return text.empty() ? "" : " Starts within a run beyond the first one of each window: " + text + ".";
 }

@@ -33,7 +33,7 @@ void AddOtherRule(ResultSource& source, BenchmarkTable* table) {
 }
 
 // Adds the starts of methods with internal restarts, unless they have too many results to be read for a table.
-void AddFurtherStarts(ResultSource& source, BenchmarkTable* table) {
+void AddFurtherStarts(ResultSource& source, const KeptCells& kept, BenchmarkTable* table) {
   constexpr std::int64_t kMost = 50'000;
   std::vector<std::int64_t> methods;
   std::int64_t results = 0;
@@ -44,7 +44,8 @@ void AddFurtherStarts(ResultSource& source, BenchmarkTable* table) {
   }
   if (methods.empty() || results > kMost) return;
   const Listing rows = source.Query(
-      db::Sql(db::Query::kFurtherStarts, {{"experiment_id", table->experiment_id}, {"method_ids", methods}}));
+      db::Sql(db::Query::kFurtherStarts,
+              {{"experiment_id", table->experiment_id}, {"method_ids", methods}, {"cell_ids", kept.ids()}}));
   for (std::size_t i = 0; i < rows.rows.size(); ++i) {
     const auto row =
         std::ranges::find(table->rows, rows.At(i, "method_id").get<std::int64_t>(), &BenchmarkRow::method_id);
@@ -99,7 +100,7 @@ BenchmarkTable ReadBenchmarkTable(ResultSource& source, const TableSelection& se
   KeepRows(selection.rows, &table.rows);
   KeepColumnsWithCells(&table);
   AddOtherRule(source, &table);
-  AddFurtherStarts(source, &table);
+  AddFurtherStarts(source, kept, &table);
   return table;
 }
 

@@ -66,8 +66,9 @@ ProblemIds ProblemsOf(ResultSource& source, std::int64_t experiment) {
 
 }  // namespace
 
-LiveBlocks::LiveBlocks(FigureRequest request)
+LiveBlocks::LiveBlocks(FigureRequest request, std::optional<Rule> rule)
     : request_(std::move(request)),
+      rule_(rule),
       start_(std::to_string(std::chrono::system_clock::now().time_since_epoch().count())),
       source_(OpenResults(request_.sources.front().source)) {}
 
@@ -130,6 +131,7 @@ HttpReply LiveBlocks::MakeFigures(const std::string& experiments) {
     const auto interval = std::max<Clock::duration>(kShortestInterval, kIntervalPerWork * known.took);
     if (known.progress == progress || begin - known.made < interval) return known.reply;
   }
+  request.rule = PageRule(request.sources, rule_);
   PageFigures figures = ReadFigures(request);
   std::vector<ProblemIds> problems;
   for (std::size_t i = 0; i < figures.experiments.size(); ++i) {

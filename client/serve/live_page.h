@@ -26,7 +26,8 @@ namespace legopt::client {
 class LiveBlocks {
  public:
   /// `request.sources`: experiments shown by default; all must be in the same server or file.
-  explicit LiveBlocks(FigureRequest request);
+  /// `rule`: the rule of all figures; nullopt: PageRule of the shown experiments, in place of `request.rule`.
+  explicit LiveBlocks(FigureRequest request, std::optional<Rule> rule = {});
 
   /// Returns the page, its script, or an available block; nullopt for slow requests. Never waits for Make.
   std::optional<HttpReply> TryAnswer(const HttpRequest& request);
@@ -50,6 +51,7 @@ class LiveBlocks {
   HttpReply BlockReply(const std::string& bytes);
 
   FigureRequest request_;
+  std::optional<Rule> rule_;
   std::string start_;  // part of every ETag: another process has other blocks
 
   std::mutex figures_mutex_;  // held while figures are computed

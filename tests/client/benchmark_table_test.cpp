@@ -225,9 +225,15 @@ TEST(BenchmarkTable, InternalRestartsAreCounted) {
     experiment.results.push_back({.method = 0, .problem = problem, .starts = problem == 2 ? 6 : 1});
     experiment.results.push_back({.method = 1, .problem = problem, .starts = 9});
   }
+  experiment.results.push_back({.method = 0, .initialization = "in_collision", .problem = 0, .starts = 3});
   WriteTestDatabase(file, experiment);
   const auto source = OpenResults({file.string(), {}});
-  const BenchmarkTable table = ReadBenchmarkTable(*source, {});
+  TableSelection selection;
+  selection.filter.initializations = {"in_collision"};
+  EXPECT_THAT(RenderBenchmarkTable(ReadBenchmarkTable(*source, selection), TableFormat::kText),
+              HasSubstr("the first one of each window: LegOpt-best 2 on average, at most 2. "));
+  selection.filter.initializations = {"good"};
+  const BenchmarkTable table = ReadBenchmarkTable(*source, selection);
   const std::string text = RenderBenchmarkTable(table, TableFormat::kText);
   EXPECT_THAT(text, HasSubstr("the first one of each window: LegOpt-best 1.7 on average, at most 5. "));
   EXPECT_EQ(ParseTextTable(text).rows[0][1], "0");

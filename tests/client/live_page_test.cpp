@@ -52,6 +52,21 @@ TEST_F(LivePageTest, FiguresAreOfTheKeptMethods) {
   EXPECT_EQ(LiveBlocks(request).Make({"/blocks/page", ""}).status, 404U);
 }
 
+TEST_F(LivePageTest, FiguresAreByTheRuleOfTheirExperimentUnlessOneIsAskedFor) {
+  TestExperiment physical = experiment_;
+  physical.rule = Rule::kPhysical;
+  const auto file = folder_.path() / "physical.sqlite";
+  WriteTestDatabase(file, physical);
+  FigureRequest request = Request();
+  request.rule = Rule::kLiteral;  // not used
+  request.sources = {{{file.string(), {}}, {}}};
+  const auto rule_of = [](LiveBlocks&& blocks) {
+    return Json::parse(BytesOf(blocks.Make({"/blocks/page", "1"}))).at("rule").get<std::string>();
+  };
+  EXPECT_EQ(rule_of(LiveBlocks(request)), "physical");
+  EXPECT_EQ(rule_of(LiveBlocks(request, Rule::kStrict)), "strict");
+}
+
 TEST_F(LivePageTest, ASolutionIsThatOfAView) {
   LiveBlocks blocks(Request());
   EXPECT_FALSE(blocks.TryAnswer({"/blocks/motion-2", ""}));

@@ -143,8 +143,6 @@ TEST_F(PageTest, WhatCannotBeWrittenLeavesTheOldFile) {
   EXPECT_EQ(CodeOf([&] { ReplaceFile(folder_.path() / "none" / "page.html", "new"); }), ExitCode::kUsage);
 }
 
-// Two windows of a motion on the embedded dataset, the first of which is solved, and a motion whose first window
-// failed.
 TEST(PageRules, AreTheWeakestOfTheExperiments) {
   const TemporaryFolder folder;
   std::vector<PageSource> sources;
@@ -163,6 +161,8 @@ TEST(PageRules, AreTheWeakestOfTheExperiments) {
   EXPECT_EQ(PageRule({}, {}), Rule::kSolid);
 }
 
+// Two windows of a motion on the embedded dataset, the first of which is solved, and a motion whose first window
+// failed.
 TEST(PageMotions, ShowTheWindowThatWasNotSolvedBehindTheSolvedOnes) {
   const auto dataset = Dataset::Load(SourceFolder() + "/data/garage-small");
   const ProblemDefinition& problem = dataset->problems(Task::kMotion).at(0);

@@ -238,13 +238,16 @@ const ACTIONS = {
 };
 for (const [what, [address, action]] of Object.entries(ACTIONS)) {
   test(`135,000 jobs: ${what} never blocks for ${LONGEST_MS} ms`, async () => {
-    const page = await open(LARGE_PAGE, address);
-    await page.locator('main table').first().waitFor();
     // Other programs on a busy machine can stop the browser. The page itself blocks in every one of five attempts.
     let longest = Infinity;
-    for (let attempt = 0; attempt < 5 && longest > LONGEST_MS; ++attempt) longest = Math.min(longest, await blocked(page, action));
+    for (let attempt = 0; attempt < 5 && longest > LONGEST_MS; ++attempt) {
+      const page = await open(LARGE_PAGE, address);
+      await page.locator('main table').first().waitFor();
+      await page.waitForTimeout(500);
+      longest = Math.min(longest, await blocked(page, action));
+      await closeClean(page);
+    }
     assert.ok(longest <= LONGEST_MS, `${longest} ms`);
-    await closeClean(page);
   });
 }
 
@@ -272,4 +275,15 @@ test('a browser without threads shows the same', async () => {
   assert.equal(await texts(page), await texts(other));
   await closeClean(page);
   await closeClean(other);
+});
+
+test('a view that fails says why, and another one works', async () => {
+  const page = await open(PAGE, '#v=profiles', { script: `
+    const { postMessage } = Worker.prototype;
+    Worker.prototype.postMessage = function (message) { postMessage.call(this, message[1] === 'column' ? [message[0], 'none', []] : message); };` });
+  assert.match(await page.locator('main .note').textContent(), /^This view cannot be shown: ./);
+  await page.evaluate(() => { location.hash = '#v=jobs&sort=unknown'; });
+  await page.locator('.jobs a.job').first().waitFor();
+  assert.equal(await page.locator('main > .note').count(), 0);
+  await closeClean(page);
 });

@@ -32,7 +32,7 @@ function scatter(figures: ColumnFigures, measure: 'effort_ms' | 'cost', names: [
   const domain: [number, number] = [low, rim * 1.15];
   const rimmed = data.some((d) => d.kind !== 'both');
   const to = (d: Point) => (d.job === null ? null : href({ v: 'job', e: e || undefined, job: d.job, ghost: undefined, w: undefined }));
-  const links = data.length <= MOST_LINKS, solved = colour(0), failed = failure();  // asked once: a question to the browser
+  const links = data.length <= MOST_LINKS, solved = colour(0), failed = failure();  // once: each call asks for the colour scheme
   const drawn = plot({
     width, height: Math.min(width, 420), marginLeft: 50, style: { color: ink(), background: 'transparent', fontSize: '11px' },
     x: { type: 'log', domain, label: `A: ${names[0]}, ${unit} \u2192`, grid: true, ticks: 5, tickFormat: '~g' },
@@ -44,10 +44,11 @@ function scatter(figures: ColumnFigures, measure: 'effort_ms' | 'cost', names: [
       dot(data, { x: 'x', y: 'y', symbol: (d: Point) => (d.kind === 'both' ? 'circle' : 'times'), r: 3.6, strokeWidth: 1.6,
         stroke: (d: Point) => (d.kind === 'both' ? solved : failed), fill: (d: Point) => (d.kind === 'both' ? solved : 'none'), fillOpacity: 0.35,
         ...(links ? { href: to } : {}),
-        title: (d: Point) => `problem ${d.problem}, ${d.kind === 'both' ? `A ${number(d.x)}, B ${number(d.y)}` : `solved by ${d.kind}`}; click: the job`, tip: true }),
+        title: (d: Point) => `problem ${d.problem}, ${d.kind === 'both' ? `A ${number(d.x)}, B ${number(d.y)}` : `solved by ${d.kind}`}; click: the job`, tip: { maxRadius: 8 } }),
     ],
     symbol: { type: 'identity' }, color: { type: 'identity' },
   });
+  if (!links) drawn.style.cursor = 'pointer';
   if (!links) drawn.addEventListener('click', () => { const at = drawn.value as Point | null, address = at && to(at); if (address) location.hash = address; });
   return drawn;
 }
@@ -98,7 +99,7 @@ function PairView({ pair, figures: pairFigures, e, eB, names, marks, caption, lo
         {comparisons.map((c, k) => <option value={k} key={k}>{title(c)}: {VERDICTS[c.change] ?? c.change}</option>)}</select></label></div>
       <Verdict cell={cell} e={eB} />
       <div class="figures">
-        <Figure name={`scatter-${figures.methods_effort}`} title={`${label[0].toUpperCase()}${label.slice(1)} by problem`} depends={depends} caption={`Below the line B ${less}. ${said}`}
+        <Figure name={`scatter-${figures.methods_effort}`} title={`${label[0].toUpperCase()}${label.slice(1)} by problem`} depends={depends} caption={`Below the line B ${less}. A click on a point leads to its job. ${said}`}
           draw={(width) => scatter(figures, 'effort_ms', both, `${label} in ms`, width, e)} rows={() => scatterRows(figures, 'effort_ms')} />
         <Figure name="scatter-cost" title="Costs by problem" depends={depends} caption={`Below the line B is cheaper. ${said}`}
           draw={(width) => scatter(figures, 'cost', both, 'cost', width, e)} rows={() => scatterRows(figures, 'cost')} />

@@ -1,7 +1,7 @@
 // The data contract, docs/reference/page-data.md: the content that C++ wrote into this file, or sends, and the decoding
 // of its blocks.
 
-import { ask } from './background';
+import { ask, pause } from './background';
 import { JobTable, type Rule } from './job_table';
 import { unpacked } from './store';
 
@@ -165,7 +165,7 @@ async function readJson<T>(name: string): Promise<T> {
 
 export async function readPage(): Promise<Page> {
   const page = await ask('page', await blockOf('page'));
-  await new Promise((resolve) => { setTimeout(resolve); });  // the browser draws between receiving and showing
+  await pause();
   return { ...page, experiments: page.experiments?.map((e) => ({ ...e, jobs: new JobTable(e.jobs) })) };
 }
 

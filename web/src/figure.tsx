@@ -25,18 +25,22 @@ export function standaloneSvg(holder: Element): string {
   return new XMLSerializer().serializeToString(svg).replace(/currentColor/g, ink());
 }
 
-const queue: (() => void)[] = [];
+const pending = new Set<() => void>();  // in the order of their requests
+let scheduled = false;
 
-/** Draws after the page had time for its reader: one drawing at a time. */
+/** Draws after pending input events, one drawing at a time. A drawing that is pending is not added again. */
 function soon(draw: () => void): void {
-  queue.push(draw);
-  if (queue.length === 1) setTimeout(drawNext);
+  pending.add(draw);
+  if (!scheduled) setTimeout(drawNext);
+  scheduled = true;
 }
 
 function drawNext(): void {
-  queue[0]();
-  queue.shift();
-  if (queue.length > 0) setTimeout(drawNext);
+  const [draw] = pending;  // undefined if the figure is gone
+  pending.delete(draw);
+  scheduled = pending.size > 0;
+  if (scheduled) setTimeout(drawNext);
+  draw?.();
 }
 
 export function Figure(props: Props) {
@@ -63,6 +67,7 @@ export function Figure(props: Props) {
     addEventListener('beforeprint', draw);
     return () => {
       gone = true;
+      pending.delete(draw);
       observer.disconnect();
       resized.disconnect();
       scheme.removeEventListener('change', draw);

@@ -2,9 +2,10 @@
 import { JobTable, type Rule } from './job_table';
 import { MISSING, csv } from './text';
 
-export type SortKey = 'job' | 'method' | 'column' | 'problem' | 'verdict' | 'cost' | 'cpu_us' | 'iterations';
+export const SORT_KEYS = ['job', 'method', 'column', 'problem', 'verdict', 'cost', 'cpu_us', 'iterations'] as const;
+export type SortKey = (typeof SORT_KEYS)[number];
 
-/** What the address says of the list of jobs: method, column, outcome, text to find, order. */
+/** Filters and order of the list of jobs, from the address: method, column, outcome, text to find, order. */
 export interface Choice { m?: string; c?: string; o?: string; q?: string; sort?: string }
 
 function fits(jobs: JobTable, rule: Rule, choice: Choice, i: number): boolean {
@@ -23,7 +24,7 @@ function fits(jobs: JobTable, rule: Rule, choice: Choice, i: number): boolean {
 export function select(jobs: JobTable, rule: Rule, choice: Choice): Uint32Array {
   const found: number[] = [];
   for (let i = 0; i < jobs.length; ++i) if (fits(jobs, rule, choice, i)) found.push(i);
-  const key = (choice.sort ?? 'job').replace('-', '') as SortKey, sign = choice.sort?.startsWith('-') ? -1 : 1;
+  const key = SORT_KEYS.find((one) => one === choice.sort?.replace('-', '')) ?? 'job', sign = choice.sort?.startsWith('-') ? -1 : 1;
   const value = (i: number): number | string | null => (key === 'verdict' ? jobs.verdict(rule, i) : jobs.number(key, i));
   const values = found.map(value), order = Uint32Array.from(found.keys());
   order.sort((a, b) => {

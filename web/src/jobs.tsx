@@ -1,6 +1,5 @@
 // All jobs, filtered and sorted.
-import { useEffect, useState } from 'preact/hooks';
-import { ask } from './background';
+import { ask, useAnswer } from './background';
 import { holdsSolution, solveTime, type Experiment, type Page } from './data';
 import type { SortKey } from './job_selection';
 import { RowTable } from './rows';
@@ -10,28 +9,20 @@ import { captionOf } from './table';
 
 const ROW_PX = 28;
 const HEADS: [SortKey, string][] = [['job', 'Job'], ['method', 'Method'], ['column', 'Task, start'], ['problem', 'Problem'], ['verdict', 'Outcome'], ['cost', 'Cost'], ['cpu_us', 'Time'], ['iterations', 'Iterations']];
-const NONE: Uint32Array = new Uint32Array();
-
-/** Indices of the chosen jobs; the former ones until the new ones are found. */
-function useSelected(page: Page, e: number, { m, c, o, q, sort }: State): Uint32Array {
-  const [selected, setSelected] = useState(NONE);
-  useEffect(() => {
-    let current = true;
-    ask('jobs', page.version, e, { m, c, o, q, sort }).then((found) => { if (found && current) setSelected(found); });
-    return () => { current = false; };
-  }, [page.version, e, m, c, o, q, sort]);
-  return selected;
+/** Indices of the chosen jobs of experiment `e`; the former ones until the new ones are found. */
+function useSelected(page: Page, e: number, { m, c, o, q, sort }: State): Uint32Array | null {
+  return useAnswer(String(e), async (former: Uint32Array | null) => (await ask('jobs', page.version, e, { m, c, o, q, sort })) ?? former, [page.version, m, c, o, q, sort]);
 }
 
 export function JobsView({ page, experiment, e, state }: { page: Page; experiment: Experiment; e: number; state: State }) {
   const { jobs, rule, outcomes } = experiment, shown = useSelected(page, e, state);
+  const { m, c, o, q, sort: order } = state;
   const sort = (key: SortKey) => go({ sort: state.sort === key ? `-${key}` : key }, true);
-  const saveAll = async () => save('jobs.csv', await ask('jobsCsv', e, shown), 'text/csv');
-  const row = (k: number) => {
-    if (shown[k] >= jobs.length) return null;
-    const job = jobs.row(shown[k]), verdict = jobs.verdict(rule, shown[k]), column = experiment.columns[job.column];
+  const saveAll = async (chosen: Uint32Array) => save('jobs.csv', await ask('jobsCsv', e, chosen), 'text/csv');
+  const row = (chosen: Uint32Array, k: number) => {
+    const job = jobs.row(chosen[k]), verdict = jobs.verdict(rule, chosen[k]), column = experiment.columns[job.column];
     return (
-      <tr class={verdict === 'success' || MISSING.includes(verdict) ? '' : 'bad'} style={{ height: `${ROW_PX}px` }}>
+      <tr aria-rowindex={k + 2} class={verdict === 'success' || MISSING.includes(verdict) ? '' : 'bad'} style={{ height: `${ROW_PX}px` }}>
         <td><a class="job" href={href({ v: 'job', e: e || undefined, job: job.job, ghost: undefined, w: undefined })}>{job.job}</a>
           {holdsSolution(page, e, job.job) ? '' : <span class="flag" title="this file does not hold its solution">no 3D</span>}</td>
         <td>{experiment.methods[job.method].choice}</td>
@@ -54,12 +45,12 @@ export function JobsView({ page, experiment, e, state }: { page: Page; experimen
         <label>Outcome <select value={state.o ?? 'all'} onChange={(x) => go({ o: x.currentTarget.value }, true)}>
           {['all', 'unsolved', 'contended', ...outcomes].map((o) => <option value={o} key={o}>{words(o)}</option>)}</select></label>
         <label>Find <input type="search" value={state.q ?? ''} placeholder="id, word of the detail" onInput={(x) => go({ q: x.currentTarget.value || undefined }, true)} /></label>
-        <span class="says">{shown.length} of {jobs.length} jobs <button onClick={saveAll}>CSV</button></span>
+        {shown && <span class="says">{shown.length} of {jobs.length} jobs <button onClick={() => saveAll(shown)}>CSV</button></span>}
       </div>
-      <RowTable label="Jobs" kind="jobs" printed="jobs" count={shown.length} height_px={ROW_PX} span={HEADS.length + 1} list={shown} row={row}
+      {shown && <RowTable label="Jobs" kind="jobs" noun="jobs" hint="Filter them, or save all as CSV." count={shown.length} height_px={ROW_PX} span={HEADS.length + 1} list={[e, m, c, o, q, order].join(' ')} row={(k) => row(shown, k)}
         head={<tr>{HEADS.map(([key, head]) => (
           <th scope="col" key={key} aria-sort={state.sort === key ? 'ascending' : state.sort === `-${key}` ? 'descending' : 'none'}><button onClick={() => sort(key)}>{head}{state.sort === key ? ' \u25b4' : state.sort === `-${key}` ? ' \u25be' : ''}</button></th>))}
-          <th scope="col">Detail</th></tr>} />
+          <th scope="col">Detail</th></tr>} />}
       <p class="caption">Times are CPU times of whole solves; c: others disturbed the run. {captionOf(experiment)}</p>
     </>
   );

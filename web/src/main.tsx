@@ -3,7 +3,7 @@ import { render, type FunctionComponent } from 'preact';
 import { useMemo } from 'preact/hooks';
 import css from './page.css';
 import { AboutView } from './about';
-import { useAnswer } from './background';
+import { ErrorNote, pause, useAnswer } from './background';
 import { isLive, readPage, solveTime, type Experiment, type Page } from './data';
 import { JobsView } from './jobs';
 import { LiveLine, LiveView, hooks, useLive } from './live';
@@ -17,7 +17,11 @@ const VIEWS: [string, string][] = [['table', 'Table'], ['profiles', 'Profiles'],
 /** A view whose program starts when it is first shown: that of drawings takes long. */
 function lazily<Props extends object>(load: () => Promise<FunctionComponent<Props>>): FunctionComponent<Props> {
   return (props) => {
-    const loaded = useAnswer('', async () => ({ View: await load() }), []);
+    const loaded = useAnswer('', async () => {
+      const View = await load();
+      await pause();
+      return { View };
+    }, []);
     return loaded && <loaded.View {...props} />;
   };
 }
@@ -64,7 +68,7 @@ function Report({ page: first, state }: { page: Page; state: State }) {
         <LiveLine live={live} lost={lost} stale={stale} page={page} />
       </header>
       {unfinished.length > 0 && <p class="flagged" role="status">UNFINISHED: {unfinished.map((one) => `experiment ${one.id} has ${one.unfinished} jobs without an end`).join('; ')}. Every figure is of the rest.</p>}
-      <main>
+      <main><ErrorNote view={location.hash}>
         {v === 'table' && <TableView experiments={experiments} state={state} />}
         {v === 'profiles' && <ProfileView experiment={experiment} state={state} />}
         {v === 'compare' && <CompareView page={page} experiment={experiment} e={e} state={state} />}
@@ -73,7 +77,7 @@ function Report({ page: first, state }: { page: Page; state: State }) {
         {v === 'about' && <AboutView page={page} experiment={experiment} state={state} />}
         {v === 'live' && <LiveView live={live} page={page} />}
         {v === 'job' && (typeof subject === 'string' ? <p class="note">{subject}</p> : subject && <Viewer page={page} subject={subject} state={state} />)}
-      </main>
+      </ErrorNote></main>
       {page.notes.length > 0 && <footer><ul class="notes">{page.notes.map((note) => <li key={note}>{note}</li>)}</ul></footer>}
     </>
   );
@@ -101,7 +105,7 @@ function viewSubject(page: Page, state: State): Subject {
 function App({ page }: { page: Page }) {
   const state = useAddress();
   const subject = useMemo(() => (page.kind === 'view' ? viewSubject(page, state) : null), [state.job, state.rule]);
-  return subject ? <main class="alone"><Viewer page={page} subject={subject} state={state} /></main> : <Report page={page} state={state} />;
+  return subject ? <main class="alone"><ErrorNote view={location.hash}><Viewer page={page} subject={subject} state={state} /></ErrorNote></main> : <Report page={page} state={state} />;
 }
 
 const style = document.createElement('style');
@@ -116,4 +120,4 @@ const begin = () => readPage().then((page) => {
   app.replaceChildren();
   render(<App page={page} />, app);
 }).catch((error) => { app.textContent = `This page cannot be read: ${error instanceof Error ? error.message : error}`; });
-setTimeout(begin);  // the program itself took its time to start
+setTimeout(begin);  // in a task of its own, so that the start is not one long task

@@ -39,10 +39,10 @@ export function MapView({ experiment, e, state }: { experiment: Experiment; e: n
         <label>Fields show: <select value={state.by === 'cost' ? 'cost' : 'effort'} onChange={(x) => go({ by: x.currentTarget.value })}>
           <option value="effort">{label} / {best}</option><option value="cost">cost / cheapest</option></select></label>
         <span class="says"><span class="map-1">1</span> best, darker is worse; <span class="map-x">{'\u2715'}</span> not solved; {'\u2713'} solved, not yet by all methods tried; {'\u2026'} not finished; {DASH} not asked. A field leads to its job.</span></div>
-      {figures && <RowTable label="Problems" kind="map" printed="problems" count={figures.problems.length} height_px={ROW_PX} span={methods.length + 1} list={`${e} ${c}`}
+      {figures && <RowTable label="Problems" kind="map" noun="problems" hint="The CSV has all." count={figures.problems.length} height_px={ROW_PX} span={methods.length + 1} list={`${e} ${c}`}
         head={<tr><th scope="col">Problem</th>{methods.map((method, m) => <th scope="col" key={m} title={method.title}>{method.choice.replace(/[:,]/g, '\n')}</th>)}</tr>}
         row={(i) => (
-          <tr style={{ height: `${ROW_PX}px` }}><th scope="row">{figures.problems[i]}</th>
+          <tr aria-rowindex={i + 2} style={{ height: `${ROW_PX}px` }}><th scope="row">{figures.problems[i]}</th>
             {methods.map((method, m) => <Field key={m} figures={figures} measure={measure} i={i} m={m} title={method.title} e={e} />)}</tr>)} />}
       <p class="caption">{column.title}: ratios to the best of all methods on each problem, computed of solved runs. {captionOf(experiment)} {figures && <button onClick={() => save('map.csv', csv(rows(figures)), 'text/csv')}>CSV</button>}</p>
     </>

@@ -1,5 +1,5 @@
 // Long tables, of which only the visible rows are drawn, so that 100,000 are fast.
-import type { ComponentChildren } from 'preact';
+import { Fragment, type ComponentChildren } from 'preact';
 import { useEffect, useRef, useState } from 'preact/hooks';
 
 const MARGIN = 4, SHOWN = 30;  // rows beyond the visible ones, and most visible ones
@@ -20,11 +20,11 @@ function usePrinting(): boolean {
 interface Props {
   label: string; count: number; height_px: number; span: number; head: ComponentChildren; row: (i: number) => ComponentChildren;
   list: unknown;  // another list begins at its first row
-  kind: string; printed: string;  // class of the table; noun for its rows on paper
+  kind: string; noun: string; hint: string;  // class of the table; plural of a row; how to print fewer
 }
 
 /** A table of `count` rows of one height in a box that scrolls. */
-export function RowTable({ label, count, height_px, span, head, row, list, kind, printed }: Props) {
+export function RowTable({ label, count, height_px, span, head, row, list, kind, noun, hint }: Props) {
   const [top, setTop] = useState(0), holder = useRef<HTMLDivElement>(null), printing = usePrinting();
   useEffect(() => { holder.current?.scrollTo(0, 0); setTop(0); }, [list]);
   const first = printing ? 0 : Math.max(0, Math.min(Math.floor(top / height_px), count) - MARGIN), last = Math.min(count, printing ? MOST_PRINTED : first + 2 * MARGIN + SHOWN);
@@ -36,12 +36,12 @@ export function RowTable({ label, count, height_px, span, head, row, list, kind,
           <thead>{head}</thead>
           <tbody>
             {first > 0 && space(first)}
-            {Array.from({ length: last - first }, (_, i) => row(first + i))}
+            {Array.from({ length: last - first }, (_, i) => <Fragment key={first + i}>{row(first + i)}</Fragment>)}
             {last < count && !printing && space(count - last)}
           </tbody>
         </table>
       </div>
-      {printing && last < count && <p class="note">{count - last} of {count} {printed} are not printed. Filter them, or save all as CSV.</p>}
+      {printing && last < count && <p class="note">{count - last} of {count} {noun} are not printed. {hint}</p>}
     </>
   );
 }

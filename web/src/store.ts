@@ -1,9 +1,9 @@
 // The page's large lists, which the background holds (background.ts): a view asks for the part that it shows.
 import type { Column, ColumnFigures, Curve, Effort, Experiment, MethodValues, Page, Pair, PairFigures, Profile } from './data';
-import { jobsCsv, outcomesOf, select, type Choice } from './job_selection';
+import { jobsCsv, outcomesOf, select, type Choice, type JobNames } from './job_selection';
 import { JobTable, columnsOf, type JobColumns, type JobLists } from './job_table';
 
-export const FORMAT = 1;
+export const FORMAT = 2;
 
 /** Values of a method in pages before those of work. */
 interface TimeValues { time_ms: (number | null)[]; time_ratio: (number | null)[] }
@@ -38,7 +38,7 @@ const typedCurve = (curve: Curve | null): Curve | null => curve && { x: Float64A
 
 const valuesOf = (sent: SentValues): MethodValues => ('effort_ms' in sent ? sent : { ...sent, effort_ms: sent.time_ms, effort_ratio: sent.time_ratio });
 
-/** Figures in today's form. `values`: those whose problems and methods these lack. */
+/** Figures in today's form. `values`: figures whose problems and methods are used if `sent` has none. */
 function figuresOf(sent: SentFigures, values?: ColumnFigures): ColumnFigures {
   const profile = (one: Profile | null) => one && { ...one, curves: one.curves.map(typedCurve) };
   const effort = sent.effort ?? 'time', { problems, methods, methods_effort } = values ?? { problems: sent.problems!, methods: sent.methods!.map(valuesOf), methods_effort: effort };
@@ -49,20 +49,24 @@ function figuresOf(sent: SentFigures, values?: ColumnFigures): ColumnFigures {
   };
 }
 
-interface Kept { columns: ColumnFigures[]; pairs: WholePair[]; jobs: JobTable; names: WholeExperiment }
+const namesOf = ({ rule, methods, columns }: WholeExperiment): JobNames => ({
+  rule, methods: methods.map(({ choice }) => ({ choice })), columns: columns.map(({ task, initialization }) => ({ task, initialization })),
+});
+
+interface Kept { columns: ColumnFigures[]; pairs: WholePair[]; jobs: JobTable; names: JobNames }
 
 export class Store {
   private version = 0;
   private experiments: Kept[] = [];
   private across: WholePair[] = [];
 
-  /** Reads the block "page". What the other functions answer belongs to the newest one. */
+  /** Reads the block "page". The other functions use the page that was read last. */
   async page(block: ArrayBuffer | string): Promise<SentPage> {
     const page = JSON.parse(new TextDecoder().decode(await unpacked(block))) as WholePage;
     if (page.format > FORMAT) throw new Error(`this file has format ${page.format}; its program reads up to ${FORMAT}`);
     ++this.version;
     this.across = page.across ?? [];
-    this.experiments = (page.experiments ?? []).map((e) => ({ columns: e.columns.map((column) => figuresOf(column)), pairs: e.pairs, jobs: new JobTable(columnsOf(e.jobs)), names: e }));
+    this.experiments = (page.experiments ?? []).map((e) => ({ columns: e.columns.map((column) => figuresOf(column)), pairs: e.pairs, jobs: new JobTable(columnsOf(e.jobs)), names: namesOf(e) }));
     const short = ({ a, b, refused }: WholePair): Pair => ({ a, b, refused });
     return {
       ...page, version: this.version, across: page.across?.map(short),

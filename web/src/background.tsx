@@ -1,4 +1,5 @@
 // A thread that holds the page's large lists and works on them, so that the page never waits.
+import { Component, type ComponentChildren } from 'preact';
 import { useEffect, useState } from 'preact/hooks';
 import program from 'program:worker.ts';
 import { Store, type Asked } from './store';
@@ -9,7 +10,7 @@ interface Question { name: Asked; given: unknown[]; resolve: (value: never) => v
 const open = new Map<number, Question>();
 let worker: Worker | null = null, store: Store | null = null, count = 0;
 
-/** Answers in this thread, as where the policy of a site forbids others: the page works, but slower. */
+/** Answers in the page's own thread, if no other can be started: the page works, but slower. */
 function answerHere(id: number): void {
   store ??= new Store();
   const here = store, { name, given, resolve, reject } = open.get(id)!;
@@ -33,6 +34,10 @@ function start(): void {
     worker = null;
     [...open.keys()].forEach(answerHere);
   };
+  worker.onmessageerror = () => {
+    for (const { reject } of open.values()) reject(new Error('the browser could not read the page\'s data, perhaps for lack of memory'));
+    open.clear();
+  };
 }
 
 /** Calls a function of the store. */
@@ -45,16 +50,38 @@ export function ask<K extends Asked>(name: K, ...given: Parameters<Store[K]>): P
   });
 }
 
+/** Ends the current task, so that the browser handles input and draws. */
+export const pause = (): Promise<void> => new Promise((resolve) => { setTimeout(resolve); });
+
+interface Answered<T> { key: string; value?: T | null; error?: unknown }
+
 /**
  * The answer to a question, asked again whenever `depends` changes. `key` names what is asked: until the first answer of
- * this key the result is null, then the newest answer of it.
+ * this key the result is null, then the newest answer of it. The question receives the former answer of the key. An
+ * error is thrown while the view renders, so that ErrorNote shows it.
  */
-export function useAnswer<T>(key: string, question: () => Promise<T>, depends: unknown[]): T | null {
-  const [answer, setAnswer] = useState<{ key: string; value: T } | null>(null);
+export function useAnswer<T>(key: string, question: (former: T | null) => Promise<T | null>, depends: unknown[]): T | null {
+  const [answer, setAnswer] = useState<Answered<T> | null>(null);
+  const former = answer?.key === key ? answer.value ?? null : null;
   useEffect(() => {
     let current = true;
-    question().then((value) => { if (current) setAnswer({ key, value }); });
+    question(former).then((value) => { if (current) setAnswer({ key, value }); }, (error) => { if (current) setAnswer({ key, error }); });
     return () => { current = false; };
   }, [key, ...depends]);
-  return answer?.key === key ? answer.value : null;
+  if (answer?.key === key && 'error' in answer) throw answer.error;
+  return former;
+}
+
+/** Shows the reason in place of a view that fails; another `view` begins anew. */
+export class ErrorNote extends Component<{ view: string; children: ComponentChildren }, { view?: string; error?: unknown }> {
+  static getDerivedStateFromError(error: unknown) { return { error }; }
+
+  static getDerivedStateFromProps({ view }: { view: string }, state: { view?: string }) {
+    return state.view === view ? null : { view, error: undefined };
+  }
+
+  render() {
+    const { error } = this.state;
+    return error === undefined ? this.props.children : <p class="note">This view cannot be shown: {error instanceof Error ? error.message : String(error)}</p>;
+  }
 }
