@@ -6,6 +6,7 @@
 
 #include "client/report/benchmark_table.h"
 #include "client/report/escaped_text.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt::client {
 namespace {
