@@ -66,10 +66,12 @@ The datasets are the embedded ones of `generate dataset --kind contacts`
 ([families and levels](../docs/how-to/make-a-dataset.md#stations)). Each problem has a planted solution, except the traps:
 a proof excludes every posture there. All methods get the same formulation, with static equilibrium, friction, effort
 limits and pushes as constraints ([physics](../docs/explanation/problem.md#physics)). Success is by the
-[physical rule](../docs/explanation/judge.md#physical-rule). Postures of all methods end at the tolerance 1e-4. Each job ran
-once; [ten seeds](ten-seeds.md) shows how much a seed changes. In the comparisons *figure* is B - A for shares of success,
-and B / A for work; *reads* is the verdict of `legopt compare` about B, the second row named, and "none" means that no
-difference was shown ([definitions](../docs/explanation/statistics.md)).
+[physical rule](../docs/explanation/judge.md#physical-rule). Postures of all methods end at the tolerance 1e-4. Motions
+have LegOpt-best only, at its own tolerance of 4e-4, and the humanoid's without restarts: with ten, a motion that fails
+can take ten minutes, by SQP as well. Each job ran once; [ten seeds](ten-seeds.md) shows how much a seed changes. In the
+comparisons *figure* is B - A for shares of success, and B / A for work; *reads* is the verdict of `legopt compare` about
+B, the second row named, and "none" means that no difference was shown
+([definitions](../docs/explanation/statistics.md)).
 """
 
 HEAD = """# What the benchmark shows

@@ -1,5 +1,5 @@
 // A compared with B, as by `legopt compare`.
-import { dot, line, plot, ruleX, ruleY, text as textMark } from '@observablehq/plot';
+import { dot, line, plot, pointer, ruleX, ruleY, text as textMark, tip } from '@observablehq/plot';
 import { ask, useAnswer } from './background';
 import type { CellComparison, ColumnFigures, Experiment, Page, Pair, PairFigures, Ratio } from './data';
 import { CurveSet, EFFORTS } from './curves';
@@ -25,14 +25,26 @@ function points(figures: ColumnFigures, measure: 'effort_ms' | 'cost', rim: numb
   }).filter((point) => point.x > 0 && point.y > 0);
 }
 
+/** One point of each kind for each square of 2 x 2 pixels: others would be drawn over it. */
+function apart(all: Point[], pixel: (value: number) => number): Point[] {
+  const kept = new Map<string, Point>();
+  for (const point of all) {
+    const place = `${Math.round(pixel(point.x) / 2)} ${Math.round(pixel(point.y) / 2)} ${point.kind}`;
+    if (!kept.has(place)) kept.set(place, point);
+  }
+  return [...kept.values()];
+}
+
 function scatter(figures: ColumnFigures, measure: 'effort_ms' | 'cost', names: [string, string], unit: string, width: number, e: number): Element {
   const values = figures.methods.flatMap((m) => m[measure]).filter((v): v is number => v !== null && v > 0);
   const low = values.length > 0 ? Math.min(...values) * 0.8 : 1, high = values.length > 0 ? Math.max(...values) * 1.3 : 10, rim = high * 1.5;
-  const data = points(figures, measure, rim);
+  const all = points(figures, measure, rim), pixel = (value: number) => (width * Math.log(value / low)) / Math.log(rim / low);
+  const links = all.length <= MOST_LINKS, data = links ? all : apart(all, pixel);
   const domain: [number, number] = [low, rim * 1.15];
   const rimmed = data.some((d) => d.kind !== 'both');
   const to = (d: Point) => (d.job === null ? null : href({ v: 'job', e: e || undefined, job: d.job, ghost: undefined, w: undefined }));
-  const links = data.length <= MOST_LINKS, solved = colour(0), failed = failure();  // once: each call asks for the colour scheme
+  const solved = colour(0), failed = failure();  // once: each call asks for the colour scheme
+  const textOf = (d: Point) => `problem ${d.problem}, ${d.kind === 'both' ? `A ${number(d.x)}, B ${number(d.y)}` : `solved by ${d.kind}`}; click: the job`;
   const drawn = plot({
     width, height: Math.min(width, 420), marginLeft: 50, style: { color: ink(), background: 'transparent', fontSize: '11px' },
     x: { type: 'log', domain, label: `A: ${names[0]}, ${unit} \u2192`, grid: true, ticks: 5, tickFormat: '~g' },
@@ -43,8 +55,8 @@ function scatter(figures: ColumnFigures, measure: 'effort_ms' | 'cost', names: [
         textMark([{ x: low, y: rim }], { x: 'x', y: 'y', text: () => 'not solved by B', fill: failure(), textAnchor: 'start', dy: -7 })] : []),
       dot(data, { x: 'x', y: 'y', symbol: (d: Point) => (d.kind === 'both' ? 'circle' : 'times'), r: 3.6, strokeWidth: 1.6,
         stroke: (d: Point) => (d.kind === 'both' ? solved : failed), fill: (d: Point) => (d.kind === 'both' ? solved : 'none'), fillOpacity: 0.35,
-        ...(links ? { href: to } : {}),
-        title: (d: Point) => `problem ${d.problem}, ${d.kind === 'both' ? `A ${number(d.x)}, B ${number(d.y)}` : `solved by ${d.kind}`}; click: the job`, tip: { maxRadius: 8 } }),
+        ...(links ? { href: to, title: textOf } : {}) }),
+      tip(data, pointer({ x: 'x', y: 'y', title: textOf, maxRadius: 8 })),
     ],
     symbol: { type: 'identity' }, color: { type: 'identity' },
   });
