@@ -35,6 +35,7 @@ export function useAddress(): State {
   useEffect(() => {
     const changed = () => setState(parse());
     addEventListener('hashchange', changed);
+    changed();  // the address may have changed since the first drawing
     return () => removeEventListener('hashchange', changed);
   }, []);
   return state;
