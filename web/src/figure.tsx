@@ -25,7 +25,7 @@ export function standaloneSvg(holder: Element): string {
   return new XMLSerializer().serializeToString(svg).replace(/currentColor/g, ink());
 }
 
-const pending = new Set<() => void>();  // in the order of their requests
+const pending = new Set<() => void>();  // ordered by request
 let scheduled = false;
 
 /** Draws after pending input events, one drawing at a time. A drawing that is pending is not added again. */

@@ -120,4 +120,4 @@ const begin = () => readPage().then((page) => {
   app.replaceChildren();
   render(<App page={page} />, app);
 }).catch((error) => { app.textContent = `This page cannot be read: ${error instanceof Error ? error.message : error}`; });
-setTimeout(begin);  // in a task of its own, so that the start is not one long task
+setTimeout(begin);  // a task of its own: the start is not one long task
