@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "client/client_error.h"
 #include "client/report/evaluation_report.h"
 #include "legopt/dataset/dataset.h"
 #include "legopt/problem/terms/initial_guess.h"

@@ -66,8 +66,8 @@ export function curveRows(shown: Shown[], x: string): (string | number)[][] {
   return rows;
 }
 
-/** Names of the measures of effort: of an amount, and of the least one. */
-export const EFFORTS = { work: { label: 'work', best: 'least', least: 'least work', less: 'needs less work' }, time: { label: 'time', best: 'fastest', least: 'shortest time', less: 'is faster' } };
+/** Words for the measures of effort: the measure, its least value, a method with less of it. */
+export const EFFORTS = { work: { label: 'work', least: 'least work', less: 'needs less work' }, time: { label: 'time', least: 'shortest time', less: 'is faster' } };
 
 interface SetProps { figures: ColumnFigures; names: { title: string; mark: number; hidden?: boolean }[]; caption: string; log: boolean; name: string; pool: string; depends: unknown[] }
 
@@ -75,14 +75,14 @@ interface SetProps { figures: ColumnFigures; names: { title: string; mark: numbe
 export function CurveSet({ figures, names, caption, log, name, pool, depends }: SetProps) {
   const shown = (curves: (Curve | null)[] | undefined): Shown[] =>
     names.map(({ title, mark, hidden }, i) => ({ title, mark, hidden, curve: curves?.[i] ?? null }));
-  const { effort, cost } = figures.profiles, { best, least, label } = EFFORTS[figures.effort];
+  const { effort, cost } = figures.profiles, { least, label } = EFFORTS[figures.effort];
   const limit = figures.effort === 'time' ? figures.limit_ms : undefined, complete = figures.complete ?? figures.problems.length;
   if (complete === 0) return <p class="note">No problem has been completed by every method that has begun: there are no curves yet.</p>;
   return (
     <div class="figures">
       {effort && <Figure name={`${name}-profile-${figures.effort}`} depends={depends} title={`Performance profile of ${label}`}
         caption={`Share of ${effort.problems} problems solved within a factor of the ${least} of ${pool}; ${effort.unsolved} solved by none. Only the distance to the best can be read from it. ${caption}`}
-        draw={(width) => stepPlot(shown(effort.curves), { width, start: 1, log, label: `${label} / ${best} \u2192` })} rows={() => curveRows(shown(effort.curves), 'ratio')} />}
+        draw={(width) => stepPlot(shown(effort.curves), { width, start: 1, log, label: `${label} / ${least} \u2192` })} rows={() => curveRows(shown(effort.curves), 'ratio')} />}
       <Figure name={`${name}-${figures.effort}`} depends={depends} title={`Distribution of ${label}`}
         caption={`Share of ${complete} problems solved within an amount of ${label}; what failed never arrives.${limit ? ` Limit ${limit / 1e3} s.` : ''} ${caption}`}
         draw={(width) => stepPlot(shown(figures.efforts), { width, start: 0, log, label: `${label}, ms \u2192`, limit })} rows={() => curveRows(shown(figures.efforts), `${figures.effort}_ms`)} />

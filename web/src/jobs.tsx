@@ -9,6 +9,7 @@ import { captionOf } from './table';
 
 const ROW_PX = 28;
 const HEADS: [SortKey, string][] = [['job', 'Job'], ['method', 'Method'], ['column', 'Task, start'], ['problem', 'Problem'], ['verdict', 'Outcome'], ['cost', 'Cost'], ['cpu_us', 'Time'], ['iterations', 'Iterations']];
+
 /** Indices of the chosen jobs of experiment `e`; the former ones until the new ones are found. */
 function useSelected(page: Page, e: number, { m, c, o, q, sort }: State): Uint32Array | null {
   return useAnswer(String(e), async (former: Uint32Array | null) => (await ask('jobs', page.version, e, { m, c, o, q, sort })) ?? former, [page.version, m, c, o, q, sort]);

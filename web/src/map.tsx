@@ -30,14 +30,14 @@ function Field({ figures, measure, i, m, title, e }: FieldProps) {
 export function MapView({ experiment, e, state }: { experiment: Experiment; e: number; state: State }) {
   const { methods } = experiment, c = Math.min(Number(state.c ?? 0), experiment.columns.length - 1), column = experiment.columns[c];
   const figures = useAnswer(`${e} ${c}`, () => ask('column', e, c), [experiment]);
-  const { label, best } = EFFORTS[figures?.effort ?? 'work'];
+  const { label, least } = EFFORTS[figures?.effort ?? 'work'];
   const measure = state.by === 'cost' ? 'cost_ratio' : 'effort_ratio';
   const rows = (of: ColumnFigures) => [['problem', ...methods.map((m) => m.title)], ...of.problems.map((problem, i) => [problem, ...of.methods.map((m) => m[measure][i])])];
   return (
     <>
       <div class="bar"><ColumnChoice experiment={experiment} state={state} />
         <label>Fields show: <select value={state.by === 'cost' ? 'cost' : 'effort'} onChange={(x) => go({ by: x.currentTarget.value })}>
-          <option value="effort">{label} / {best}</option><option value="cost">cost / cheapest</option></select></label>
+          <option value="effort">{label} / {least}</option><option value="cost">cost / cheapest</option></select></label>
         <span class="says"><span class="map-1">1</span> best, darker is worse; <span class="map-x">{'\u2715'}</span> not solved; {'\u2713'} solved, not yet by all methods tried; {'\u2026'} not finished; {DASH} not asked. A field leads to its job.</span></div>
       {figures && <RowTable label="Problems" kind="map" noun="problems" hint="The CSV has all." count={figures.problems.length} height_px={ROW_PX} span={methods.length + 1} list={`${e} ${c}`}
         head={<tr><th scope="col">Problem</th>{methods.map((method, m) => <th scope="col" key={m} title={method.title}>{method.choice.replace(/[:,]/g, '\n')}</th>)}</tr>}

@@ -32,7 +32,7 @@ export function RowTable({ label, count, height_px, span, head, row, list, kind,
   return (
     <>
       <div class="rows" ref={holder} onScroll={(x) => setTop(x.currentTarget.scrollTop)} tabIndex={0} role="region" aria-label={label}>
-        <table class={kind} aria-rowcount={count}>
+        <table class={kind} aria-rowcount={count + 1}>
           <thead>{head}</thead>
           <tbody>
             {first > 0 && space(first)}

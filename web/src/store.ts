@@ -1,4 +1,4 @@
-// The page's large lists, which the background holds (background.ts): a view asks for the part that it shows.
+// The page's large lists, which the background holds (background.tsx): a view asks for the part that it shows.
 import type { Column, ColumnFigures, Curve, Effort, Experiment, MethodValues, Page, Pair, PairFigures, Profile } from './data';
 import { jobsCsv, outcomesOf, select, type Choice, type JobNames } from './job_selection';
 import { JobTable, columnsOf, type JobColumns, type JobLists } from './job_table';
