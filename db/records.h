@@ -115,7 +115,7 @@ struct WorkerRecord {
   std::string build;     ///< release, commit, compiler; for display
   std::string build_id;  ///< equal ids imply equal bits; empty for workers recorded before schema version 6
   std::string processor;
-  int processors = 1;                                      ///< number of granted processors
+  int processors = 1;                                      ///< number of granted processors; 0: unknown
   std::int64_t memory_bytes = 0;                           ///< memory of the host; 0: unknown
   double load = std::numeric_limits<double>::quiet_NaN();  ///< load of the host when last seen
   std::int64_t seen_at_us = 0;

@@ -223,9 +223,9 @@ inline constexpr char kCloseExperiment[] =
 inline constexpr char kPutWorker[] =
     "INSERT INTO workers (worker_id, endpoint, name, hostname, pid, slots, build, first_seen_at_us, last_seen_at_us, "
     "build_id, processor, processors, memory_bytes, load) "
-    "VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?8, nullif(?9, ''), ?10, ?11, nullif(?12, 0), ?13) "
+    "VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?8, nullif(?9, ''), ?10, nullif(?11, 0), nullif(?12, 0), ?13) "
     "ON CONFLICT (worker_id) DO UPDATE SET endpoint = ?2, name = ?3, hostname = ?4, pid = ?5, slots = ?6, build = ?7, "
-    "last_seen_at_us = ?8, build_id = nullif(?9, ''), processor = ?10, processors = ?11, "
+    "last_seen_at_us = ?8, build_id = nullif(?9, ''), processor = ?10, processors = nullif(?11, 0), "
     "memory_bytes = nullif(?12, 0), load = ?13";
 
 inline constexpr char kInsertEvent[] =

@@ -76,13 +76,8 @@ void AddUnsolved(const JobResult& job, legopt_msg::result_request& result) {
   for (const Eigen::VectorXd& x : waypoints) result.unsolved.insert(result.unsolved.end(), x.begin(), x.end());
 }
 
-// Adds the finite values. A stricter rule's value is sent only if it is larger.
 void AddViolations(const Evaluation& evaluation, legopt_msg::result_request& result) {
-  for (const Violation& violation : evaluation.violations) {
-    const bool known = std::ranges::any_of(evaluation.violations, [&](const Violation& other) {
-      return other.check == violation.check && other.rule < violation.rule && other.value >= violation.value;
-    });
-    if (known || !std::isfinite(violation.value)) continue;
+  for (const Violation& violation : evaluation.StoredViolations()) {
     legopt_msg::violation& reported = result.violations.emplace_back();
     reported.check = ToString(violation.check);
     reported.rule = ToString(violation.rule);

@@ -9,6 +9,7 @@
 #include "legopt/types/check.h"
 #include "legopt/types/collision.h"
 #include "legopt/types/enum_names.h"
+#include "legopt/types/result.h"
 #include "legopt/types/task.h"
 
 /// Archives of experiments (docs/reference/archives.md): one file with the results of an experiment, from which others
@@ -50,10 +51,16 @@ struct ArchivedResult {
   Initialization initialization{};
   int problem = 0;
   int repetition = 0;
-  std::size_t build = 0;     ///< index in Archive::builds
+  std::size_t build = 0;  ///< index in Archive::builds
+  SolveStatus status = SolveStatus::kNotRun;
   std::int64_t cpu_us = 0;   ///< CPU time of the solve; 0: unknown
   std::int64_t work_ns = 0;  ///< weighted term evaluations; 0: not counted
   std::int64_t evaluations = 0;
+  std::int64_t starts = 0;  ///< initial guesses that were optimized; 0: not counted
+  std::int64_t collision_queries = 0;
+  std::int64_t iterations = 0, restarts = 0;
+  std::optional<double> solver_cost, solver_violation;  ///< as the solver reported them; nullopt: not finite
+  double margin_relaxed = 0.0;  ///< largest share of the terms' margins that was relaxed for the solution, 0 .. 1
   EnumArray<Rule, std::optional<Verdict>> verdicts;  ///< stored verdicts; nullopt: not judged by that rule
   std::optional<double> cost;                        ///< stored cost per waypoint; nullopt: none
   std::vector<Eigen::VectorXd> waypoints;            ///< n + 7 numbers each; empty: no solution

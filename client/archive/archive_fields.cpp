@@ -5,9 +5,11 @@
 #include <limits>
 #include <set>
 #include <string_view>
+#include <utility>
 
 #include "bus/message_limits.h"
 #include "legopt/input/json.h"
+#include "legopt/input/text.h"
 #include "legopt/math/blake2b.h"
 #include "legopt/types/input_error.h"
 #include "legopt/types/number_text.h"
@@ -48,6 +50,18 @@ class Members {
     }
     return value.get<std::int64_t>();
   }
+  double Number(const std::string& key, double low, double high) {
+    const Json& value = Get(key);
+    if (!value.is_number() || value.get<double>() < low || value.get<double>() > high) {
+      Refuse(key, "must be a number from " + FormatGeneral(low) + " to " + FormatGeneral(high), Dump(value));
+    }
+    return value.get<double>();
+  }
+  /// A number that may be absent.
+  std::optional<double> FiniteNumber(const std::string& key) {
+    if (!Has(key)) return std::nullopt;
+    return Number(key, std::numeric_limits<double>::lowest(), std::numeric_limits<double>::max());
+  }
   template <NamedEnum Enum>
   Enum Word(const std::string& key) {
     return WordOf<Enum>(Get(key), key);
@@ -58,6 +72,12 @@ class Members {
       Refuse(key, "must be a list of at most " + std::to_string(kMaxItems) + " items");
     }
     return value;
+  }
+  /// A name by the rules of DiagnoseName.
+  std::string Name(const std::string& key) {
+    std::string name = Text(key, limits::kMostNameBytes);
+    if (const auto fault = DiagnoseName(name)) Refuse(key, fault->message, name);
+    return name;
   }
   std::string TextOf(const Json& value, const std::string& key, std::size_t most = kMaxText) const {
     if (!value.is_string() || value.get_ref<const std::string&>().size() > most) {
@@ -119,13 +139,21 @@ ArchivedTask TaskOf(const Json& json, const std::string& source) {
   return task;
 }
 
+// The hash of a method's options, see Method::Hash; empty for a text that is no JSON object.
+std::string HashOfOptions(const std::string& text) {
+  auto options = TryParseJson(text);
+  if (!options || !options->is_object()) return {};
+  options->erase("name");
+  return Blake2bHex(Dump(*options));
+}
+
 ArchivedMethod MethodOf(const Json& json, const std::string& source) {
   Members members(json, source, "methods.");
   ArchivedMethod method;
-  method.name = members.Text("name");
+  method.name = members.Name("name");
   method.hash = members.Text("hash");
-  if (!IsBlake2bHex(method.hash)) members.Refuse("hash", "must have 64 hex digits", method.hash);
   method.options = members.Text("options", kMaxOptions);
+  if (method.hash != HashOfOptions(method.options)) members.Refuse("hash", "is not that of the options", method.hash);
   method.multi_starts = static_cast<int>(members.Integer("multi_starts", 0, std::numeric_limits<int>::max()));
   method.sample_size = static_cast<int>(members.Integer("sample_size", 1, 100));
   members.Finish();
@@ -172,6 +200,13 @@ bool AllDiffer(const std::vector<Item>& items, const Key& key) {
 
 // Refuses repeated tasks and initializations, and more jobs than an experiment may have.
 void RequireSoundLists(const Archive& archive, const Members& members) {
+  const std::pair<const char*, bool> lists[] = {{"tasks", archive.tasks.empty()},
+                                                {"initializations", archive.initializations.empty()},
+                                                {"methods", archive.methods.empty()},
+                                                {"builds", archive.builds.empty()}};
+  for (const auto& [key, empty] : lists) {
+    if (empty) members.Refuse(key, "is empty");
+  }
   if (!AllDiffer(archive.tasks, [](const ArchivedTask& task) { return task.task; }))
     members.Refuse("tasks", "names a task twice");
   if (!AllDiffer(archive.initializations, [](Initialization initialization) { return initialization; })) {
@@ -180,6 +215,9 @@ void RequireSoundLists(const Archive& archive, const Members& members) {
   if (archive.methods.size() > limits::kMostMethods) {
     members.Refuse("methods", "has more than " + std::to_string(limits::kMostMethods) + " methods",
                    std::to_string(archive.methods.size()));
+  }
+  if (!AllDiffer(archive.methods, [](const ArchivedMethod& method) { return method.hash + method.name; })) {
+    members.Refuse("methods", "names one twice");
   }
   double jobs = 0.0;  // no overflow
   for (const ArchivedTask& task : archive.tasks) jobs += static_cast<double>(task.problems.size());
@@ -234,12 +272,20 @@ Json ResultFields(const ArchivedResult& result) {
                {"problem", result.problem},
                {"repetition", result.repetition},
                {"build", result.build},
+               {"status", ToString(result.status)},
                {"cpu_us", result.cpu_us},
                {"work_ns", result.work_ns},
-               {"evaluations", result.evaluations}};
+               {"evaluations", result.evaluations},
+               {"queries", result.collision_queries},
+               {"iterations", result.iterations},
+               {"restarts", result.restarts},
+               {"starts", result.starts},
+               {"margin_relaxed", result.margin_relaxed}};
   for (const auto& [rule, word] : kEnumNames<Rule>) {
     if (result.verdicts[rule]) json[std::string(word)] = ToString(*result.verdicts[rule]);
   }
+  if (result.solver_cost) json["solver_cost"] = *result.solver_cost;
+  if (result.solver_violation) json["solver_violation"] = *result.solver_violation;
   if (result.cost) json["cost"] = *result.cost;
   json["x"] = Json::array();
   for (const Eigen::VectorXd& waypoint : result.waypoints) json["x"].push_back(NumbersOf(waypoint));
@@ -250,8 +296,8 @@ Archive HeaderOf(const Json& json, const std::string& source) {
   Members members(json, source, "");
   Archive archive;
   archive.about = AboutOf(members.Get("about"), source);
-  archive.experiment = members.Text("experiment");
-  archive.dataset = members.Text("dataset");
+  archive.experiment = members.Name("experiment");
+  archive.dataset = members.Name("dataset");
   archive.dataset_hash = members.Text("dataset_hash");
   if (!IsBlake2bHex(archive.dataset_hash))
     members.Refuse("dataset_hash", "must have 64 hex digits", archive.dataset_hash);
@@ -284,18 +330,22 @@ ArchivedResult ResultOf(const Json& json, const Archive& archive, const std::str
   result.problem = static_cast<int>(members.Integer("problem", 0, std::numeric_limits<int>::max()));
   result.repetition = static_cast<int>(members.Integer("repetition", 0, archive.repetitions - 1));
   result.build = index("build", archive.builds.size());
+  result.status = members.Word<SolveStatus>("status");
   result.cpu_us = members.Integer("cpu_us", 0, kMost);
   result.work_ns = members.Integer("work_ns", 0, kMost);
   result.evaluations = members.Integer("evaluations", 0, kMost);
+  result.collision_queries = members.Integer("queries", 0, kMost);
+  result.iterations = members.Integer("iterations", 0, std::numeric_limits<int>::max());
+  result.restarts = members.Integer("restarts", 0, std::numeric_limits<int>::max());
+  result.starts = members.Integer("starts", 0, std::numeric_limits<int>::max());
+  result.margin_relaxed = members.Number("margin_relaxed", 0.0, 1.0);
   for (const auto& [rule, word] : kEnumNames<Rule>) {
     const std::string key(word);
     if (members.Has(key)) result.verdicts[rule] = members.Word<Verdict>(key);
   }
-  if (members.Has("cost")) {
-    const Json& cost = members.Get("cost");
-    if (!cost.is_number()) members.Refuse("cost", "must be a number", Dump(cost));
-    result.cost = cost.get<double>();
-  }
+  result.solver_cost = members.FiniteNumber("solver_cost");
+  result.solver_violation = members.FiniteNumber("solver_violation");
+  result.cost = members.FiniteNumber("cost");
   if (members.List("x").size() > kMaxWaypoints)
     members.Refuse("x", "has more than " + std::to_string(kMaxWaypoints) + " waypoints");
   for (const Json& waypoint : members.List("x")) result.waypoints.push_back(WaypointOf(waypoint, members));

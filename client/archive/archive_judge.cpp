@@ -4,8 +4,7 @@
 #include <cmath>
 #include <map>
 #include <tuple>
-
-#include "legopt/judge/judge.h"
+#include <utility>
 
 namespace legopt::client {
 namespace {
@@ -21,14 +20,14 @@ JudgedResult JudgeResult(const ArchivedResult& result, const Dataset& dataset, J
     judged.verdicts = result.verdicts;
     return judged;
   }
-  const Evaluation evaluation =
-      judge.Evaluate(result.task, dataset.problem(result.task, result.problem), result.waypoints);
+  Evaluation evaluation = judge.Evaluate(result.task, dataset.problem(result.task, result.problem), result.waypoints);
   for (const auto& [rule, word] : kEnumNames<Rule>) {
     judged.verdicts[rule] = evaluation.by(rule);
     judged.differs |= result.verdicts[rule] && *result.verdicts[rule] != evaluation.by(rule);
   }
   if (std::isfinite(evaluation.cost)) judged.cost = evaluation.cost;
   judged.differs |= judged.cost != result.cost;
+  judged.evaluation = std::move(evaluation);
   return judged;
 }
 

@@ -9,6 +9,7 @@
 #include "client/archive/archive.h"
 #include "client/report/table.h"
 #include "legopt/dataset/dataset.h"
+#include "legopt/judge/judge.h"
 
 namespace legopt::client {
 
@@ -17,6 +18,7 @@ struct JudgedResult {
   EnumArray<Rule, std::optional<Verdict>> verdicts;  ///< nullopt: there is no solution, and none is stored
   std::optional<double> cost;                        ///< nullopt: none
   bool differs = false;                              ///< a stored verdict or the stored cost is another one
+  std::optional<Evaluation> evaluation;              ///< nullopt: there was nothing to judge
 };
 
 /// Judgement of an archive: one element for each result, in order.

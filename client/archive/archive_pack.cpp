@@ -58,14 +58,26 @@ ArchivedResult ResultAt(const Listing& rows, std::size_t row) {
   result.initialization = rows.EnumAt<Initialization>(row, "initialization");
   result.problem = rows.At(row, "problem_id").get<int>();
   result.repetition = rows.At(row, "repetition").get<int>();
+  result.status = rows.EnumAt<SolveStatus>(row, "solver_status");
   result.cpu_us = rows.At(row, "cpu_us").get<std::int64_t>();
   result.work_ns = rows.At(row, "work_ns").get<std::int64_t>();
   result.evaluations = rows.At(row, "term_evaluations").get<std::int64_t>();
+  result.collision_queries = rows.At(row, "collision_queries").get<std::int64_t>();
+  result.iterations = rows.At(row, "iterations").get<std::int64_t>();
+  result.restarts = rows.At(row, "restarts").get<std::int64_t>();
+  result.starts = rows.At(row, "starts").get<std::int64_t>();
+  result.margin_relaxed = rows.At(row, "margin_relaxed").get<double>();
   for (const auto& [rule, word] : kEnumNames<Rule>) {
     const std::string column = "verdict_" + std::string(word);
     if (!rows.At(row, column).is_null()) result.verdicts[rule] = rows.EnumAt<Verdict>(row, column);
   }
-  if (!rows.At(row, "cost").is_null()) result.cost = rows.At(row, "cost").get<double>();
+  const auto number = [&](const char* column) -> std::optional<double> {
+    const auto& value = rows.At(row, column);
+    return value.is_null() ? std::nullopt : std::optional(value.get<double>());
+  };
+  result.solver_cost = number("solver_cost");
+  result.solver_violation = number("solver_violation");
+  result.cost = number("cost");
   return result;
 }
 

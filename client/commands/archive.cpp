@@ -5,6 +5,8 @@
 #include "app/command_line.h"
 #include "app/folder_cache.h"
 #include "app/printable.h"
+#include "client/archive/archive_database.h"
+#include "client/archive/archive_dataset.h"
 #include "client/archive/archive_file.h"
 #include "client/archive/archive_judge.h"
 #include "client/archive/archive_pack.h"
@@ -12,7 +14,7 @@
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "client/report/escaped_text.h"
-#include "client/report/result_dataset.h"
+#include "client/report/reading.h"
 #include "client/suite/input_files.h"
 #include "legopt/dataset/dataset.h"
 
@@ -28,9 +30,14 @@ struct ArchivePackOptions {
 
 struct ArchiveJudgeOptions {
   std::filesystem::path file;
-  std::optional<std::string> dataset;
+  std::vector<std::string> datasets;
   std::optional<std::filesystem::path> out;
   ListingOptions listing;
+};
+
+struct ArchiveUnpackOptions {
+  std::vector<std::string> files, datasets;
+  std::filesystem::path out;
 };
 
 std::string DescriptionOf(const Archive& archive) {
@@ -84,32 +91,64 @@ ExitCode CheckArchive(const std::filesystem::path& file) {
   return ExitCode::kOk;
 }
 
-std::shared_ptr<const Dataset> DatasetFor(const Archive& archive, const ArchiveJudgeOptions& options) {
-  const auto dataset =
-      options.dataset ? Dataset::Load(*options.dataset, GuardedReader()) : FindLocalDataset(archive.dataset_hash);
-  if (dataset == nullptr) {
-    throw ClientError(ExitCode::kDatasetMismatch, "the archive's dataset " + archive.dataset + " (" +
-                                                      archive.dataset_hash.substr(0, 12) +
-                                                      ") is not on this machine; give --dataset FOLDER");
-  }
-  if (dataset->content_hash() != archive.dataset_hash) {
-    throw ClientError(ExitCode::kDatasetMismatch,
-                      dataset->folder().string() + " has content " + dataset->content_hash().substr(0, 12) +
-                          ", the archive's dataset " + archive.dataset + " has " + archive.dataset_hash.substr(0, 12));
-  }
-  return dataset;
+std::vector<std::shared_ptr<const Dataset>> LoadDatasets(const std::vector<std::string>& folders) {
+  std::vector<std::shared_ptr<const Dataset>> datasets;
+  for (const std::string& folder : folders) datasets.push_back(Dataset::Load(folder, GuardedReader()));
+  return datasets;
+}
+
+// An archive, its dataset and its judgement.
+struct JudgedFile {
+  Archive archive;
+  std::shared_ptr<const Dataset> dataset;
+  JudgedArchive judged;
+};
+
+JudgedFile ReadAndJudge(const std::filesystem::path& file,
+                        const std::vector<std::shared_ptr<const Dataset>>& datasets) {
+  JudgedFile read;
+  read.archive = ReadArchive(file);
+  read.dataset = FindArchivedDataset(read.archive, datasets);
+  std::cerr << app::Printable(file.string()) << ": judging " << read.archive.results.size() << " results\n";
+  read.judged = JudgeArchive(read.archive, read.dataset);
+  return read;
+}
+
+std::string DifferenceOf(const std::filesystem::path& file, const JudgedFile& read) {
+  return file.string() + ": " + std::to_string(read.judged.differing) + " of " +
+         std::to_string(read.archive.results.size()) + " results have another verdict or cost than the archive states";
 }
 
 ExitCode JudgeArchiveAgain(const ArchiveJudgeOptions& options) {
-  const Archive archive = ReadArchive(options.file);
-  std::cerr << "legopt: judging " << archive.results.size() << " results\n";
-  const JudgedArchive judged = JudgeArchive(archive, DatasetFor(archive, options));
-  if (options.out) ReplaceFile(*options.out, JsonText(JudgementJson(archive, judged)) + "\n");
-  PrintTable(JudgementTable(archive, judged), options.listing);
-  if (judged.differing == 0) return ExitCode::kOk;
-  throw ClientError(ExitCode::kOtherResult, options.file.string() + ": " + std::to_string(judged.differing) + " of " +
-                                                std::to_string(archive.results.size()) +
-                                                " results have another verdict or cost than the archive states");
+  const JudgedFile read = ReadAndJudge(options.file, LoadDatasets(options.datasets));
+  if (options.out) ReplaceFile(*options.out, JsonText(JudgementJson(read.archive, read.judged)) + "\n");
+  PrintTable(JudgementTable(read.archive, read.judged), options.listing);
+  if (read.judged.differing == 0) return ExitCode::kOk;
+  throw ClientError(ExitCode::kOtherResult, DifferenceOf(options.file, read));
+}
+
+ExitCode UnpackArchives(const ArchiveUnpackOptions& options) {
+  if (std::filesystem::exists(options.out)) {
+    throw ClientError(ExitCode::kUsage, options.out.string() + " exists; name a new file");
+  }
+  const auto datasets = LoadDatasets(options.datasets);
+  ArchiveDatabase database;
+  for (const std::string& file : options.files) {
+    const JudgedFile read = ReadAndJudge(file, datasets);
+    if (read.judged.differing > 0) PrintRemark("warning: " + DifferenceOf(file, read) + "; the judgement counts");
+    const std::int64_t id = database.Add(read.archive, read.judged, *read.dataset);
+    std::cout << app::Printable(file + ": experiment " + std::to_string(id) + " '" + read.archive.experiment + "'")
+              << "\n";
+  }
+  database.Finish(options.out);
+  return ExitCode::kOk;
+}
+
+void AddArchiveDatasetOption(const app::Command& command, std::vector<std::string>* datasets) {
+  command.AddList("--dataset", *datasets,
+                  "Dataset folder (default: the dataset with the archive's hash: embedded, submitted or fetched); "
+                  "several: repeat it, or use commas",
+                  app::IsExistingPath);
 }
 
 }  // namespace
@@ -135,11 +174,20 @@ void AddArchiveCommand(const app::Command& program, Invocation* invocation) {
   const auto judge = archive.AddCommand("judge", "Judge every solution of an archive again, without its programs");
   const auto judged = std::make_shared<ArchiveJudgeOptions>();
   judge.AddOption("FILE", judged->file, "Archive").Required();
-  judge.AddOption("--dataset", judged->dataset,
-                  "Dataset folder (default: the dataset with the archive's hash: embedded, submitted or fetched)");
+  AddArchiveDatasetOption(judge, &judged->datasets);
   judge.AddOption("--out", judged->out, "Write all verdicts and costs to this JSON file");
   AddListingOptions(judge, &judged->listing);
   judge.WhenChosen([=] { invocation->body = [judged] { return JudgeArchiveAgain(*judged); }; });
+
+  const auto unpack =
+      archive.AddCommand("unpack",
+                         "Judge archives again and write a results database, which 'legopt table', 'report' "
+                         "and other commands read");
+  const auto unpacked = std::make_shared<ArchiveUnpackOptions>();
+  unpack.AddOption("FILE", unpacked->files, "Archives; each becomes an experiment").Required();
+  AddArchiveDatasetOption(unpack, &unpacked->datasets);
+  unpack.AddOption("--out", unpacked->out, "Database file, e.g. archives.sqlite; it must not exist").Required();
+  unpack.WhenChosen([=] { invocation->body = [unpacked] { return UnpackArchives(*unpacked); }; });
 }
 
 }  // namespace legopt::client

@@ -58,6 +58,17 @@ double Evaluation::SolidDepth_m() const {
   return largest;
 }
 
+std::vector<Violation> Evaluation::StoredViolations() const {
+  std::vector<Violation> stored;
+  for (const Violation& violation : violations) {
+    const bool known = std::ranges::any_of(violations, [&](const Violation& other) {
+      return other.check == violation.check && other.rule < violation.rule && other.value >= violation.value;
+    });
+    if (!known && std::isfinite(violation.value)) stored.push_back(violation);
+  }
+  return stored;
+}
+
 Verdict Evaluation::first_failure() const {
   for (const auto& [rule, verdict] : kVerdicts) {
     if (this->*verdict != Verdict::kSuccess) return this->*verdict;

@@ -80,6 +80,9 @@ struct Evaluation {
   /// bodies; NaN if collisions were not checked.
   double SolidDepth_m() const;
 
+  /// Returns the finite `violations` that results store: a stricter rule's value only if it is larger.
+  std::vector<Violation> StoredViolations() const;
+
   /// Failure by the most lenient failing rule; success if there is none.
   Verdict first_failure() const;
 };

@@ -9,6 +9,7 @@
 #include "client/archive/archive_file.h"
 #include "client/archive/archive_pack.h"
 #include "command_line_fixture.h"
+#include "legopt/input/json.h"
 #include "legopt/math/blake2b.h"
 #include "legopt/types/input_error.h"
 
@@ -29,7 +30,7 @@ Archive Sample() {
   archive.repetitions = 2;
   archive.tasks = {{Task::kPosture, {0, 3}}};
   archive.initializations = {Initialization::kGood};
-  archive.methods = {{"SQP", std::string(64, 'a'), "{}", 10, 80}};
+  archive.methods = {{"SQP", Blake2bHex("{}"), "{}", 10, 80}};
   archive.builds = {{"0123456789ab", "legopt 1", "a processor"}};
   ArchivedResult result;
   result.problem = 3;
@@ -37,6 +38,10 @@ Archive Sample() {
   result.cpu_us = 1500;
   result.work_ns = 1'234'567;
   result.evaluations = 99;
+  result.status = SolveStatus::kIterationLimit;
+  result.starts = 3;
+  result.solver_violation = 1e-300;
+  result.margin_relaxed = 0.1;
   result.verdicts[Rule::kLiteral] = Verdict::kSuccess;
   result.cost = 0.1 + 0.2;
   result.waypoints = {Eigen::Vector3d(1.0 / 3.0, -0.0, std::numeric_limits<double>::quiet_NaN())};
@@ -114,7 +119,7 @@ TEST(ArchiveFile, ContradictionsAreNamed) {
               HasSubstr("is not among those of the experiment"));
   EXPECT_THAT(FaultWith([](Archive* a) { a->tasks[0].problems = {3, 3}; }), HasSubstr("must be ascending"));
   EXPECT_THAT(FaultWith([](Archive* a) { a->dataset_hash = "x"; }), HasSubstr("dataset_hash: must have 64 hex digits"));
-  EXPECT_THAT(FaultWith([](Archive* a) { a->methods.clear(); }), HasSubstr("method: refers to an empty list"));
+  EXPECT_THAT(FaultWith([](Archive* a) { a->methods.clear(); }), HasSubstr("methods: is empty"));
   EXPECT_THAT(FaultWith([](Archive* a) { a->tasks.push_back(a->tasks[0]); }), HasSubstr("names a task twice"));
   EXPECT_THAT(FaultWith([](Archive* a) { a->initializations.push_back(a->initializations[0]); }),
               HasSubstr("names one twice"));
@@ -123,10 +128,20 @@ TEST(ArchiveFile, ContradictionsAreNamed) {
   EXPECT_THAT(FaultWith([](Archive* a) {
                 a->repetitions = 100'000;
                 a->methods.resize(10, a->methods[0]);
+                for (ArchivedMethod& method : a->methods)
+                  method.name = "SQP " + std::to_string(&method - &a->methods[0]);
               }),
               HasSubstr("more than 1000000 jobs"));
   EXPECT_THAT(FaultWith([](Archive* a) { a->results[0].waypoints.resize(100'001, Eigen::Vector3d::Zero()); }),
               HasSubstr("more than 100000 waypoints"));
+  EXPECT_THAT(FaultWith([](Archive* a) { a->methods.push_back(a->methods[0]); }),
+              HasSubstr("methods: names one twice"));
+  EXPECT_THAT(FaultWith([](Archive* a) { a->methods[0].options = "{\"solver\":\"best\"}"; }),
+              HasSubstr("hash: is not that of the options"));
+  EXPECT_THAT(FaultWith([](Archive* a) { a->methods[0].options = "[]"; }), HasSubstr("is not that of the options"));
+  EXPECT_THAT(FaultWith([](Archive* a) { a->methods[0].name = "SQP "; }), HasSubstr("methods.name: "));
+  EXPECT_THAT(FaultWith([](Archive* a) { a->results[0].margin_relaxed = 2.0; }),
+              HasSubstr("margin_relaxed: must be a number from 0 to 1"));
   EXPECT_THAT(FaultWith([](Archive* a) { a->seed = -1; }), HasSubstr("seed: must be a whole number"));
 }
 
@@ -191,6 +206,49 @@ TEST_F(ArchiveCommand, IsJudgedAgainToTheSameBytesAndAFalseClaimIsFound) {
   archive = ReadArchive(file);
   archive.dataset_hash = std::string(64, '0');
   EXPECT_EQ(Run({"archive", "judge", Written(archive)}).exit_code, 5) << "no such dataset";
+}
+
+// The rows of a table without the caption, which names machines.
+std::string RowsOf(const std::string& json) { return ParseJson(json, "table").at("rows").dump(); }
+
+TEST_F(ArchiveCommand, AnUnpackedArchiveHasTheTableOfItsExperiment) {
+  const std::string file = Packed().string(), unpacked = (folder_.path() / "u.sqlite").string();
+  const auto done = Run({"archive", "unpack", file, file, "--out", unpacked});
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, HasSubstr("experiment 2 'quick'"));
+  const std::string source = (folder_.path() / "r.sqlite").string();
+  const auto before = Run({"table", "1", "--db", source, "--format", "json", "--rule", "physical"});
+  for (const std::string experiment : {"1", "2"}) {
+    const auto after = Run({"table", experiment, "--db", unpacked, "--format", "json", "--rule", "physical"});
+    EXPECT_EQ(after.exit_code, 0) << after.err;
+    EXPECT_EQ(RowsOf(after.out), RowsOf(before.out));
+  }
+  EXPECT_EQ(Run({"replay", "1", "--db", unpacked}).exit_code, 0) << "an unpacked job can be solved again";
+  EXPECT_EQ(Run({"service", "doctor", "--db", unpacked}).exit_code, 0);
+  ExpectError(Run({"archive", "unpack", file, "--out", unpacked}), 2, "exists; name a new file");
+
+  // Packed again, nothing but the hash of the description differs: the results are the same.
+  const std::string again = (folder_.path() / "again.legopt-archive").string();
+  EXPECT_EQ(Run({"archive", "pack", "2", "--db", unpacked, "--out", again}).exit_code, 0);
+  EXPECT_EQ(ReadArchive(again).hash, ReadArchive(file).hash);
+}
+
+TEST_F(ArchiveCommand, TheJudgementOfAnUnpackedArchiveCounts) {
+  Archive archive = ReadArchive(Packed());
+  ASSERT_EQ(archive.results[0].verdicts[Rule::kSolid], Verdict::kSuccess);
+  Eigen::VectorXd& x = archive.results[0].waypoints[0];
+  x[x.size() - 5] += 0.5;  // the height of the base: the claim is now false
+  archive.results.erase(archive.results.begin() + 1);
+  const std::string unpacked = (folder_.path() / "u.sqlite").string();
+  const auto done = Run({"archive", "unpack", Written(archive), "--out", unpacked});
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.err, HasSubstr("1 of 7 results have another verdict or cost than the archive states"));
+  EXPECT_THAT(
+      Run({"query", "SELECT state, count(*) FROM jobs GROUP BY state", "--db", unpacked, "--format", "csv"}).out,
+      AllOf(HasSubstr("done,7"), HasSubstr("failed,1")));
+  EXPECT_THAT(Run({"query", "SELECT verdict_literal FROM results ORDER BY job_id LIMIT 1", "--db", unpacked}).out,
+              HasSubstr("foot_pose"));
+  EXPECT_THAT(Run({"show", "2", "--db", unpacked}).out, HasSubstr("the archive has no result of this job"));
 }
 
 TEST_F(ArchiveCommand, AboutIsReadStrictly) {
