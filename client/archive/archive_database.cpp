@@ -99,23 +99,14 @@ db::MethodRecord MethodOf(const ArchivedMethod& method) {
   return record;
 }
 
-// A job of an archive.
-using JobKey = std::tuple<std::size_t, Task, Initialization, int, int>;
-
 // Numbers of the rows that an archive adds.
 struct Numbering {
   std::int64_t experiment = 0, job = 0, cell = 0, worker = 0;
 };
 
-// The rows of an experiment with all its jobs, ordered by method, task, initialization, problem and repetition, and the
-// ids of the jobs.
-struct ExperimentRows {
-  db::NewExperiment experiment;
-  std::map<JobKey, std::int64_t> jobs;
-};
-
-void AddJobs(const Archive& archive, const Numbering& first, ExperimentRows* rows) {
-  db::NewExperiment& experiment = rows->experiment;
+// Adds cells and jobs in the order of JobIds.
+void AddJobs(const Archive& archive, const Numbering& first, db::NewExperiment* rows) {
+  db::NewExperiment& experiment = *rows;
   for (std::size_t method = 0; method < archive.methods.size(); ++method) {
     int next_problem = 0;  // index of the task's first problem
     for (const ArchivedTask& task : archive.tasks) {
@@ -132,8 +123,6 @@ void AddJobs(const Archive& archive, const Numbering& first, ExperimentRows* row
           for (int repetition = 0; repetition < archive.repetitions; ++repetition) {
             const auto id = first.job + static_cast<std::int64_t>(experiment.jobs.size());
             experiment.jobs.push_back({id, cell, next_problem + problem, repetition});
-            const int number = task.problems[static_cast<std::size_t>(problem)];
-            rows->jobs[{method, task.task, initialization, number, repetition}] = id;
           }
         }
       }
@@ -142,10 +131,9 @@ void AddJobs(const Archive& archive, const Numbering& first, ExperimentRows* row
   }
 }
 
-ExperimentRows RowsOf(const Archive& archive, const Dataset& dataset, const Numbering& first) {
+db::NewExperiment RowsOf(const Archive& archive, const Dataset& dataset, const Numbering& first) {
   constexpr std::int64_t kBytesPerMb = std::int64_t{1} << 20;
-  ExperimentRows rows;
-  db::NewExperiment& experiment = rows.experiment;
+  db::NewExperiment experiment;
   const DatasetFacts facts = FactsOf(dataset);
   experiment.problems = ProblemsOf(archive, dataset);
   const nlohmann::json spec = SpecOf(archive, facts, experiment.problems);
@@ -163,8 +151,8 @@ ExperimentRows RowsOf(const Archive& archive, const Dataset& dataset, const Numb
   experiment.submitted_at_us = Now_us();
   experiment.dataset = {archive.dataset, archive.dataset_hash, facts.joint_names};
   for (const ArchivedMethod& method : archive.methods) experiment.methods.push_back(MethodOf(method));
-  AddJobs(archive, first, &rows);
-  return rows;
+  AddJobs(archive, first, &experiment);
+  return experiment;
 }
 
 void RecordEvaluation(const Evaluation& evaluation, db::ResultRecord* record) {
@@ -257,15 +245,17 @@ void AddWorkers(const Archive& archive, std::int64_t first_worker, Batches* batc
   }
 }
 
-void AddResults(const Archive& archive, const JudgedArchive& judged, const ExperimentRows& rows, const Numbering& first,
-                Batches* batches) {
+void AddResults(const Archive& archive, const JudgedArchive& judged, const db::NewExperiment& rows,
+                const Numbering& first, Batches* batches) {
+  const std::map<JobKey, std::int64_t> ids = JobIds(archive);
   std::map<std::int64_t, std::size_t> result_of;  // by job
   for (std::size_t i = 0; i < archive.results.size(); ++i) {
     const ArchivedResult& result = archive.results[i];
-    result_of[rows.jobs.at({result.method, result.task, result.initialization, result.problem, result.repetition})] = i;
+    result_of[first.job - 1 +
+              ids.at({result.method, result.task, result.initialization, result.problem, result.repetition})] = i;
   }
   const std::int64_t at_us = Now_us();
-  for (const db::NewJob& job : rows.experiment.jobs) {
+  for (const db::NewJob& job : rows.jobs) {
     const auto found = result_of.find(job.job_id);
     const std::size_t build = found == result_of.end() ? 0 : archive.results[found->second].build;
     batches->Add(db::LeaseJob{job.job_id, 1, job.job_id, first.worker + static_cast<std::int64_t>(build), at_us});
@@ -280,7 +270,7 @@ void AddResults(const Archive& archive, const JudgedArchive& judged, const Exper
       batches->Add(end);
       continue;
     }
-    const db::ProblemRecord& problem = rows.experiment.problems[static_cast<std::size_t>(job.problem_index)];
+    const db::ProblemRecord& problem = rows.problems[static_cast<std::size_t>(job.problem_index)];
     batches->Add(db::AcceptResult{
         job.job_id, 1, RecordOf(archive.results[found->second], judged.results[found->second], problem.waypoints), "",
         "", at_us});
@@ -288,6 +278,22 @@ void AddResults(const Archive& archive, const JudgedArchive& judged, const Exper
 }
 
 }  // namespace
+
+std::map<JobKey, std::int64_t> JobIds(const Archive& archive) {
+  std::map<JobKey, std::int64_t> ids;
+  for (std::size_t method = 0; method < archive.methods.size(); ++method) {
+    for (const ArchivedTask& task : archive.tasks) {
+      for (const Initialization initialization : archive.initializations) {
+        for (const int problem : task.problems) {
+          for (int repetition = 0; repetition < archive.repetitions; ++repetition) {
+            ids.emplace(JobKey{method, task.task, initialization, problem, repetition}, std::ssize(ids) + 1);
+          }
+        }
+      }
+    }
+  }
+  return ids;
+}
 
 ArchiveDatabase::ArchiveDatabase() : folder_(files::CreateTemporaryFolder("legopt-archive-")) {
   store_ = db::OpenSqliteStore(folder_ / "results.sqlite");
@@ -302,9 +308,9 @@ ArchiveDatabase::~ArchiveDatabase() {
 std::int64_t ArchiveDatabase::Add(const Archive& archive, const JudgedArchive& judged, const Dataset& dataset) {
   const db::OpenState state = store_->LoadOpenState();
   const Numbering first{state.next_experiment_id, state.next_job_id, state.next_cell_id, state.next_worker_id};
-  const ExperimentRows rows = RowsOf(archive, dataset, first);
+  const db::NewExperiment rows = RowsOf(archive, dataset, first);
   Batches batches(store_.get());
-  batches.Add(db::CreateExperiment{rows.experiment});
+  batches.Add(db::CreateExperiment{rows});
   batches.Add(db::StoreDataset{archive.dataset_hash, PackDataset(dataset.folder(), GuardedReader())});
   AddWorkers(archive, first.worker, &batches);
   AddResults(archive, judged, rows, first, &batches);

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <tuple>
 
 #include "client/archive/archive.h"
 #include "client/archive/archive_judge.h"
@@ -9,6 +12,13 @@
 #include "legopt/dataset/dataset.h"
 
 namespace legopt::client {
+
+/// A job of an archive: index of the method, task, initialization, problem, repetition.
+using JobKey = std::tuple<std::size_t, Task, Initialization, int, int>;
+
+/// Returns the ids of an archive's jobs in a database that has no other archive. They are numbered from 1 by method,
+/// task, initialization, problem and repetition, in the archive's order.
+std::map<JobKey, std::int64_t> JobIds(const Archive& archive);
 
 /// Writes judged archives to a new results database, an experiment each, so that every command that reads results can
 /// read them. Verdicts and costs are those of the judgement; times and work are the archives' claims. An archive does

@@ -1,3 +1,5 @@
+#include "client/commands/archive.h"
+
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -91,12 +93,6 @@ ExitCode CheckArchive(const std::filesystem::path& file) {
   return ExitCode::kOk;
 }
 
-std::vector<std::shared_ptr<const Dataset>> LoadDatasets(const std::vector<std::string>& folders) {
-  std::vector<std::shared_ptr<const Dataset>> datasets;
-  for (const std::string& folder : folders) datasets.push_back(Dataset::Load(folder, GuardedReader()));
-  return datasets;
-}
-
 // An archive, its dataset and its judgement.
 struct JudgedFile {
   Archive archive;
@@ -120,7 +116,7 @@ std::string DifferenceOf(const std::filesystem::path& file, const JudgedFile& re
 }
 
 ExitCode JudgeArchiveAgain(const ArchiveJudgeOptions& options) {
-  const JudgedFile read = ReadAndJudge(options.file, LoadDatasets(options.datasets));
+  const JudgedFile read = ReadAndJudge(options.file, LoadArchiveDatasets(options.datasets));
   if (options.out) ReplaceFile(*options.out, JsonText(JudgementJson(read.archive, read.judged)) + "\n");
   PrintTable(JudgementTable(read.archive, read.judged), options.listing);
   if (read.judged.differing == 0) return ExitCode::kOk;
@@ -131,7 +127,7 @@ ExitCode UnpackArchives(const ArchiveUnpackOptions& options) {
   if (std::filesystem::exists(options.out)) {
     throw ClientError(ExitCode::kUsage, options.out.string() + " exists; name a new file");
   }
-  const auto datasets = LoadDatasets(options.datasets);
+  const auto datasets = LoadArchiveDatasets(options.datasets);
   ArchiveDatabase database;
   for (const std::string& file : options.files) {
     const JudgedFile read = ReadAndJudge(file, datasets);
@@ -144,6 +140,8 @@ ExitCode UnpackArchives(const ArchiveUnpackOptions& options) {
   return ExitCode::kOk;
 }
 
+}  // namespace
+
 void AddArchiveDatasetOption(const app::Command& command, std::vector<std::string>* datasets) {
   command.AddList("--dataset", *datasets,
                   "Dataset folder (default: the dataset with the archive's hash: embedded, submitted or fetched); "
@@ -151,11 +149,15 @@ void AddArchiveDatasetOption(const app::Command& command, std::vector<std::strin
                   app::IsExistingPath);
 }
 
-}  // namespace
+std::vector<std::shared_ptr<const Dataset>> LoadArchiveDatasets(const std::vector<std::string>& folders) {
+  std::vector<std::shared_ptr<const Dataset>> datasets;
+  for (const std::string& folder : folders) datasets.push_back(Dataset::Load(folder, GuardedReader()));
+  return datasets;
+}
 
 void AddArchiveCommand(const app::Command& program, Invocation* invocation) {
-  const auto archive =
-      program.AddCommand("archive", "Pack the results of an experiment into one file; check and re-judge such files");
+  const auto archive = program.AddCommand(
+      "archive", "Pack the results of an experiment into one file; judge such files again; make a website of them");
   archive.RequireCommand();
 
   const auto pack = archive.AddCommand("pack", "Write the results of an experiment to an archive");
@@ -188,6 +190,8 @@ void AddArchiveCommand(const app::Command& program, Invocation* invocation) {
   AddArchiveDatasetOption(unpack, &unpacked->datasets);
   unpack.AddOption("--out", unpacked->out, "Database file, e.g. archives.sqlite; it must not exist").Required();
   unpack.WhenChosen([=] { invocation->body = [unpacked] { return UnpackArchives(*unpacked); }; });
+
+  AddSiteCommand(archive, invocation);
 }
 
 }  // namespace legopt::client

@@ -259,6 +259,7 @@ Page MakeReport(const ReportRequest& request) {
       problems[i][job.task].insert(job.problem);
     }
   }
+  if (!request.home.empty()) figures.root["home"] = request.home;
   PageFile file("legopt: " + figures.title);
   for (const PageGeometry& block : AddDatasets(problems, &figures)) file.AddBlock(block.block, block.bytes);
   // Reserve space for the figures, which are written last, with the notes; a page without them would be useless.

@@ -3,6 +3,7 @@
 
 import { ask, pause } from './background';
 import { JobTable, type Rule } from './job_table';
+import type { Site } from './site';
 import { unpacked } from './store';
 
 export interface Curve { x: ArrayLike<number>; y: ArrayLike<number> }
@@ -127,11 +128,11 @@ export interface Playback {
   forces: number[][][];  // per force: index of its point, then x, y, z in N
 }
 export interface Page {
-  format: number; kind: 'report' | 'view'; title: string; written_utc?: string;
+  format: number; kind: 'report' | 'view' | 'site'; title: string; home?: string;  // home: address of the site of a page written_utc?: string;
   legopt: { version: string; build_id: string }; rule: string; notes: string[];
   version: number;  // number of this page in the background
   experiments?: Experiment[]; across?: Pair[]; datasets: Dataset[]; chunks: [number, number][][];
-  jobs?: Record<string, unknown>[]; problem?: { task: string; id: number };
+  jobs?: Record<string, unknown>[]; problem?: { task: string; id: number }; site?: Site;
 }
 
 /** Whether a server sends the blocks, instead of this file holding them (legopt serve). */

@@ -7,6 +7,7 @@ import { ErrorNote, pause, useAnswer } from './background';
 import { isLive, readPage, solveTime, type Experiment, type Page } from './data';
 import { JobsView } from './jobs';
 import { LiveLine, LiveView, hooks, useLive } from './live';
+import { SiteView } from './site';
 import { go, href, useAddress, type State } from './state';
 import { TableView } from './table';
 import { number, time, words } from './text';
@@ -60,7 +61,7 @@ function Report({ page: first, state }: { page: Page; state: State }) {
   return (
     <>
       <header>
-        <h1>{page.title} <span class="setting">{experiment.dataset.name}, {experiment.rule} rule</span></h1>
+        <h1>{page.home && <><a href={page.home}>All archives</a> / </>}{page.title} <span class="setting">{experiment.dataset.name}, {experiment.rule} rule</span></h1>
         <nav aria-label="Views">{VIEWS.map(([key, label]) => <a key={key} href={href({ v: key === 'table' ? undefined : key, job: undefined, ghost: undefined, w: undefined, ...(key === 'jobs' ? { o: undefined, q: undefined, m: undefined, c: undefined } : {}) })} aria-current={v === key ? 'page' : undefined}>{label}</a>)}
           {v === 'job' && <a aria-current="page" href={location.hash}>Job {state.job}</a>}</nav>
         {experiments.length > 1 && v !== 'table' && <label class="bar">Experiment: <select value={e} onChange={(x) => go({ e: x.currentTarget.value })}>
@@ -105,6 +106,7 @@ function viewSubject(page: Page, state: State): Subject {
 function App({ page }: { page: Page }) {
   const state = useAddress();
   const subject = useMemo(() => (page.kind === 'view' ? viewSubject(page, state) : null), [state.job, state.rule]);
+  if (page.kind === 'site') return <SiteView page={page} />;
   return subject ? <main class="alone"><ErrorNote view={location.hash}><Viewer page={page} subject={subject} state={state} /></ErrorNote></main> : <Report page={page} state={state} />;
 }
 

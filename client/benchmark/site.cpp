@@ -1,0 +1,213 @@
+#include "client/benchmark/site.h"
+
+#include <algorithm>
+#include <exception>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <system_error>
+#include <utility>
+
+#include "client/archive/archive_database.h"
+#include "client/archive/archive_dataset.h"
+#include "client/archive/archive_file.h"
+#include "client/archive/archive_judge.h"
+#include "client/benchmark/leaderboard.h"
+#include "client/client_error.h"
+#include "client/page/page.h"
+#include "client/page/page_dataset.h"
+#include "client/page/page_file.h"
+#include "client/report/escaped_text.h"
+#include "client/report/output.h"
+#include "client/report/table_writers.h"
+#include "legopt/files/temporary_folder.h"
+#include "legopt/types/input_error.h"
+
+namespace legopt::client {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+// A file that only sites have, so that no other folder is replaced.
+constexpr char kMark[] = "leaderboard.csv";
+
+/// A folder that is written beside its final place, and renamed when it is complete.
+class NewFolder {
+ public:
+  explicit NewFolder(const fs::path& folder) : folder_(folder), partial_(folder.string() + ".partial") {
+    const bool replaceable =
+        !fs::exists(folder) || (fs::is_directory(folder) && fs::is_empty(folder)) || fs::exists(folder / kMark);
+    if (!replaceable) {
+      throw ClientError(ExitCode::kUsage, folder.string() + " exists and is no site; name another folder");
+    }
+    fs::remove_all(partial_);
+    std::error_code error;
+    fs::create_directories(partial_ / "archives", error);
+    if (error) throw ClientError(ExitCode::kUsage, partial_.string() + " cannot be created: " + error.message());
+  }
+  ~NewFolder() {
+    std::error_code ignored;
+    fs::remove_all(partial_, ignored);
+  }
+  NewFolder(const NewFolder&) = delete;
+  NewFolder& operator=(const NewFolder&) = delete;
+
+  const fs::path& path() const { return partial_; }
+  void Finish() {
+    const fs::path old = folder_.string() + ".old";
+    fs::remove_all(old);
+    if (fs::exists(folder_)) fs::rename(folder_, old);
+    fs::rename(partial_, folder_);
+    fs::remove_all(old);
+  }
+
+ private:
+  fs::path folder_, partial_;
+};
+
+// The experiments of a folder for temporary files, removed at the end.
+class ScratchFolder {
+ public:
+  ScratchFolder() : path_(files::CreateTemporaryFolder("legopt-site-")) {}
+  ~ScratchFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+// Names of files in `archives/`: those of the archives, with a number if two have the same.
+std::string FreeName(const fs::path& file, std::set<std::string>* used) {
+  const std::string stem = file.stem().string();
+  std::string name = stem;
+  for (int i = 2; !used->insert(name).second; ++i) name = stem + "-" + std::to_string(i);
+  return name;
+}
+
+Entry ReadEntry(const fs::path& file, const SiteRequest& request, const std::set<std::string>& known) {
+  Entry entry;
+  entry.archive = ReadArchive(file);
+  if (known.count(entry.archive.hash) > 0) {
+    throw ClientError(ExitCode::kUsage, "has the content of another archive of this site");
+  }
+  entry.dataset = FindArchivedDataset(entry.archive, request.datasets);
+  if (request.tell) {
+    request.tell(file.filename().string() + ": judging " + std::to_string(entry.archive.results.size()) + " results");
+  }
+  entry.judged = JudgeArchive(entry.archive, entry.dataset);
+  return entry;
+}
+
+void WriteEntry(const Entry& entry, const fs::path& source, const SiteRequest& request, const fs::path& folder) {
+  const ScratchFolder scratch;
+  const fs::path database = scratch.path() / "results.sqlite";
+  ArchiveDatabase writer;
+  writer.Add(entry.archive, entry.judged, *entry.dataset);
+  writer.Finish(database);
+  ReportRequest report;
+  report.sources = {{{database.string(), {}, {}}, 1}};
+  report.rule = entry.archive.rule;
+  report.datasets = {entry.dataset};
+  report.build = request.build;
+  report.most_bytes = request.most_page_bytes;
+  report.home = "../index.html";
+  const fs::path stem = folder / "archives" / entry.name;
+  ReplaceFile(stem.string() + ".html", MakeReport(report).text);
+  ReplaceFile(stem.string() + ".judged.json", JsonText(JudgementJson(entry.archive, entry.judged)) + "\n");
+  fs::copy_file(source, stem.string() + ".legopt-archive");
+}
+
+Json AboutJson(const Entry& entry) {
+  const Archive& archive = entry.archive;
+  Json builds = Json::array();
+  for (const ArchivedBuild& build : archive.builds) {
+    builds.push_back({{"id", build.id}, {"text", build.text}, {"processor", build.processor}});
+  }
+  return {{"name", entry.name},
+          {"hash", archive.hash},
+          {"title", archive.about.title},
+          {"authors", archive.about.authors},
+          {"paper", archive.about.paper},
+          {"licence", archive.about.licence},
+          {"code", archive.about.code},
+          {"notes", archive.about.notes},
+          {"experiment", archive.experiment},
+          {"dataset", archive.dataset},
+          {"dataset_hash", archive.dataset_hash},
+          {"seed", archive.seed},
+          {"repetitions", archive.repetitions},
+          {"jobs", archive.num_jobs()},
+          {"results", archive.results.size()},
+          {"differing", entry.judged.differing},
+          {"builds", std::move(builds)}};
+}
+
+Json TiersJson(const Benchmark& benchmark) {
+  Json tiers = Json::array();
+  for (const BenchmarkTier& tier : benchmark.tiers) {
+    tiers.push_back({{"id", tier.id},
+                     {"title", tier.title},
+                     {"question", tier.question},
+                     {"rule", ToString(tier.rule)},
+                     {"infeasible", tier.infeasible}});
+  }
+  return tiers;
+}
+
+std::string IndexPage(const SiteRequest& request, const std::vector<Entry>& entries, const std::vector<Board>& boards,
+                      const std::vector<RefusedArchive>& refused) {
+  const Benchmark& benchmark = request.benchmark;
+  Json root = PageHead("site", benchmark.name, request.build);
+  root["notes"] = Json::array();
+  for (const RefusedArchive& archive : refused) {
+    root["notes"].push_back(archive.file + " is left out: " + archive.reason);
+  }
+  root["site"] = {{"edition", benchmark.edition},
+                  {"about", benchmark.about},
+                  {"tiers", TiersJson(benchmark)},
+                  {"entries", Json::array()},
+                  {"boards", BoardsJson(benchmark, entries, boards)}};
+  for (const Entry& entry : entries) root["site"]["entries"].push_back(AboutJson(entry));
+  root["datasets"] = Json::array();
+  root["chunks"] = Json::array();
+  PageFile file(benchmark.name);
+  file.AddJson("page", root);
+  return file.Finish();
+}
+
+}  // namespace
+
+std::vector<RefusedArchive> WriteSite(const SiteRequest& request) {
+  NewFolder folder(request.out);
+  std::vector<Entry> entries;
+  std::vector<RefusedArchive> refused;
+  std::set<std::string> names, hashes;
+  for (const fs::path& file : request.archives) {
+    const auto refuse = [&](const std::string& reason) { refused.push_back({file.filename().string(), reason}); };
+    try {
+      entries.push_back(ReadEntry(file, request, hashes));
+    } catch (const InputError& error) {
+      refuse(error.what());
+      continue;
+    } catch (const ClientError& error) {
+      refuse(error.what());
+      continue;
+    }
+    entries.back().name = FreeName(file, &names);
+    hashes.insert(entries.back().archive.hash);
+    WriteEntry(entries.back(), file, request, folder.path());
+  }
+  const std::vector<Board> boards = MakeBoards(request.benchmark, entries);
+  ReplaceFile(folder.path() / "index.html", IndexPage(request, entries, boards, refused));
+  ReplaceFile(folder.path() / kMark, RenderTable(BoardsTable(request.benchmark, entries, boards), TableFormat::kCsv));
+  folder.Finish();
+  return refused;
+}
+
+}  // namespace legopt::client
