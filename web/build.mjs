@@ -21,25 +21,29 @@ const threadPrograms = {
   },
 };
 
-const result = await build({
-  ...common,
-  entryPoints: ['src/main.tsx'],
-  plugins: [threadPrograms],
-  loader: { '.css': 'text' },
-  jsx: 'automatic',
-  jsxImportSource: 'preact',
-  metafile: true,
-  outfile: join(out, 'page.js'),
-});
-
+// page.js: the page. opener.js: reads files that a user opens, only for viewer.html.
+const programs = { 'page.js': 'src/main.tsx', 'opener.js': 'src/opener.ts' };
 const packages = new Set();
-for (const [output] of Object.entries(result.metafile.outputs)) {
-  for (const [input, used] of Object.entries(result.metafile.outputs[output].inputs)) {
-    const match = /node_modules\/((?:@[^/]+\/)?[^/]+)\//.exec(input);
-    if (match && used.bytesInOutput > 0) packages.add(match[1]);
+for (const [name, source] of Object.entries(programs)) {
+  const { metafile } = await build({
+    ...common,
+    entryPoints: [source],
+    plugins: [threadPrograms],
+    loader: { '.css': 'text', '.sql': 'text' },
+    external: ['fs', 'path', 'crypto', 'node:fs', 'node:fs/promises', 'node:module', 'node:url', 'node:path', 'node:crypto'],  // sql.js: in Node only
+    jsx: 'automatic',
+    jsxImportSource: 'preact',
+    metafile: true,
+    outfile: join(out, name),
+  });
+  for (const output of Object.values(metafile.outputs)) {
+    for (const [input, used] of Object.entries(output.inputs)) {
+      const match = /node_modules\/((?:@[^/]+\/)?[^/]+)\//.exec(input);
+      if (match && used.bytesInOutput > 0) packages.add(match[1]);
+    }
   }
 }
-let text = 'page.js contains these works; each is followed by its licence.\n';
+let text = 'page.js and opener.js contain these works; each is followed by its licence.\n';
 for (const name of [...packages].sort()) {
   const folder = join(here, 'node_modules', name);
   const about = JSON.parse(readFileSync(join(folder, 'package.json'), 'utf8'));
@@ -48,6 +52,9 @@ for (const name of [...packages].sort()) {
   text += `\n${'-'.repeat(80)}\n${name} ${about.version} (${about.license})\n\n${readFileSync(join(folder, file), 'utf8').trim()}\n`;
 }
 writeFileSync(join(out, 'THIRD_PARTY_LICENSES'), text);
-const bundle = readFileSync(join(out, 'page.js'), 'utf8');
-if (/<\/script/i.test(bundle)) throw new Error('the bundle contains </script, which ends a page early');
-console.log(`page.js: ${bundle.length} bytes, ${packages.size} packages`);
+for (const name of Object.keys(programs)) {
+  const bundle = readFileSync(join(out, name), 'utf8');
+  if (/<\/script/i.test(bundle)) throw new Error(`${name} contains </script, which ends a page early`);
+  console.log(`${name}: ${bundle.length} bytes`);
+}
+console.log(`${packages.size} packages`);

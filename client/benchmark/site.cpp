@@ -19,6 +19,7 @@
 #include "client/page/page_file.h"
 #include "client/report/escaped_text.h"
 #include "client/report/output.h"
+#include "client/report/result_dataset.h"
 #include "client/report/table_writers.h"
 #include "legopt/files/temporary_folder.h"
 #include "legopt/types/input_error.h"
@@ -181,6 +182,46 @@ std::string IndexPage(const SiteRequest& request, const std::vector<Entry>& entr
   return file.Finish();
 }
 
+// The datasets of all entries and tiers that are on this machine, each once.
+std::vector<std::shared_ptr<const Dataset>> ShownDatasets(const SiteRequest& request,
+                                                          const std::vector<Entry>& entries) {
+  std::map<std::string, std::shared_ptr<const Dataset>> datasets;  // by hash
+  for (const auto& dataset : request.datasets) datasets[dataset->content_hash()] = dataset;
+  for (const Entry& entry : entries) datasets[entry.archive.dataset_hash] = entry.dataset;
+  for (const BenchmarkTier& tier : request.benchmark.tiers) {
+    for (const BenchmarkSet& set : tier.sets) {
+      if (datasets.count(set.hash) > 0) continue;
+      if (auto found = FindLocalDataset(set.hash)) datasets[set.hash] = std::move(found);
+    }
+  }
+  std::vector<std::shared_ptr<const Dataset>> shown;
+  for (auto& [hash, dataset] : datasets) shown.push_back(dataset);
+  std::ranges::sort(shown, {}, [](const auto& dataset) { return dataset->name(); });
+  return shown;
+}
+
+// A page that opens archives and databases, with the geometry of known datasets.
+std::string ViewerPage(const SiteRequest& request, const std::vector<Entry>& entries) {
+  Json root = PageHead("viewer", request.benchmark.name, request.build);
+  root["home"] = "index.html";
+  root["notes"] = Json::array();
+  root["chunks"] = Json::array();
+  root["datasets"] = Json::array();
+  PageFile file(request.benchmark.name + ": open a file", PageKind::kOpener);
+  for (const auto& dataset : ShownDatasets(request, entries)) {
+    ProblemIds problems;
+    for (const TaskDescription& task : kTasks) {
+      for (const ProblemDefinition& problem : dataset->problems(task.task)) problems[task.task].insert(problem.id);
+    }
+    const std::string block = "geometry-" + dataset->content_hash();
+    PageDataset described = DescribeDataset(*dataset, problems, block);
+    root["datasets"].push_back(std::move(described.json));
+    file.AddBlock(block, described.geometry);
+  }
+  file.AddJson("page", root);
+  return file.Finish();
+}
+
 }  // namespace
 
 std::vector<RefusedArchive> WriteSite(const SiteRequest& request) {
@@ -189,7 +230,11 @@ std::vector<RefusedArchive> WriteSite(const SiteRequest& request) {
   std::vector<RefusedArchive> refused;
   std::set<std::string> names, hashes;
   for (const fs::path& file : request.archives) {
-    const auto refuse = [&](const std::string& reason) { refused.push_back({file.filename().string(), reason}); };
+    // Folders of this machine are not for others.
+    const auto refuse = [&](const std::string& reason) {
+      const std::string place = file.string() + ": ";
+      refused.push_back({file.filename().string(), reason.starts_with(place) ? reason.substr(place.size()) : reason});
+    };
     try {
       entries.push_back(ReadEntry(file, request, hashes));
     } catch (const InputError& error) {
@@ -205,6 +250,7 @@ std::vector<RefusedArchive> WriteSite(const SiteRequest& request) {
   }
   const std::vector<Board> boards = MakeBoards(request.benchmark, entries);
   ReplaceFile(folder.path() / "index.html", IndexPage(request, entries, boards, refused));
+  ReplaceFile(folder.path() / "viewer.html", ViewerPage(request, entries));
   ReplaceFile(folder.path() / kMark, RenderTable(BoardsTable(request.benchmark, entries, boards), TableFormat::kCsv));
   folder.Finish();
   return refused;

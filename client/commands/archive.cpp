@@ -27,6 +27,7 @@ struct ArchivePackOptions {
   std::optional<std::int64_t> experiment;
   std::optional<std::filesystem::path> about;
   std::filesystem::path out;
+  bool without_times = false;
   SourceOptions source;
 };
 
@@ -67,7 +68,10 @@ void WarnAboutMissing(const Archive& archive) {
 ExitCode PackArchive(const ArchivePackOptions& options) {
   const auto source = OpenResults(options.source);
   const ArchiveAbout about = options.about ? ReadAbout(InputFile(options.about->string())) : ArchiveAbout{};
-  const Archive archive = PackExperiment(*source, options.experiment, about);
+  Archive archive = PackExperiment(*source, options.experiment, about);
+  if (options.without_times) {
+    for (ArchivedResult& result : archive.results) result.cpu_us = 0;
+  }
   ReplaceFile(options.out, EncodeArchive(archive));
   WarnAboutMissing(archive);
   std::cout << app::Printable(options.out.string() + ": " + DescriptionOf(archive)) << "\n";
@@ -165,6 +169,7 @@ void AddArchiveCommand(const app::Command& program, Invocation* invocation) {
   pack.AddOption("ID", packed->experiment, "Experiment (default: the newest)").Check(app::WholeNumber(1));
   pack.AddOption("--about", packed->about, "YAML file with title, authors, paper, licence, code and notes");
   pack.AddOption("--out", packed->out, "Archive, e.g. mine.legopt-archive").Required();
+  pack.AddFlag("--without-times", packed->without_times, "Leave CPU times out, e.g. those of a busy machine");
   AddSourceOptions(pack, &packed->source);
   pack.WhenChosen([=] { invocation->body = [packed] { return PackArchive(*packed); }; });
 

@@ -136,10 +136,13 @@ int GeometryBlock::Add(const TriangleMesh& mesh) {
 
 namespace {
 
-constexpr char kPolicy[] =
-    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; worker-src blob:; "
-    "base-uri 'none'; "
-    "form-action 'none'";
+// `scripts`: further sources of scripts.
+std::string Policy(const std::string& scripts) {
+  return "default-src 'none'; script-src 'unsafe-inline'" + scripts +
+         "; style-src 'unsafe-inline'; img-src data: blob:; worker-src blob:; "
+         "base-uri 'none'; "
+         "form-action 'none'";
+}
 
 constexpr char kBody[] =
     "<body><div id=\"app\"><p>This page draws itself by JavaScript, which is switched off here. "
@@ -171,7 +174,8 @@ std::string Head(const std::string& attributes, const std::string& policy, const
 
 }  // namespace
 
-PageFile::PageFile(const std::string& title) : head_(Head("", kPolicy, title)) {}
+PageFile::PageFile(const std::string& title, PageKind kind)
+    : head_(Head("", Policy(kind == PageKind::kOpener ? " 'wasm-unsafe-eval'" : ""), title)), kind_(kind) {}
 
 void PageFile::AddBlock(const std::string& name, const std::string& bytes) {
   blocks_ += "<script type=\"application/octet-stream\" id=\"" + name + "\">" + Base64(Gzip(bytes)) + "</script>\n";
@@ -183,10 +187,15 @@ std::string LivePageText() {
   return Head(" data-live=\"\"", "", "legopt") + kBody + "<script src=\"page.js\"></script></body></html>\n";
 }
 
-std::size_t PageFile::size() const { return head_.size() + blocks_.size() + PageProgram().size(); }
+std::size_t PageFile::size() const {
+  const std::size_t opener = kind_ == PageKind::kOpener ? OpenerProgram().size() : 0;
+  return head_.size() + blocks_.size() + opener + PageProgram().size();
+}
 
 std::string PageFile::Finish() const {
-  return head_ + kBody + blocks_ + "<script>" + std::string(PageProgram()) + "</script></body></html>\n";
+  const std::string opener =
+      kind_ == PageKind::kOpener ? "<script>" + std::string(OpenerProgram()) + "</script>\n" : "";
+  return head_ + kBody + blocks_ + opener + "<script>" + std::string(PageProgram()) + "</script></body></html>\n";
 }
 
 }  // namespace legopt::client

@@ -51,6 +51,11 @@ class GeometryBlock {
 
 /// The JavaScript of the page, including styles: web/dist/page.js.
 std::string_view PageProgram();
+/// The JavaScript that reads files which a user opens: web/dist/opener.js.
+std::string_view OpenerProgram();
+
+/// Whether a page has OpenerProgram, and may run its WebAssembly.
+enum class PageKind : std::uint8_t { kPlain, kOpener };
 
 /// The HTML of a page whose script and blocks come from a server (`legopt serve`).
 std::string LivePageText();
@@ -59,7 +64,7 @@ std::string LivePageText();
 class PageFile {
  public:
   /// `title`: window title.
-  explicit PageFile(const std::string& title);
+  explicit PageFile(const std::string& title, PageKind kind = PageKind::kPlain);
   /// Adds a block of bytes; `name` may contain letters, digits and "-".
   void AddBlock(const std::string& name, const std::string& bytes);
   /// Adds a block with the text of a JSON value.
@@ -70,6 +75,7 @@ class PageFile {
 
  private:
   std::string head_, blocks_;
+  PageKind kind_;
 };
 
 }  // namespace legopt::client

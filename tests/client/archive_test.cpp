@@ -208,6 +208,11 @@ TEST_F(ArchiveCommand, IsJudgedAgainToTheSameBytesAndAFalseClaimIsFound) {
   EXPECT_EQ(Run({"archive", "judge", Written(archive)}).exit_code, 5) << "no such dataset";
 }
 
+std::string ReadText(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
 // The rows of a table without the caption, which names machines.
 std::string RowsOf(const std::string& json) { return ParseJson(json, "table").at("rows").dump(); }
 
@@ -249,6 +254,37 @@ TEST_F(ArchiveCommand, TheJudgementOfAnUnpackedArchiveCounts) {
   EXPECT_THAT(Run({"query", "SELECT verdict_literal FROM results ORDER BY job_id LIMIT 1", "--db", unpacked}).out,
               HasSubstr("foot_pose"));
   EXPECT_THAT(Run({"show", "2", "--db", unpacked}).out, HasSubstr("the archive has no result of this job"));
+}
+
+TEST_F(ArchiveCommand, ASiteHasTheJudgedFiguresOfSoundArchives) {
+  const std::filesystem::path file = Packed();
+  Archive archive = ReadArchive(file);
+  const std::string changed = Written(archive) + "x";  // another name, the same content
+  std::filesystem::copy_file(file, changed);
+  const std::string benchmark = Write("b.yaml",
+                                      "name: B\nedition: \"1\"\nabout: text\ntiers:\n  - {id: a, title: T, "
+                                      "question: Q, rule: solid, sets: [{dataset: d, hash: " +
+                                          archive.dataset_hash + ", tasks: [posture]}]}\n");
+  const std::string out = (folder_.path() / "site").string();
+  const auto site = Run({"archive", "site", file.string(), changed, "--benchmark", benchmark, "--out", out});
+  EXPECT_EQ(site.exit_code, 4);
+  EXPECT_THAT(site.err, HasSubstr("has the content of another archive of this site"));
+  for (const char* made : {"index.html", "viewer.html", "leaderboard.csv", "archives/r.html", "archives/r.judged.json",
+                           "archives/r.legopt-archive"}) {
+    EXPECT_TRUE(std::filesystem::exists(out + "/" + made)) << made;
+  }
+  const auto judged = Run({"archive", "judge", file.string(), "--out", "a.json"});
+  EXPECT_EQ(ReadText(out + "/archives/r.judged.json"), ReadText(folder_.path() / "a.json"));
+  EXPECT_THAT(ReadText(out + "/leaderboard.csv"), HasSubstr("a,d,posture,good,r,SQP,"));
+
+  EXPECT_EQ(Run({"archive", "site", file.string(), "--benchmark", benchmark, "--out", out}).exit_code, 0) << "again";
+  const std::string other = (folder_.path() / "other").string();
+  std::filesystem::create_directory(other);
+  std::ofstream(other + "/thesis.txt") << "precious";
+  ExpectError(Run({"archive", "site", file.string(), "--out", other}), 2, "exists and is no site");
+  EXPECT_TRUE(std::filesystem::exists(other + "/thesis.txt"));
+  std::filesystem::create_directory(folder_.path() / "empty");
+  ExpectError(Run({"archive", "site", "empty", "--out", "s"}), 2, "has no file *.legopt-archive");
 }
 
 TEST_F(ArchiveCommand, AboutIsReadStrictly) {

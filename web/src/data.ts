@@ -4,7 +4,7 @@
 import { ask, pause } from './background';
 import { JobTable, type Rule } from './job_table';
 import type { Site } from './site';
-import { unpacked } from './store';
+import { unpacked, type SentPage, type WholePage } from './store';
 
 export interface Curve { x: ArrayLike<number>; y: ArrayLike<number> }
 export interface Profile { curves: (Curve | null)[]; problems: number; unsolved: number }
@@ -128,7 +128,7 @@ export interface Playback {
   forces: number[][][];  // per force: index of its point, then x, y, z in N
 }
 export interface Page {
-  format: number; kind: 'report' | 'view' | 'site'; title: string; home?: string;  // home: address of the site of a page written_utc?: string;
+  format: number; kind: 'report' | 'view' | 'site' | 'viewer'; title: string; home?: string;  // home: address of the site of a page written_utc?: string;
   legopt: { version: string; build_id: string }; rule: string; notes: string[];
   version: number;  // number of this page in the background
   experiments?: Experiment[]; across?: Pair[]; datasets: Dataset[]; chunks: [number, number][][];
@@ -164,10 +164,22 @@ async function readJson<T>(name: string): Promise<T> {
   return JSON.parse(new TextDecoder().decode(await bytesOf(name))) as T;
 }
 
+const withTables = (page: SentPage): Page => ({ ...page, experiments: page.experiments?.map((e) => ({ ...e, jobs: new JobTable(e.jobs) })) });
+
 export async function readPage(): Promise<Page> {
   const page = await ask('page', await blockOf('page'));
   await pause();
-  return { ...page, experiments: page.experiments?.map((e) => ({ ...e, jobs: new JobTable(e.jobs) })) };
+  return withTables(page);
+}
+
+/** Solutions of a file that the user opened, by experiment and job. */
+let opened: ((experiment: number, job: number) => Solution | null) | null = null;
+
+/** Makes a page of other data than this file's, with its own solutions. */
+export async function openPage(page: WholePage, solution: (experiment: number, job: number) => Solution | null): Promise<Page> {
+  const sent = await ask('open', page);
+  opened = solution;
+  return withTables(sent);
 }
 
 /** Inverse of PackWaypoints and PackExactly (client/page/page_file.h). */
@@ -216,6 +228,7 @@ export async function readSolution(page: Page, experiment: number, job: number):
     if (sent.length === 0) throw new Error(`the server sent no solution of job ${job}`);
     return { ...sent[0], experiment };
   }
+  if (opened) return opened(experiment, job);
   const index = page.chunks.findIndex((chunk) => chunk.some(([e, j]) => e === experiment && j === job));
   if (index < 0) return null;
   return (await readChunk(index)).find((s) => s.experiment === experiment && s.job === job) ?? null;
@@ -244,7 +257,7 @@ export async function readPlayback(job: number): Promise<Playback | null> {
 }
 
 export function holdsSolution(page: Page, experiment: number, job: number): boolean {
-  if (isLive) return true;  // any job that has one
+  if (isLive || opened) return true;  // any job that has one
   return page.chunks.some((chunk) => chunk.some(([e, j]) => e === experiment && j === job));
 }
 

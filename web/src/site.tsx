@@ -22,7 +22,7 @@ interface Entry {
 }
 export interface Site { edition: string; about: string; tiers: Tier[]; entries: Entry[]; boards: Board[] }
 
-const STARTS: [string, string][] = [['good', 'good starts'], ['in_collision', 'starts in collision']];
+const STARTS: [string, string][] = [['good', 'good initial guesses'], ['in_collision', 'initial guesses in collision']];
 const ROW_PX = 24;
 
 const entryPage = (entry: Entry) => `archives/${encodeURIComponent(entry.name)}.html`;
@@ -101,7 +101,7 @@ function Tiers({ site }: { site: Site }) {
           </section>
         );
       })}
-      <p class="caption">Solved: by the tier's rule, of all problems of the dataset; repetitions of one problem are averaged. Rows are ordered by solved problems from all starts, then by work. Medians are over all problems, unsolved ones at infinity. Verdicts and costs were computed here; work and CPU time were not measured here, and CPU times of different machines cannot be compared.</p>
+      <p class="caption">Solved: by the tier's rule, of all problems of the dataset; repetitions of one problem are averaged. Rows are ordered by solved problems from all initial guesses, then by work. Medians are over all problems, unsolved ones at infinity. Verdicts and costs were computed here; work and CPU time were not measured here, and CPU times of different machines cannot be compared.</p>
     </>
   );
 }
@@ -117,7 +117,7 @@ function ProblemsView({ site, b }: { site: Site; b: number }) {
     <>
       <h2>{site.tiers[board.tier].title}: {boardTitle(board)}</h2>
       <RowTable label="Problems" kind="map" noun="problems" hint="The CSV has all." count={board.problems.length} height_px={ROW_PX} span={columns.length + 1} list={b}
-        head={<tr><th scope="col">Problem</th>{columns.map(({ row, label }, k) => <th scope="col" key={k} title={`${site.entries[row.entry].name}, ${label}`}>{`${rowTitle(row)}\n${label.replace('starts', '').trim()}`}</th>)}</tr>}
+        head={<tr><th scope="col">Problem</th>{columns.map(({ row, label }, k) => <th scope="col" key={k} title={`${site.entries[row.entry].name}, ${label}`}>{`${rowTitle(row)}\n${label.replace('initial guesses', '').trim()}`}</th>)}</tr>}
         row={(i) => (
           <tr aria-rowindex={i + 2} style={{ height: `${ROW_PX}px` }}><th scope="row"><a href={href({ p: i })}>{board.problems[i]}</a></th>
             {columns.map(({ row, cell }, k) => {
@@ -138,7 +138,7 @@ function ProblemView({ site, b, i }: { site: Site; b: number; i: number }) {
       <h2>Problem {board.problems[i]} <span class="setting">{site.tiers[board.tier].title}, <a href={href({ p: undefined })}>{boardTitle(board)}</a></span></h2>
       <div class="bar">{i > 0 && <a href={go_to(-1)}>previous</a>}{i + 1 < board.problems.length && <a href={go_to(1)}>next</a>}
         <span class="says">{solved.length} of {columns.length} rows solved it{costs.length > 0 && `; lowest cost ${number(Math.min(...costs))}`}</span></div>
-      <div class="scroll"><table class="lines"><thead><tr>{['Method', 'Archive', 'Start', 'Outcome', 'Cost', 'Work, claimed', 'CPU time, claimed', ''].map((h) => <th scope="col" key={h}>{h}</th>)}</tr></thead>
+      <div class="scroll"><table class="lines"><thead><tr>{['Method', 'Archive', 'Initial guess', 'Outcome', 'Cost', 'Work, claimed', 'CPU time, claimed', ''].map((h) => <th scope="col" key={h}>{h}</th>)}</tr></thead>
         <tbody>{columns.map(({ row, cell, label }, k) => {
           const { share, cost, work_ms, cpu_ms, verdict, job } = cell.problems, entry = site.entries[row.entry];
           return (

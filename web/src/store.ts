@@ -15,8 +15,8 @@ interface SentFigures {
   efforts?: (Curve | null)[]; runtimes?: (Curve | null)[]; costs: (Curve | null)[];
 }
 interface WholePair extends Pair { report?: PairFigures['report']; cells?: SentFigures[] }
-interface WholeExperiment extends Omit<Experiment, 'columns' | 'pairs' | 'jobs'> { columns: (Column & SentFigures)[]; pairs: WholePair[]; jobs: JobLists }
-interface WholePage extends Omit<Page, 'experiments' | 'across'> { experiments?: WholeExperiment[]; across?: WholePair[] }
+export interface WholeExperiment extends Omit<Experiment, 'columns' | 'pairs' | 'jobs'> { columns: (Column & SentFigures)[]; pairs: WholePair[]; jobs: JobLists }
+export interface WholePage extends Omit<Page, 'experiments' | 'across'> { experiments?: WholeExperiment[]; across?: WholePair[] }
 
 /** A page as the background sends it: the columns of jobs become tables where they arrive. */
 export interface SentPage extends Omit<Page, 'experiments'> { experiments?: (Omit<Experiment, 'jobs'> & { jobs: JobColumns })[] }
@@ -62,7 +62,11 @@ export class Store {
 
   /** Reads the block "page". The other functions use the page that was read last. */
   async page(block: ArrayBuffer | string): Promise<SentPage> {
-    const page = JSON.parse(new TextDecoder().decode(await unpacked(block))) as WholePage;
+    return this.open(JSON.parse(new TextDecoder().decode(await unpacked(block))) as WholePage);
+  }
+
+  /** Takes a page that is read already. */
+  open(page: WholePage): SentPage {
     if (page.format > FORMAT) throw new Error(`this file has format ${page.format}; its program reads up to ${FORMAT}`);
     ++this.version;
     this.across = page.across ?? [];
@@ -108,4 +112,4 @@ export class Store {
 }
 
 /** Functions of a store, as they are called from another thread. */
-export type Asked = 'page' | 'column' | 'pair' | 'acrossPair' | 'jobs' | 'jobsCsv';
+export type Asked = 'page' | 'open' | 'column' | 'pair' | 'acrossPair' | 'jobs' | 'jobsCsv';

@@ -14,9 +14,9 @@ export function number(value: number | null | undefined): string {
   return value.toPrecision(3);
 }
 
-/** Milliseconds, or seconds if shorter. */
+/** Milliseconds, or seconds if shorter. 0 is an unknown time. */
 export function time(ms: number | null | undefined): string {
-  if (ms === null || ms === undefined) return DASH;
+  if (ms === null || ms === undefined || ms === 0) return DASH;
   return ms >= 1e4 ? `${number(ms / 1e3)} s` : `${number(ms)} ms`;
 }
 

@@ -20,7 +20,7 @@ const CONTROLS = '3D view. Drag or arrow keys turn, right drag or Shift with arr
 
 export interface Subject {
   experiment: number; job: number | null; dataset: Dataset; task: string; problem: number; title: string;
-  verdict: string | null; rule?: string; facts: [string, string][]; others: { job: number; label: string }[]; mark: number;
+  verdict: string | null; rule?: string; unjudged?: boolean; facts: [string, string][]; others: { job: number; label: string }[]; mark: number;
 }
 
 const geometries = new Map<Dataset, Promise<Mesh[]>>();
@@ -335,6 +335,7 @@ export function Viewer({ page, subject, state }: { page: Page; subject: Subject;
           : solution && (solution.findings || solution.between
           ? <FindingList dataset={subject.dataset} findings={findings} overlaps={overlaps} fraction={fraction} rule={rule} look={(p) => view.current?.look(p)} lookAt={(link) => view.current?.lookAtLink(link)} />
           : solution.times ? <p class="none">A path of {x.length} points{solution.failed_waypoint === undefined ? '.' : '; what the judge found is said above.'}</p>
+          : subject.unjudged ? <p class="none">Not judged here: violations and forces are not known. <code>legopt archive unpack</code> judges an archive, then <code>legopt view</code> shows them.</p>
           : <p class="none">Solved: no violation by the rule. <code>legopt view {subject.job}</code> lists each waypoint.</p>)}
       </div>
       {subject.job !== null && <Convergence traces={traces} state={state} unknown={unknown} />}
