@@ -48,7 +48,7 @@ nlohmann::json SpecOf(const Archive& archive, const DatasetFacts& facts,
     effort[word] = DescriptionOf(task.task).default_effort_limit;
   }
   for (const ArchivedMethod& method : archive.methods) {
-    const auto options = nlohmann::json::parse(method.options);  // the reader has checked it
+    const auto options = ParseJson(method.options, "options of " + method.name);
     methods.push_back({{"name", method.name},
                        {"hash", method.hash},
                        {"options", options},
@@ -85,7 +85,7 @@ std::vector<db::ProblemRecord> ProblemsOf(const Archive& archive, const Dataset&
 }
 
 db::MethodRecord MethodOf(const ArchivedMethod& method) {
-  const auto options = nlohmann::json::parse(method.options);
+  const auto options = ParseJson(method.options, "options of " + method.name);
   db::MethodRecord record;
   record.name = method.name;
   record.hash = method.hash;

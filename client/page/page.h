@@ -69,7 +69,7 @@ nlohmann::ordered_json PageHead(const std::string& kind, const std::string& titl
 
 /// Arguments of `legopt report`.
 struct ReportRequest : FigureRequest {
-  std::string home = {};  ///< address of the site that the page belongs to; empty: none
+  std::string home = {};                ///< address of the site that the page belongs to; empty: none
   std::size_t most_bytes = 25'000'000;  ///< size limit of the file; solutions beyond it are omitted with a note
 };
 
