@@ -19,6 +19,7 @@
 #include "legopt/files/temporary_folder.h"
 #include "legopt/input/json.h"
 #include "legopt/math/blake2b.h"
+#include "legopt/types/input_error.h"
 
 namespace legopt::client {
 namespace {
@@ -194,6 +195,9 @@ db::ResultRecord RecordOf(const ArchivedResult& result, const JudgedResult& judg
   record.collision_queries = result.collision_queries;
   record.iterations = static_cast<int>(result.iterations);
   record.restarts = static_cast<int>(result.restarts);
+  record.windows = static_cast<int>(result.windows);
+  record.windows_solved = static_cast<int>(result.windows_solved);
+  record.window_verdict = result.window_verdict;
   record.starts = static_cast<int>(result.starts);
   record.margin_relaxed = result.margin_relaxed;
   constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
@@ -208,6 +212,13 @@ db::ResultRecord RecordOf(const ArchivedResult& result, const JudgedResult& judg
   record.num_waypoints = num_waypoints;
   if (judged.evaluation) RecordEvaluation(*judged.evaluation, &record);
   RecordWaypoints(result.waypoints, &record);
+  if (const std::string fault = db::FaultOf(record); !fault.empty()) {
+    throw InputError({"archive",
+                      "result of " + std::string(ToString(result.task)) + " " + std::to_string(result.problem),
+                      {},
+                      fault,
+                      "pack the archive again with 'legopt archive pack'"});
+  }
   return record;
 }
 

@@ -33,7 +33,7 @@ class ArchiveDatabase {
   ArchiveDatabase& operator=(const ArchiveDatabase&) = delete;
 
   /// Adds an archive with its dataset. `judged` must be its judgement. Returns the id of the experiment: 1, 2, ...
-  /// Throws InputError if the dataset lacks a problem, and db::StoreError.
+  /// Throws InputError if the dataset lacks a problem or a result contradicts itself, and db::StoreError.
   std::int64_t Add(const Archive& archive, const JudgedArchive& judged, const Dataset& dataset);
 
   /// Writes the database to `file`, which must not exist. Throws db::StoreError. Nothing can be added afterwards.

@@ -279,11 +279,14 @@ Json ResultFields(const ArchivedResult& result) {
                {"queries", result.collision_queries},
                {"iterations", result.iterations},
                {"restarts", result.restarts},
+               {"windows", result.windows},
+               {"windows_solved", result.windows_solved},
                {"starts", result.starts},
                {"margin_relaxed", result.margin_relaxed}};
   for (const auto& [rule, word] : kEnumNames<Rule>) {
     if (result.verdicts[rule]) json[std::string(word)] = ToString(*result.verdicts[rule]);
   }
+  if (result.window_verdict) json["window_verdict"] = ToString(*result.window_verdict);
   if (result.solver_cost) json["solver_cost"] = *result.solver_cost;
   if (result.solver_violation) json["solver_violation"] = *result.solver_violation;
   if (result.cost) json["cost"] = *result.cost;
@@ -337,6 +340,9 @@ ArchivedResult ResultOf(const Json& json, const Archive& archive, const std::str
   result.collision_queries = members.Integer("queries", 0, kMost);
   result.iterations = members.Integer("iterations", 0, std::numeric_limits<int>::max());
   result.restarts = members.Integer("restarts", 0, std::numeric_limits<int>::max());
+  result.windows = members.Integer("windows", 0, std::numeric_limits<int>::max());
+  result.windows_solved = members.Integer("windows_solved", 0, result.windows);
+  if (members.Has("window_verdict")) result.window_verdict = members.Word<Verdict>("window_verdict");
   result.starts = members.Integer("starts", 0, std::numeric_limits<int>::max());
   result.margin_relaxed = members.Number("margin_relaxed", 0.0, 1.0);
   for (const auto& [rule, word] : kEnumNames<Rule>) {

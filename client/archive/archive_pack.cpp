@@ -65,6 +65,9 @@ ArchivedResult ResultAt(const Listing& rows, std::size_t row) {
   result.collision_queries = rows.At(row, "collision_queries").get<std::int64_t>();
   result.iterations = rows.At(row, "iterations").get<std::int64_t>();
   result.restarts = rows.At(row, "restarts").get<std::int64_t>();
+  result.windows = rows.At(row, "windows").get<std::int64_t>();
+  result.windows_solved = rows.At(row, "windows_solved").get<std::int64_t>();
+  if (!rows.At(row, "window_verdict").is_null()) result.window_verdict = rows.EnumAt<Verdict>(row, "window_verdict");
   result.starts = rows.At(row, "starts").get<std::int64_t>();
   result.margin_relaxed = rows.At(row, "margin_relaxed").get<double>();
   for (const auto& [rule, word] : kEnumNames<Rule>) {

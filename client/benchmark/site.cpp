@@ -236,17 +236,16 @@ std::vector<RefusedArchive> WriteSite(const SiteRequest& request) {
       refused.push_back({file.filename().string(), reason.starts_with(place) ? reason.substr(place.size()) : reason});
     };
     try {
-      entries.push_back(ReadEntry(file, request, hashes));
+      Entry entry = ReadEntry(file, request, hashes);
+      entry.name = FreeName(file, &names);
+      WriteEntry(entry, file, request, folder.path());
+      hashes.insert(entry.archive.hash);
+      entries.push_back(std::move(entry));
     } catch (const InputError& error) {
       refuse(error.what());
-      continue;
     } catch (const ClientError& error) {
       refuse(error.what());
-      continue;
     }
-    entries.back().name = FreeName(file, &names);
-    hashes.insert(entries.back().archive.hash);
-    WriteEntry(entries.back(), file, request, folder.path());
   }
   const std::vector<Board> boards = MakeBoards(request.benchmark, entries);
   ReplaceFile(folder.path() / "index.html", IndexPage(request, entries, boards, refused));

@@ -265,9 +265,13 @@ TEST_F(ArchiveCommand, ASiteHasTheJudgedFiguresOfSoundArchives) {
                                       "name: B\nedition: \"1\"\nabout: text\ntiers:\n  - {id: a, title: T, "
                                       "question: Q, rule: solid, sets: [{dataset: d, hash: " +
                                           archive.dataset_hash + ", tasks: [posture]}]}\n");
+  for (const auto& [rule, word] : kEnumNames<Rule>) archive.results[0].verdicts[rule] = Verdict::kWindowUnsolved;
+  archive.results[0].waypoints.clear();
   const std::string out = (folder_.path() / "site").string();
-  const auto site = Run({"archive", "site", file.string(), changed, "--benchmark", benchmark, "--out", out});
+  const auto site =
+      Run({"archive", "site", file.string(), changed, Written(archive), "--benchmark", benchmark, "--out", out});
   EXPECT_EQ(site.exit_code, 4);
+  EXPECT_THAT(site.err, HasSubstr("changed.legopt-archive: archive: result of posture 0: verdict 'window_unsolved'"));
   EXPECT_THAT(site.err, HasSubstr("has the content of another archive of this site"));
   for (const char* made : {"index.html", "viewer.html", "leaderboard.csv", "archives/r.html", "archives/r.judged.json",
                            "archives/r.legopt-archive"}) {

@@ -143,7 +143,7 @@ TEST(Suite, WrongWordsForRuleAndPairsAreNamed) {
 // physical rule, and all others by the solid rule.
 TEST(Suite, EmbeddedSuitesOfThePaperHaveTheOriginalEvaluatorsRule) {
   const std::set<std::string> paper = {"table1", "table1-short", "paper", "fidelity"};
-  const std::set<std::string> forces = {"contacts", "contacts-motions", "timed"};
+  const std::set<std::string> forces = {"contacts", "contacts-motions", "stand-motions", "timed"};
   const auto folder = std::filesystem::path(SourceFolder()) / "data" / "suites";
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (entry.path().extension() != ".yaml") continue;
