@@ -57,7 +57,7 @@ statistics::BootstrapOptions BootstrapOf(std::size_t problems, const ComparisonO
   constexpr std::size_t kMaxCorrected = 5'000;
   const double affordable = kMaxDraws / static_cast<double>(std::max<std::size_t>(problems, 1));
   return {.resamples = static_cast<int>(std::clamp<double>(affordable, kFewest, kMost)),
-          .level = kLevel,
+          .level = options.level(),
           .seed = options.seed,
           .kind = problems > kMaxCorrected ? statistics::BootstrapKind::kPercentile : statistics::BootstrapKind::kBca};
 }
@@ -106,7 +106,7 @@ SuccessComparison CompareSuccess(const std::vector<ProblemScore>& a, const std::
   success.share_b /= static_cast<double>(differences.size());
   success.test = statistics::McNemar(success.counts.only_first, success.counts.only_second);
   if (!repeated) {
-    success.difference = statistics::PairedShareDifference(statistics::CountPairs(b, a), kLevel);
+    success.difference = statistics::PairedShareDifference(statistics::CountPairs(b, a), options.level());
     return success;
   }
   const auto estimate =
@@ -126,10 +126,10 @@ double TrustedDifference(double b, double a) {
 }
 
 // Computes the Hodges-Lehmann estimate; none for many problems, because the cost is quadratic.
-void Locate(const std::vector<double>& logarithms, RatioComparison* ratios) {
+void Locate(const std::vector<double>& logarithms, double level, RatioComparison* ratios) {
   constexpr std::size_t kMost = 3'000;
   if (logarithms.empty() || logarithms.size() > kMost) return;
-  const statistics::Location location = statistics::HodgesLehmann(logarithms, kLevel);
+  const statistics::Location location = statistics::HodgesLehmann(logarithms, level);
   ratios->typical = TypicalRatio{std::exp(location.estimate),
                                  {std::exp(location.interval.lower), std::exp(location.interval.upper)},
                                  location.coverage};
@@ -144,7 +144,7 @@ RatioComparison CompareRatios(const std::vector<double>& logarithms, const std::
   ratios.mean = estimate.value;
   ratios.interval = {std::max(estimate.interval.lower, 0.0), estimate.interval.upper};
   ratios.test = statistics::SignedRank(differences);
-  Locate(logarithms, &ratios);
+  Locate(logarithms, options.level(), &ratios);
   ratios.lower =
       static_cast<int>(std::count_if(differences.begin(), differences.end(), [](double d) { return d < 0; }));
   return ratios;
@@ -285,6 +285,16 @@ ComparisonResult Together(std::initializer_list<ComparisonResult> changes) {
 }
 
 }  // namespace
+
+int NumCommonProblems(const SolveCell& a, const SolveCell& b) {
+  CellComparison unused;
+  std::vector<ProblemScore> times_a, times_b;
+  for (const ProblemPair& pair : PairsOf(a, b, &unused)) {
+    times_a.push_back(pair.a.time);
+    times_b.push_back(pair.b.time);
+  }
+  return statistics::CountPairs(times_a, times_b).pairs();
+}
 
 CellComparison CompareCells(const SolveCell& a, const SolveCell& b, const Charge& charge,
                             const ComparisonOptions& options) {

@@ -14,8 +14,8 @@
 /// / A.
 namespace legopt::client {
 
-/// Confidence level of all intervals, and significance level of adjusted p-values.
-inline constexpr double kLevel = 0.95, kSignificance = 0.05;
+/// Significance level of adjusted p-values, and probability that any interval of a family misses its value.
+inline constexpr double kSignificance = 0.05;
 
 /// A problem that both methods have finished, with its repetitions summed.
 struct ProblemPair {
@@ -26,7 +26,7 @@ struct ProblemPair {
 struct TypicalRatio {
   double estimate = 1.0;
   statistics::Interval interval;  ///< 0 to infinity if there are too few problems for the level
-  double coverage = 1.0;          ///< actual coverage, at least kLevel
+  double coverage = 1.0;          ///< actual coverage, at least ComparisonOptions::level()
 };
 
 /// Comparison of ratios on the problems that both methods solved.
@@ -94,7 +94,15 @@ struct ComparisonOptions {
   double margin = 0.0;  ///< minimum deviation of a ratio from 1 to be reported, e.g. 0.05; >= 0; that of times may be
                         ///< larger (RaiseTimeMargins)
   std::uint64_t seed = 1;  ///< seed of the bootstrap
+  int family = 1;          ///< number of comparisons that are shown together, >= 1
+
+  /// Confidence level of one interval. All intervals of one kind in the family contain their values with probability
+  /// 0.95 or more (Bonferroni).
+  double level() const { return 1.0 - kSignificance / family; }
 };
+
+/// Returns the number of problems that both cells have finished.
+int NumCommonProblems(const SolveCell& a, const SolveCell& b);
 
 /// Compares two cells of the same task, initialization and dataset, except for values that need all cells. The result
 /// has no pairs if both have finished no common problem.

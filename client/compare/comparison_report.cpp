@@ -149,7 +149,11 @@ std::string LeastText(const Comparison& comparison) {
 std::string RuleText(const Comparison& comparison) {
   const std::string margin =
       comparison.options.margin > 0 ? " by a margin of " + Percent(comparison.options.margin) + " %" : "";
-  return "Intervals are of 95 %; p is adjusted by Holm over the " + std::to_string(comparison.cells.size()) +
+  const std::size_t family = comparison.cells.size();
+  const std::string intervals = family == 1 ? "Intervals are of 95 %"
+                                            : "Each kind of interval contains all " + std::to_string(family) +
+                                                  " values with 95 % probability (Bonferroni)";
+  return intervals + "; p is adjusted by Holm over the " + std::to_string(family) +
          " comparisons shown, each test for itself. Rule: success decides where its adjusted p is below 0.05; else "
          "work and cost on what both solved, each where its interval lies beyond 1" +
          margin +
@@ -354,6 +358,7 @@ nlohmann::ordered_json ComparisonJson(const Comparison& comparison) {
                {"dataset", comparison.dataset},
                {"rule", ToString(comparison.rule)},
                {"margin", comparison.options.margin},
+               {"interval_level", comparison.options.level()},
                {"bootstrap_seed", comparison.options.seed},
                {"change", ToString(comparison.change)},
                {"least_discordant", MinDiscordantPairs()},

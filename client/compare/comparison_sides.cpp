@@ -357,22 +357,24 @@ Comparison ReadComparison(const ComparisonRequest& request) {
   comparison.identical_work = IdenticalWorkOf(sides, request);  // before the filter removes methods
   FilterA(request.filter, &sides);
   const std::vector<MethodPair> methods = PairMethods(sides, &comparison.notes);
-  const std::vector<CellPair> pairs = PairCells(sides, methods, request);
+  std::vector<CellPair> pairs = PairCells(sides, methods, request);
   const EnumArray<Task, Charge> charges = ChargesOf(CellsOf(pairs), request.charge_ms);
-  for (const CellPair& pair : pairs) {
-    CellComparison cell = CompareCells(pair.a, pair.b, charges[pair.a.column.task], request.options);
-    if (cell.success.counts.pairs() > 0) comparison.cells.push_back(std::move(cell));
-  }
-  if (comparison.cells.empty()) {
+  std::erase_if(pairs, [](const CellPair& pair) { return NumCommonProblems(pair.a, pair.b) == 0; });
+  if (pairs.empty()) {
     throw ClientError(ExitCode::kUsage, "A (" + sides.a.title + ") and B (" + sides.b.title +
                                             ") have no problem in common that both have finished");
   }
-  KeepRows(request.rows, &comparison.cells);  // before p values are adjusted for the number of comparisons
+  KeepRows(request.rows, &pairs);  // before intervals and p-values are adjusted for the number of comparisons
+  comparison.options = request.options;
+  comparison.options.family = static_cast<int>(pairs.size());
+  for (const CellPair& pair : pairs) {
+    comparison.cells.push_back(CompareCells(pair.a, pair.b, charges[pair.a.column.task], comparison.options));
+  }
   std::erase_if(comparison.identical_work, [&](const IdenticalWork& work) {
     return std::ranges::find(comparison.cells, work.column, &CellComparison::column) == comparison.cells.end();
   });
   RaiseTimeMargins(comparison.identical_work, &comparison.cells);
-  Decide(request.options, &comparison.cells);
+  Decide(comparison.options, &comparison.cells);
   comparison.change = OverallChange(comparison.cells);
   const auto told = [](const Side& side) {
     return ComparedSide{side.title, side.experiment.info.id, side.experiment.origins, side.experiment.taken_over};
@@ -381,7 +383,6 @@ Comparison ReadComparison(const ComparisonRequest& request) {
   comparison.b = told(sides.b);
   comparison.dataset = sides.a.experiment.info.dataset_name;
   comparison.rule = RuleOf(sides, request);
-  comparison.options = request.options;
   NoteOrigins(sides, &comparison.notes);
   NoteSettings(sides, pairs, &comparison.notes);
   NoteClock(sides, &comparison.notes);

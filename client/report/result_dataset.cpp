@@ -6,6 +6,7 @@
 #include <climits>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -102,6 +103,30 @@ std::shared_ptr<const Dataset> FindEmbedded(const std::string& hash) {
   return nullptr;
 }
 
+// Content hashes of all datasets in the data folder, also of those that no experiment uses by default. Hashing them
+// takes a second, once in a process.
+const std::map<std::string, fs::path>& DatasetsOfDataFolder() {
+  static const std::map<std::string, fs::path> datasets = [] {
+    std::map<std::string, fs::path> found;
+    std::error_code ignored;
+    for (const auto& entry : fs::recursive_directory_iterator(app::DataFolder(), ignored)) {
+      if (entry.path().filename() != "dataset.yaml") continue;
+      const fs::path folder = entry.path().parent_path();
+      try {
+        found.emplace(HashOfDataset(folder, GuardedReader()), folder);
+      } catch (const InputError&) {  // of a user's data folder; not the one that is searched
+      }
+    }
+    return found;
+  }();
+  return datasets;
+}
+
+std::shared_ptr<const Dataset> FindInDataFolder(const std::string& hash) {
+  const auto found = DatasetsOfDataFolder().find(hash);
+  return found == DatasetsOfDataFolder().end() ? nullptr : Dataset::Load(found->second, GuardedReader());
+}
+
 // Returns nullptr if the folder does not contain a dataset, or one with other content.
 std::shared_ptr<const Dataset> LoadIfContent(const fs::path& folder, const std::string& hash) {
   try {
@@ -157,7 +182,8 @@ std::shared_ptr<const Dataset> FindStored(ResultSource& source, const std::strin
 std::shared_ptr<const Dataset> FindLocalDataset(const std::string& hash) {
   if (auto embedded = FindEmbedded(hash)) return embedded;
   if (auto submitted = FindSubmitted(hash)) return submitted;
-  return FindCached(hash);
+  if (auto cached = FindCached(hash)) return cached;
+  return FindInDataFolder(hash);
 }
 
 std::shared_ptr<const Dataset> FindResultDataset(ResultSource& source, const std::string& hash) {
@@ -166,7 +192,7 @@ std::shared_ptr<const Dataset> FindResultDataset(ResultSource& source, const std
   if (cached && StatesItsName(*cached)) return cached;
   if (auto stored = FindStored(source, hash)) return stored;
   if (auto submitted = FindSubmitted(hash)) return submitted;
-  return cached;
+  return cached ? cached : FindInDataFolder(hash);
 }
 
 }  // namespace legopt::client

@@ -30,8 +30,8 @@ std::optional<std::filesystem::path> RecordedDatasetFolder(const std::string& ha
 std::shared_ptr<const Dataset> FindResultDataset(ResultSource& source, const std::string& hash);
 
 /// Finds the dataset with this content hash as FindResultDataset does, but without results: an embedded one, the folder
-/// of this user's last submission with it, or one that a worker of this user has fetched. Returns nullptr if there is
-/// none.
+/// of this user's last submission with it, one that a worker of this user has fetched, or any other one in the data
+/// folder. Returns nullptr if there is none.
 std::shared_ptr<const Dataset> FindLocalDataset(const std::string& hash);
 
 }  // namespace legopt::client

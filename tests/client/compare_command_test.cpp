@@ -276,6 +276,15 @@ TEST_F(CompareCommand, FamilyIsWhatIsShown) {
   ASSERT_EQ(json.at("comparisons").size(), 1U);
   EXPECT_DOUBLE_EQ(json.at("comparisons")[0].at("success").at("adjusted_p"), 0.015625);
   EXPECT_EQ(json.at("least_discordant"), 5);
+  // Two intervals hold together: each has the level 97.5 %. One has 95 %.
+  const auto two = nlohmann::json::parse(Run({"compare", "A", "B", "--db", file, "--format", "json"}).out);
+  EXPECT_DOUBLE_EQ(two.at("interval_level"), 0.975);
+  EXPECT_DOUBLE_EQ(json.at("interval_level"), 0.95);
+  const auto wide = both.at("success").at("interval"), narrow = json.at("comparisons")[0].at("success").at("interval");
+  EXPECT_LT(wide.at(0).get<double>(), narrow.at(0).get<double>());
+  EXPECT_GT(wide.at(1).get<double>(), narrow.at(1).get<double>());
+  EXPECT_THAT(Run({"compare", "A", "B", "--db", file}).out,
+              HasSubstr("Each kind of interval contains all 2 values with 95 % probability (Bonferroni)"));
 }
 
 TEST_F(CompareCommand, TextSaysVerdictAndRule) {
