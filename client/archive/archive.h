@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "legopt/types/check.h"
@@ -53,7 +54,7 @@ struct ArchivedResult {
   int repetition = 0;
   std::size_t build = 0;  ///< index in Archive::builds
   SolveStatus status = SolveStatus::kNotRun;
-  std::int64_t cpu_us = 0;   ///< CPU time of the solve; 0: unknown
+  std::int64_t cpu_us = 1;   ///< CPU time of the solve, >= 1; wall time of results without it
   std::int64_t work_ns = 0;  ///< weighted term evaluations; 0: not counted
   std::int64_t evaluations = 0;
   std::int64_t starts = 0;  ///< initial guesses that were optimized; 0: not counted
@@ -67,6 +68,9 @@ struct ArchivedResult {
   std::optional<double> cost;                        ///< stored cost per waypoint; nullopt: none
   std::vector<Eigen::VectorXd> waypoints;            ///< n + 7 numbers each; empty: no solution
 };
+
+/// A job of an archive: index of the method, task, initialization, problem, repetition.
+using JobKey = std::tuple<std::size_t, Task, Initialization, int, int>;
 
 /// An experiment with its results.
 struct Archive {

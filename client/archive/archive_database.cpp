@@ -63,7 +63,7 @@ nlohmann::json SpecOf(const Archive& archive, const DatasetFacts& facts,
       {"name", archive.experiment},
       {"seed", archive.seed},
       {"repetitions", archive.repetitions},
-      {"dataset", {{"name", archive.dataset}, {"hash", archive.dataset_hash}, {"joint_names", facts.joint_names}}},
+      {"dataset", {{"name", facts.name}, {"hash", archive.dataset_hash}, {"joint_names", facts.joint_names}}},
       {"tasks", std::move(tasks)},
       {"initializations", std::move(words)},
       {"methods", std::move(methods)},
@@ -150,7 +150,7 @@ db::NewExperiment RowsOf(const Archive& archive, const Dataset& dataset, const N
   experiment.max_attempts = 1;
   experiment.memory_limit_bytes = kMemoryLimit_mb * kBytesPerMb;
   experiment.submitted_at_us = Now_us();
-  experiment.dataset = {archive.dataset, archive.dataset_hash, facts.joint_names};
+  experiment.dataset = {facts.name, archive.dataset_hash, facts.joint_names};
   for (const ArchivedMethod& method : archive.methods) experiment.methods.push_back(MethodOf(method));
   AddJobs(archive, first, &experiment);
   return experiment;
@@ -203,7 +203,15 @@ db::ResultRecord RecordOf(const ArchivedResult& result, const JudgedResult& judg
   constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   record.solver_cost = result.solver_cost.value_or(kUnknown);
   record.solver_violation = result.solver_violation.value_or(kUnknown);
-  const auto verdict = [&](Rule rule) { return judged.verdicts[rule].value_or(Verdict::kWrongWaypointCount); };
+  // A failure by one rule is a failure by all stricter ones, so the verdict of the most lenient rule that judged stands
+  // for those that did not.
+  std::optional<Verdict> known;
+  for (const auto& [rule, word] : kEnumNames<Rule>) {
+    if (!known) known = judged.verdicts[rule];
+  }
+  const auto verdict = [&](Rule rule) {
+    return judged.verdicts[rule].value_or(known.value_or(Verdict::kWrongWaypointCount));
+  };
   record.verdict_literal = verdict(Rule::kLiteral);
   record.verdict_strict = verdict(Rule::kStrict);
   record.verdict_solid = verdict(Rule::kSolid);

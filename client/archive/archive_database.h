@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <map>
 #include <memory>
-#include <tuple>
 
 #include "client/archive/archive.h"
 #include "client/archive/archive_judge.h"
@@ -12,9 +11,6 @@
 #include "legopt/dataset/dataset.h"
 
 namespace legopt::client {
-
-/// A job of an archive: index of the method, task, initialization, problem, repetition.
-using JobKey = std::tuple<std::size_t, Task, Initialization, int, int>;
 
 /// Returns the ids of an archive's jobs in a database that has no other archive. They are numbered from 1 by method,
 /// task, initialization, problem and repetition, in the archive's order.

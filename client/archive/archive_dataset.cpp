@@ -15,17 +15,19 @@ std::string NameWithHash(const std::string& name, const std::string& hash) {
 }  // namespace
 
 std::shared_ptr<const Dataset> FindArchivedDataset(const Archive& archive,
-                                                   const std::vector<std::shared_ptr<const Dataset>>& datasets) {
+                                                   const std::vector<std::shared_ptr<const Dataset>>& datasets,
+                                                   DatasetUse use) {
+  const std::string wanted = "the archive's dataset " + NameWithHash(archive.dataset, archive.dataset_hash);
   std::string given;
   for (const auto& dataset : datasets) {
     if (dataset->content_hash() == archive.dataset_hash) return dataset;
-    given += (given.empty() ? "" : ", ") + NameWithHash(dataset->folder().string(), dataset->content_hash());
+    given += (given.empty() ? "" : ", ") + NameWithHash(dataset->name(), dataset->content_hash());
+  }
+  if (use == DatasetUse::kOnlyGiven && !given.empty()) {
+    throw ClientError(ExitCode::kDatasetMismatch, wanted + " is not the one of --dataset: " + given);
   }
   if (auto dataset = FindLocalDataset(archive.dataset_hash)) return dataset;
-  throw ClientError(ExitCode::kDatasetMismatch,
-                    "the archive's dataset " + NameWithHash(archive.dataset, archive.dataset_hash) +
-                        " is not on this machine" + (given.empty() ? "" : ", and --dataset names " + given) +
-                        "; give --dataset FOLDER");
+  throw ClientError(ExitCode::kDatasetMismatch, wanted + " is not on this machine; give --dataset FOLDER");
 }
 
 }  // namespace legopt::client

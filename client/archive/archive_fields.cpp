@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "bus/message_limits.h"
+#include "db/records.h"
 #include "legopt/input/json.h"
 #include "legopt/input/text.h"
 #include "legopt/math/blake2b.h"
@@ -135,6 +136,7 @@ ArchivedTask TaskOf(const Json& json, const std::string& source) {
     }
     task.problems.push_back(problem.get<int>());
   }
+  if (task.problems.empty()) members.Refuse("problems", "is empty");
   members.Finish();
   return task;
 }
@@ -147,6 +149,28 @@ std::string HashOfOptions(const std::string& text) {
   return Blake2bHex(Dump(*options));
 }
 
+// Refuses options whose parts have other types than those of a method, and labels that contradict them.
+void RequireSoundOptions(const ArchivedMethod& method, const Members& members) {
+  const auto options = ParseJson(method.options, "options");
+  const auto require = [&](bool sound, const char* key) {
+    if (!sound) members.Refuse("options", "has a wrong value of '" + std::string(key) + "'");
+  };
+  const auto label = [&](const char* key, int value) {
+    require(!options.contains(key) || options.at(key) == value, key);
+  };
+  label("multi_starts", method.multi_starts);
+  label("sample_size", method.sample_size);
+  require(!options.contains("incremental") || options.at("incremental").is_boolean(), "incremental");
+  if (!options.contains("options")) return;
+  const auto& own = options.at("options");
+  require(own.is_object(), "options");
+  require(!own.contains("rescues") || own.at("rescues").is_number_integer(), "rescues");
+  require(
+      !own.contains("collision") || (own.at("collision").is_string() &&
+                                     ParseEnum<SceneRepresentation>(own.at("collision").get_ref<const std::string&>())),
+      "collision");
+}
+
 ArchivedMethod MethodOf(const Json& json, const std::string& source) {
   Members members(json, source, "methods.");
   ArchivedMethod method;
@@ -157,13 +181,15 @@ ArchivedMethod MethodOf(const Json& json, const std::string& source) {
   method.multi_starts = static_cast<int>(members.Integer("multi_starts", 0, std::numeric_limits<int>::max()));
   method.sample_size = static_cast<int>(members.Integer("sample_size", 1, 100));
   members.Finish();
+  RequireSoundOptions(method, members);
   return method;
 }
 
 ArchivedBuild BuildOf(const Json& json, const std::string& source) {
   Members members(json, source, "builds.");
   ArchivedBuild build;
-  build.id = members.Text("id");
+  build.id = members.Text("id", db::kMaxBuildIdBytes);
+  if (build.id.find('\0') != std::string::npos) members.Refuse("id", "has a NUL character");
   if (build.id.empty()) {
     members.Refuse("id", "is empty: the results are of an unknown build and cannot be reproduced");
   }
@@ -334,7 +360,7 @@ ArchivedResult ResultOf(const Json& json, const Archive& archive, const std::str
   result.repetition = static_cast<int>(members.Integer("repetition", 0, archive.repetitions - 1));
   result.build = index("build", archive.builds.size());
   result.status = members.Word<SolveStatus>("status");
-  result.cpu_us = members.Integer("cpu_us", 0, kMost);
+  result.cpu_us = members.Integer("cpu_us", 1, kMost);
   result.work_ns = members.Integer("work_ns", 0, kMost);
   result.evaluations = members.Integer("evaluations", 0, kMost);
   result.collision_queries = members.Integer("queries", 0, kMost);

@@ -90,8 +90,6 @@ std::string CheckFirstLine(std::string_view* rest, const std::string& source) {
   return hash;
 }
 
-using JobKey = std::tuple<std::size_t, Task, Initialization, int, int>;
-
 void RefuseTwice(const Archive& archive, const ArchivedResult& result, const std::string& source, std::size_t line,
                  std::map<JobKey, std::size_t>* lines) {
   const JobKey key{result.method, result.task, result.initialization, result.problem, result.repetition};

@@ -59,7 +59,7 @@ ArchivedResult ResultAt(const Listing& rows, std::size_t row) {
   result.problem = rows.At(row, "problem_id").get<int>();
   result.repetition = rows.At(row, "repetition").get<int>();
   result.status = rows.EnumAt<SolveStatus>(row, "solver_status");
-  result.cpu_us = rows.At(row, "cpu_us").get<std::int64_t>();
+  result.cpu_us = std::max<std::int64_t>(rows.At(row, "cpu_us").get<std::int64_t>(), 1);
   result.work_ns = rows.At(row, "work_ns").get<std::int64_t>();
   result.evaluations = rows.At(row, "term_evaluations").get<std::int64_t>();
   result.collision_queries = rows.At(row, "collision_queries").get<std::int64_t>();

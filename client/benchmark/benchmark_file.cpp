@@ -1,6 +1,6 @@
 #include "client/benchmark/benchmark_file.h"
 
-#include <algorithm>
+#include <map>
 #include <set>
 #include <utility>
 
@@ -64,6 +64,7 @@ Benchmark ReadBenchmark(const std::filesystem::path& file) {
   const std::vector<YAML::Node> tiers = map.List("tiers");
   std::set<std::string> ids;
   std::set<std::pair<std::string, Task>> problems;
+  std::map<std::string, Rule> rules;
   for (std::size_t i = 0; i < tiers.size(); ++i) {
     const std::string path = map.Path("tiers", i);
     benchmark.tiers.push_back(TierOf(tiers[i], map.file(), path));
@@ -72,6 +73,11 @@ Benchmark ReadBenchmark(const std::filesystem::path& file) {
       throw YamlFault(map.file(), tiers[i], path, "'" + tier.id + "' is the id of two tiers", "rename one");
     }
     for (const BenchmarkSet& set : tier.sets) {
+      const auto [known, fresh] = rules.emplace(set.hash, tier.rule);
+      if (!fresh && known->second != tier.rule) {
+        throw YamlFault(map.file(), tiers[i], path, "another tier judges " + set.dataset + " by another rule",
+                        "give tiers with one dataset one rule, by which the pages of its archives count");
+      }
       for (const Task task : set.tasks) {
         if (problems.emplace(set.hash, task).second) continue;
         throw YamlFault(map.file(), tiers[i], path,

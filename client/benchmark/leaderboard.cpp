@@ -110,15 +110,19 @@ void AddRows(std::span<const Entry> entries, std::size_t index, Rule rule, Board
   }
 }
 
-// Solved problems and median work over all initializations, as an order: the smallest comes first.
-std::pair<double, double> PlaceOf(const BoardRow& row) {
-  double solved = 0.0, work_ms = 0.0;
+// Share of solved problems and median cost, averaged over the initializations that the archive has. Claims of the
+// archive have no influence.
+std::pair<double, double> PlaceOf(const BoardRow& row, bool infeasible) {
+  double solved = 0.0, cost = 0.0;
+  int count = 0;
   for (const auto& cell : row.cells) {
     if (!cell) continue;
-    solved += cell->solved;
-    work_ms += cell->work_median_ms.value_or(kInfinity);
+    solved += cell->solved / static_cast<double>(cell->problems.size());
+    cost += cell->cost_median;
+    ++count;
   }
-  return {-solved, work_ms};
+  if (count == 0) return {0.0, kInfinity};
+  return {(infeasible ? solved : -solved) / count, cost / count};
 }
 
 Board BoardOf(const Benchmark& benchmark, std::size_t tier, const BenchmarkSet& set, Task task,
@@ -137,7 +141,8 @@ Board BoardOf(const Benchmark& benchmark, std::size_t tier, const BenchmarkSet& 
     }
     AddRows(entries, i, benchmark.tiers[tier].rule, &board);
   }
-  std::ranges::stable_sort(board.rows, {}, PlaceOf);
+  const bool infeasible = benchmark.tiers[tier].infeasible;
+  std::ranges::stable_sort(board.rows, {}, [&](const BoardRow& row) { return PlaceOf(row, infeasible); });
   return board;
 }
 

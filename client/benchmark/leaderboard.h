@@ -50,8 +50,9 @@ struct BoardRow {
   std::vector<std::optional<BoardCell>> cells;  ///< by Initialization; nullopt: the archive does not have it
 };
 
-/// All methods on the problems of one dataset and task. The best row comes first: most problems solved over all
-/// initializations, then the least work.
+/// All methods on the problems of one dataset and task. The best row comes first: largest share of solved
+/// problems, averaged over the initializations that the archive has, then lowest median cost; in an infeasible tier the
+/// smallest share.
 struct Board {
   std::size_t tier = 0;  ///< index
   BenchmarkSet set;      ///< with one task

@@ -13,6 +13,7 @@
 #include "client/archive/archive_file.h"
 #include "client/archive/archive_judge.h"
 #include "client/benchmark/leaderboard.h"
+#include "client/benchmark/site_folder.h"
 #include "client/client_error.h"
 #include "client/page/page.h"
 #include "client/page/page_dataset.h"
@@ -22,6 +23,7 @@
 #include "client/report/result_dataset.h"
 #include "client/report/table_writers.h"
 #include "legopt/files/temporary_folder.h"
+#include "legopt/input/text.h"
 #include "legopt/types/input_error.h"
 
 namespace legopt::client {
@@ -30,44 +32,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-// A file that only sites have, so that no other folder is replaced.
-constexpr char kMark[] = "leaderboard.csv";
-
-/// A folder that is written beside its final place, and renamed when it is complete.
-class NewFolder {
- public:
-  explicit NewFolder(const fs::path& folder) : folder_(folder), partial_(folder.string() + ".partial") {
-    const bool replaceable =
-        !fs::exists(folder) || (fs::is_directory(folder) && fs::is_empty(folder)) || fs::exists(folder / kMark);
-    if (!replaceable) {
-      throw ClientError(ExitCode::kUsage, folder.string() + " exists and is no site; name another folder");
-    }
-    fs::remove_all(partial_);
-    std::error_code error;
-    fs::create_directories(partial_ / "archives", error);
-    if (error) throw ClientError(ExitCode::kUsage, partial_.string() + " cannot be created: " + error.message());
-  }
-  ~NewFolder() {
-    std::error_code ignored;
-    fs::remove_all(partial_, ignored);
-  }
-  NewFolder(const NewFolder&) = delete;
-  NewFolder& operator=(const NewFolder&) = delete;
-
-  const fs::path& path() const { return partial_; }
-  void Finish() {
-    const fs::path old = folder_.string() + ".old";
-    fs::remove_all(old);
-    if (fs::exists(folder_)) fs::rename(folder_, old);
-    fs::rename(partial_, folder_);
-    fs::remove_all(old);
-  }
-
- private:
-  fs::path folder_, partial_;
-};
-
-// The experiments of a folder for temporary files, removed at the end.
+/// A folder for temporary files, removed at the end.
 class ScratchFolder {
  public:
   ScratchFolder() : path_(files::CreateTemporaryFolder("legopt-site-")) {}
@@ -91,13 +56,15 @@ std::string FreeName(const fs::path& file, std::set<std::string>* used) {
   return name;
 }
 
-Entry ReadEntry(const fs::path& file, const SiteRequest& request, const std::set<std::string>& known) {
+// `bytes`: content of the file.
+Entry ReadEntry(const fs::path& file, const std::string& bytes, const SiteRequest& request,
+                const std::set<std::string>& known) {
   Entry entry;
-  entry.archive = ReadArchive(file);
+  entry.archive = DecodeArchive(bytes, file.string());
   if (known.count(entry.archive.hash) > 0) {
     throw ClientError(ExitCode::kUsage, "has the content of another archive of this site");
   }
-  entry.dataset = FindArchivedDataset(entry.archive, request.datasets);
+  entry.dataset = FindArchivedDataset(entry.archive, request.datasets, DatasetUse::kAlsoLocal);
   if (request.tell) {
     request.tell(file.filename().string() + ": judging " + std::to_string(entry.archive.results.size()) + " results");
   }
@@ -105,23 +72,44 @@ Entry ReadEntry(const fs::path& file, const SiteRequest& request, const std::set
   return entry;
 }
 
-void WriteEntry(const Entry& entry, const fs::path& source, const SiteRequest& request, const fs::path& folder) {
+// The rule of the tier that has the archive's problems, so that its page counts like the leaderboard; else its own.
+Rule RuleOf(const Archive& archive, const Benchmark& benchmark) {
+  for (const BenchmarkTier& tier : benchmark.tiers) {
+    for (const BenchmarkSet& set : tier.sets) {
+      if (set.hash == archive.dataset_hash) return tier.rule;
+    }
+  }
+  return archive.rule;
+}
+
+// Writes the page, the judgement and the archive, of which `bytes` were read, and drops what leaderboards do not need.
+void WriteEntry(const std::string& bytes, const SiteRequest& request, SiteFolder* folder, Entry* entry) {
   const ScratchFolder scratch;
   const fs::path database = scratch.path() / "results.sqlite";
   ArchiveDatabase writer;
-  writer.Add(entry.archive, entry.judged, *entry.dataset);
+  writer.Add(entry->archive, entry->judged, *entry->dataset);
   writer.Finish(database);
   ReportRequest report;
   report.sources = {{{database.string(), {}, {}}, 1}};
-  report.rule = entry.archive.rule;
-  report.datasets = {entry.dataset};
+  report.rule = RuleOf(entry->archive, request.benchmark);
+  report.datasets = {entry->dataset};
   report.build = request.build;
   report.most_bytes = request.most_page_bytes;
   report.home = "../index.html";
-  const fs::path stem = folder / "archives" / entry.name;
-  ReplaceFile(stem.string() + ".html", MakeReport(report).text);
-  ReplaceFile(stem.string() + ".judged.json", JsonText(JudgementJson(entry.archive, entry.judged)) + "\n");
-  fs::copy_file(source, stem.string() + ".legopt-archive");
+  const std::string page = MakeReport(report).text;
+  const std::string stem = "archives/" + entry->name;
+  folder->Write(stem + ".html", page);
+  folder->Write(stem + ".judged.json", JsonText(JudgementJson(entry->archive, entry->judged)) + "\n");
+  folder->Write(stem + ".legopt-archive", bytes);
+  for (ArchivedResult& result : entry->archive.results) result.waypoints.clear();
+  for (JudgedResult& judged : entry->judged.results) judged.evaluation.reset();
+}
+
+// The reason of an error without paths of this machine, which are not for others.
+std::string PublicReason(const InputError& error) {
+  InputError::Fault fault = error.fault();
+  fault.file.clear();
+  return InputError::TextOf(fault);
 }
 
 Json AboutJson(const Entry& entry) {
@@ -225,32 +213,34 @@ std::string ViewerPage(const SiteRequest& request, const std::vector<Entry>& ent
 }  // namespace
 
 std::vector<RefusedArchive> WriteSite(const SiteRequest& request) {
-  NewFolder folder(request.out);
+  SiteFolder folder(request.out);
   std::vector<Entry> entries;
   std::vector<RefusedArchive> refused;
   std::set<std::string> names, hashes;
   for (const fs::path& file : request.archives) {
-    // Folders of this machine are not for others.
-    const auto refuse = [&](const std::string& reason) {
-      const std::string place = file.string() + ": ";
-      refused.push_back({file.filename().string(), reason.starts_with(place) ? reason.substr(place.size()) : reason});
-    };
+    const auto refuse = [&](const std::string& reason) { refused.push_back({file.filename().string(), reason}); };
+    // Archives come from strangers: no fault of one may prevent the site of the others.
     try {
-      Entry entry = ReadEntry(file, request, hashes);
+      const std::string bytes = ReadFileText(file, kMaxArchiveBytes);
+      Entry entry = ReadEntry(file, bytes, request, hashes);
       entry.name = FreeName(file, &names);
-      WriteEntry(entry, file, request, folder.path());
+      WriteEntry(bytes, request, &folder, &entry);
       hashes.insert(entry.archive.hash);
       entries.push_back(std::move(entry));
     } catch (const InputError& error) {
-      refuse(error.what());
+      refuse(PublicReason(error));
     } catch (const ClientError& error) {
       refuse(error.what());
+    } catch (const std::exception& error) {
+      if (request.tell) request.tell(file.filename().string() + ": " + error.what());
+      refuse("it cannot be stored as a results database");
     }
   }
+  if (entries.empty()) return refused;
   const std::vector<Board> boards = MakeBoards(request.benchmark, entries);
-  ReplaceFile(folder.path() / "index.html", IndexPage(request, entries, boards, refused));
-  ReplaceFile(folder.path() / "viewer.html", ViewerPage(request, entries));
-  ReplaceFile(folder.path() / kMark, RenderTable(BoardsTable(request.benchmark, entries, boards), TableFormat::kCsv));
+  folder.Write("index.html", IndexPage(request, entries, boards, refused));
+  folder.Write("viewer.html", ViewerPage(request, entries));
+  folder.Write("leaderboard.csv", RenderTable(BoardsTable(request.benchmark, entries, boards), TableFormat::kCsv));
   folder.Finish();
   return refused;
 }

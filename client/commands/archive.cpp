@@ -27,7 +27,6 @@ struct ArchivePackOptions {
   std::optional<std::int64_t> experiment;
   std::optional<std::filesystem::path> about;
   std::filesystem::path out;
-  bool without_times = false;
   SourceOptions source;
 };
 
@@ -68,10 +67,7 @@ void WarnAboutMissing(const Archive& archive) {
 ExitCode PackArchive(const ArchivePackOptions& options) {
   const auto source = OpenResults(options.source);
   const ArchiveAbout about = options.about ? ReadAbout(InputFile(options.about->string())) : ArchiveAbout{};
-  Archive archive = PackExperiment(*source, options.experiment, about);
-  if (options.without_times) {
-    for (ArchivedResult& result : archive.results) result.cpu_us = 0;
-  }
+  const Archive archive = PackExperiment(*source, options.experiment, about);
   ReplaceFile(options.out, EncodeArchive(archive));
   WarnAboutMissing(archive);
   std::cout << app::Printable(options.out.string() + ": " + DescriptionOf(archive)) << "\n";
@@ -104,11 +100,11 @@ struct JudgedFile {
   JudgedArchive judged;
 };
 
-JudgedFile ReadAndJudge(const std::filesystem::path& file,
-                        const std::vector<std::shared_ptr<const Dataset>>& datasets) {
+JudgedFile ReadAndJudge(const std::filesystem::path& file, const std::vector<std::shared_ptr<const Dataset>>& datasets,
+                        DatasetUse use) {
   JudgedFile read;
   read.archive = ReadArchive(file);
-  read.dataset = FindArchivedDataset(read.archive, datasets);
+  read.dataset = FindArchivedDataset(read.archive, datasets, use);
   std::cerr << app::Printable(file.string()) << ": judging " << read.archive.results.size() << " results\n";
   read.judged = JudgeArchive(read.archive, read.dataset);
   return read;
@@ -120,7 +116,7 @@ std::string DifferenceOf(const std::filesystem::path& file, const JudgedFile& re
 }
 
 ExitCode JudgeArchiveAgain(const ArchiveJudgeOptions& options) {
-  const JudgedFile read = ReadAndJudge(options.file, LoadArchiveDatasets(options.datasets));
+  const JudgedFile read = ReadAndJudge(options.file, LoadArchiveDatasets(options.datasets), DatasetUse::kOnlyGiven);
   if (options.out) ReplaceFile(*options.out, JsonText(JudgementJson(read.archive, read.judged)) + "\n");
   PrintTable(JudgementTable(read.archive, read.judged), options.listing);
   if (read.judged.differing == 0) return ExitCode::kOk;
@@ -134,8 +130,9 @@ ExitCode UnpackArchives(const ArchiveUnpackOptions& options) {
   const auto datasets = LoadArchiveDatasets(options.datasets);
   ArchiveDatabase database;
   for (const std::string& file : options.files) {
-    const JudgedFile read = ReadAndJudge(file, datasets);
-    if (read.judged.differing > 0) PrintRemark("warning: " + DifferenceOf(file, read) + "; the judgement counts");
+    const JudgedFile read = ReadAndJudge(file, datasets, DatasetUse::kAlsoLocal);
+    if (read.judged.differing > 0)
+      PrintRemark("warning: " + DifferenceOf(file, read) + "; the database has the judgement");
     const std::int64_t id = database.Add(read.archive, read.judged, *read.dataset);
     std::cout << app::Printable(file + ": experiment " + std::to_string(id) + " '" + read.archive.experiment + "'")
               << "\n";
@@ -148,7 +145,7 @@ ExitCode UnpackArchives(const ArchiveUnpackOptions& options) {
 
 void AddArchiveDatasetOption(const app::Command& command, std::vector<std::string>* datasets) {
   command.AddList("--dataset", *datasets,
-                  "Dataset folder (default: the dataset with the archive's hash: embedded, submitted or fetched); "
+                  "Dataset folder (default: the one with the archive's hash in the data folder, submitted or fetched); "
                   "several: repeat it, or use commas",
                   app::IsExistingPath);
 }
@@ -169,7 +166,6 @@ void AddArchiveCommand(const app::Command& program, Invocation* invocation) {
   pack.AddOption("ID", packed->experiment, "Experiment (default: the newest)").Check(app::WholeNumber(1));
   pack.AddOption("--about", packed->about, "YAML file with title, authors, paper, licence, code and notes");
   pack.AddOption("--out", packed->out, "Archive, e.g. mine.legopt-archive").Required();
-  pack.AddFlag("--without-times", packed->without_times, "Leave CPU times out, e.g. those of a busy machine");
   AddSourceOptions(pack, &packed->source);
   pack.WhenChosen([=] { invocation->body = [packed] { return PackArchive(*packed); }; });
 

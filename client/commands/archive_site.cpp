@@ -59,8 +59,10 @@ ExitCode WriteArchiveSite(const ArchiveSiteOptions& options) {
   request.build = options.build;
   request.tell = PrintRemark;
   const std::vector<RefusedArchive> refused = WriteSite(request);
-  std::cerr << app::Printable(options.out.string()) << "/index.html written, "
-            << request.archives.size() - refused.size() << " archives\n";
+  const bool written = refused.size() < request.archives.size();
+  if (written)
+    std::cerr << app::Printable((options.out / "index.html").string()) << " written, "
+              << request.archives.size() - refused.size() << " archives\n";
   if (refused.empty()) return ExitCode::kOk;
   std::string reasons;
   for (const RefusedArchive& archive : refused) {

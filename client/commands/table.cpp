@@ -7,10 +7,12 @@
 #include "client/commands/commands.h"
 #include "client/commands/options.h"
 #include "client/compare/statistics_table.h"
+#include "client/compare/target_table.h"
 #include "client/figures/figures.h"
 #include "client/report/benchmark_table.h"
 #include "client/report/certificate_report.h"
 #include "client/report/reading.h"
+#include "legopt/types/number_text.h"
 
 namespace legopt::client {
 namespace {
@@ -27,6 +29,7 @@ struct TableOptions {
   bool holding = false;
   bool statistics = false;
   bool profile = false;
+  std::vector<std::string> targets;  ///< ratios to the best cost
   std::optional<double> charge_s;
   bool paper = false;
   std::optional<std::string> certificate;
@@ -34,6 +37,20 @@ struct TableOptions {
 };
 
 constexpr char kPaperTable[] = "paper-table1.csv";
+
+std::vector<double> RatiosOf(const std::vector<std::string>& texts) {
+  constexpr double kMost = 1e6;
+  std::vector<double> ratios;
+  for (const std::string& text : texts) {
+    const std::optional<double> ratio = ParseNumber(text);
+    if (!ratio || !(*ratio >= 1.0 && *ratio <= kMost)) {
+      throw ClientError(ExitCode::kUsage,
+                        "--targets: '" + text + "' is no ratio of costs from 1 to 1e6; example: --targets 1.01,1.1,2");
+    }
+    ratios.push_back(*ratio);
+  }
+  return ratios;
+}
 
 std::string RenderTable(const TableOptions& options, ResultSource* source) {
   const TableStyle style{options.time_unit, LayoutOf(options.output), options.columns};
@@ -51,6 +68,11 @@ std::string RenderTable(const TableOptions& options, ResultSource* source) {
   if (options.statistics) {
     const auto table = ReadStatisticsTable(*source, options.selection, ChargeMs(options.charge_s));
     return RenderStatisticsTable(table, options.format, style);
+  }
+  if (!options.targets.empty()) {
+    const SolvedExperiment solves = ReadSelectedSolves(*source, options.selection);
+    return RenderTargetTable(ComputeTargets(solves, options.selection.rule, RatiosOf(options.targets)), options.format,
+                             style);
   }
   if (options.profile) {
     return RenderProfiles(ReadStatisticsTable(*source, options.selection), options.format, style);
@@ -115,6 +137,14 @@ void AddTableCommand(const app::Command& program, Invocation* invocation) {
           .Excludes(paper)
           .Excludes(interpolation)
           .Excludes(holding);
+  command
+      .AddList("--targets", options->targets,
+               "Print how many runs reach a cost of at most these multiples of the best known cost, and the expected "
+               "effort, e.g. 1.01,1.1,2")
+      .Excludes(paper)
+      .Excludes(interpolation)
+      .Excludes(holding)
+      .Excludes(statistics);
   command
       .AddFlag("--profile", options->profile,
                "Print performance profiles as steps, for plots with --format csv or json")

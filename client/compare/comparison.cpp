@@ -53,10 +53,11 @@ std::vector<ProblemPair> PairsOf(const SolveCell& a, const SolveCell& b, CellCom
 // take seconds. BCa alone computes the statistic once for each problem left out.
 statistics::BootstrapOptions BootstrapOf(std::size_t problems, const ComparisonOptions& options) {
   constexpr double kMaxDraws = 2e7;
-  constexpr int kMost = 10'000, kFewest = 1'000;
+  constexpr int kMost = 10'000;
+  const int fewest = std::min(1'000 * options.family, kMost);  // the tails of higher levels need more
   constexpr std::size_t kMaxCorrected = 5'000;
   const double affordable = kMaxDraws / static_cast<double>(std::max<std::size_t>(problems, 1));
-  return {.resamples = static_cast<int>(std::clamp<double>(affordable, kFewest, kMost)),
+  return {.resamples = static_cast<int>(std::clamp<double>(affordable, fewest, kMost)),
           .level = options.level(),
           .seed = options.seed,
           .kind = problems > kMaxCorrected ? statistics::BootstrapKind::kPercentile : statistics::BootstrapKind::kBca};

@@ -96,8 +96,8 @@ struct ComparisonOptions {
   std::uint64_t seed = 1;  ///< seed of the bootstrap
   int family = 1;          ///< number of comparisons that are shown together, >= 1
 
-  /// Confidence level of one interval. All intervals of one kind in the family contain their values with probability
-  /// 0.95 or more (Bonferroni).
+  /// Confidence level of one interval. Nominally, all intervals of one kind in the family contain their values with
+  /// probability 0.95 (Bonferroni).
   double level() const { return 1.0 - kSignificance / family; }
 };
 

@@ -152,7 +152,7 @@ std::string RuleText(const Comparison& comparison) {
   const std::size_t family = comparison.cells.size();
   const std::string intervals = family == 1 ? "Intervals are of 95 %"
                                             : "Each kind of interval contains all " + std::to_string(family) +
-                                                  " values with 95 % probability (Bonferroni)";
+                                                  " values with a nominal probability of 95 % (Bonferroni)";
   return intervals + "; p is adjusted by Holm over the " + std::to_string(family) +
          " comparisons shown, each test for itself. Rule: success decides where its adjusted p is below 0.05; else "
          "work and cost on what both solved, each where its interval lies beyond 1" +

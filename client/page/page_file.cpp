@@ -136,7 +136,7 @@ int GeometryBlock::Add(const TriangleMesh& mesh) {
 
 namespace {
 
-// `scripts`: further sources of scripts.
+// The content security policy. `scripts`: sources of scripts besides those inside the page.
 std::string Policy(const std::string& scripts) {
   return "default-src 'none'; script-src 'unsafe-inline'" + scripts +
          "; style-src 'unsafe-inline'; img-src data: blob:; worker-src blob:; "

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "app/data_folder.h"
 #include "app/folder_cache.h"
@@ -103,18 +104,28 @@ std::shared_ptr<const Dataset> FindEmbedded(const std::string& hash) {
   return nullptr;
 }
 
+// Folders of datasets in the data folder; traps lie in the folder of another dataset.
+std::vector<fs::path> FoldersInDataFolder() {
+  constexpr int kDeepest = 2;
+  std::vector<fs::path> folders;
+  std::error_code error;
+  fs::recursive_directory_iterator entry(app::DataFolder(), fs::directory_options::skip_permission_denied, error);
+  for (; !error && entry != fs::end(entry); entry.increment(error)) {
+    if (entry.depth() >= kDeepest) entry.disable_recursion_pending();
+    if (entry->path().filename() == "dataset.yaml") folders.push_back(entry->path().parent_path());
+  }
+  return folders;
+}
+
 // Content hashes of all datasets in the data folder, also of those that no experiment uses by default. Hashing them
 // takes a second, once in a process.
 const std::map<std::string, fs::path>& DatasetsOfDataFolder() {
   static const std::map<std::string, fs::path> datasets = [] {
     std::map<std::string, fs::path> found;
-    std::error_code ignored;
-    for (const auto& entry : fs::recursive_directory_iterator(app::DataFolder(), ignored)) {
-      if (entry.path().filename() != "dataset.yaml") continue;
-      const fs::path folder = entry.path().parent_path();
+    for (const fs::path& folder : FoldersInDataFolder()) {
       try {
         found.emplace(HashOfDataset(folder, GuardedReader()), folder);
-      } catch (const InputError&) {  // of a user's data folder; not the one that is searched
+      } catch (const std::exception&) {  // a damaged one in a user's data folder is not the one that is searched
       }
     }
     return found;
@@ -192,7 +203,7 @@ std::shared_ptr<const Dataset> FindResultDataset(ResultSource& source, const std
   if (cached && StatesItsName(*cached)) return cached;
   if (auto stored = FindStored(source, hash)) return stored;
   if (auto submitted = FindSubmitted(hash)) return submitted;
-  return cached ? cached : FindInDataFolder(hash);
+  return cached;
 }
 
 }  // namespace legopt::client

@@ -17,7 +17,9 @@ namespace legopt::client {
 namespace {
 
 using testing::AllOf;
+using testing::AnyOf;
 using testing::HasSubstr;
+using testing::Not;
 
 Archive Sample() {
   Archive archive;
@@ -139,6 +141,24 @@ TEST(ArchiveFile, ContradictionsAreNamed) {
   EXPECT_THAT(FaultWith([](Archive* a) { a->methods[0].options = "{\"solver\":\"best\"}"; }),
               HasSubstr("hash: is not that of the options"));
   EXPECT_THAT(FaultWith([](Archive* a) { a->methods[0].options = "[]"; }), HasSubstr("is not that of the options"));
+  const auto with_options = [](const std::string& options) {
+    return FaultWith([&](Archive* a) {
+      a->methods[0].options = options;
+      a->methods[0].hash = Blake2bHex(options);
+    });
+  };
+  EXPECT_EQ(with_options("{\"multi_starts\":10,\"sample_size\":80}"), "no error");
+  EXPECT_THAT(with_options("{\"multi_starts\":9}"), HasSubstr("has a wrong value of 'multi_starts'"));
+  EXPECT_THAT(with_options("{\"sample_size\":100}"), HasSubstr("has a wrong value of 'sample_size'"));
+  EXPECT_THAT(with_options("{\"incremental\":\"yes\"}"), HasSubstr("has a wrong value of 'incremental'"));
+  EXPECT_THAT(with_options("{\"options\":3}"), HasSubstr("has a wrong value of 'options'"));
+  EXPECT_THAT(with_options("{\"options\":{\"rescues\":\"abc\"}}"), HasSubstr("has a wrong value of 'rescues'"));
+  EXPECT_THAT(with_options("{\"options\":{\"collision\":\"air\"}}"), HasSubstr("has a wrong value of 'collision'"));
+  EXPECT_THAT(FaultWith([](Archive* a) { a->builds[0].id = std::string(65, 'a'); }), HasSubstr("at most 64 bytes"));
+  EXPECT_THAT(FaultWith([](Archive* a) { a->builds[0].id = std::string(1, '\0'); }), HasSubstr("has a NUL character"));
+  EXPECT_THAT(FaultWith([](Archive* a) { a->tasks.push_back({Task::kMotion, {}}); }), HasSubstr("problems: is empty"));
+  EXPECT_THAT(FaultWith([](Archive* a) { a->results[0].cpu_us = 0; }),
+              HasSubstr("cpu_us: must be a whole number from 1"));
   EXPECT_THAT(FaultWith([](Archive* a) { a->methods[0].name = "SQP "; }), HasSubstr("methods.name: "));
   EXPECT_THAT(FaultWith([](Archive* a) { a->results[0].margin_relaxed = 2.0; }),
               HasSubstr("margin_relaxed: must be a number from 0 to 1"));
@@ -232,7 +252,7 @@ TEST_F(ArchiveCommand, AnUnpackedArchiveHasTheTableOfItsExperiment) {
   EXPECT_EQ(Run({"service", "doctor", "--db", unpacked}).exit_code, 0);
   ExpectError(Run({"archive", "unpack", file, "--out", unpacked}), 2, "exists; name a new file");
 
-  // Packed again, nothing but the hash of the description differs: the results are the same.
+  // Packed again, it is the same archive.
   const std::string again = (folder_.path() / "again.legopt-archive").string();
   EXPECT_EQ(Run({"archive", "pack", "2", "--db", unpacked, "--out", again}).exit_code, 0);
   EXPECT_EQ(ReadArchive(again).hash, ReadArchive(file).hash);
@@ -271,7 +291,7 @@ TEST_F(ArchiveCommand, ASiteHasTheJudgedFiguresOfSoundArchives) {
   const auto site =
       Run({"archive", "site", file.string(), changed, Written(archive), "--benchmark", benchmark, "--out", out});
   EXPECT_EQ(site.exit_code, 4);
-  EXPECT_THAT(site.err, HasSubstr("changed.legopt-archive: archive: result of posture 0: verdict 'window_unsolved'"));
+  EXPECT_THAT(site.err, HasSubstr("changed.legopt-archive: result of posture 0: verdict 'window_unsolved'"));
   EXPECT_THAT(site.err, HasSubstr("has the content of another archive of this site"));
   for (const char* made : {"index.html", "viewer.html", "leaderboard.csv", "archives/r.html", "archives/r.judged.json",
                            "archives/r.legopt-archive"}) {
@@ -285,8 +305,25 @@ TEST_F(ArchiveCommand, ASiteHasTheJudgedFiguresOfSoundArchives) {
   const std::string other = (folder_.path() / "other").string();
   std::filesystem::create_directory(other);
   std::ofstream(other + "/thesis.txt") << "precious";
-  ExpectError(Run({"archive", "site", file.string(), "--out", other}), 2, "exists and is no site");
+  ExpectError(Run({"archive", "site", file.string(), "--out", other}), 2, "has 'thesis.txt', which no site wrote");
+  std::ofstream(out + "/CNAME") << "example.org";
+  ExpectError(Run({"archive", "site", file.string(), "--out", out}), 2, "has 'CNAME', which no site wrote");
+  std::filesystem::remove(out + "/CNAME");
   EXPECT_TRUE(std::filesystem::exists(other + "/thesis.txt"));
+
+  // A run without any sound archive keeps the former site; the separator at the end of a folder does not matter.
+  const std::string before = ReadText(out + "/index.html");
+  archive.results.clear();
+  archive.dataset_hash = std::string(64, '0');
+  const auto none = Run({"archive", "site", Written(archive), "--out", out + "/"});
+  EXPECT_EQ(none.exit_code, 4);
+  EXPECT_THAT(none.err, HasSubstr("is not on this machine"));
+  EXPECT_EQ(ReadText(out + "/index.html"), before);
+  EXPECT_EQ(Run({"archive", "site", file.string(), "--benchmark", benchmark, "--out", out + "/"}).exit_code, 0);
+  EXPECT_FALSE(std::filesystem::exists(out + "/archives/r-2.html"));
+  for (const auto& entry : std::filesystem::directory_iterator(folder_.path())) {
+    EXPECT_THAT(entry.path().filename().string(), Not(AnyOf(HasSubstr(".partial"), HasSubstr(".former"))));
+  }
   std::filesystem::create_directory(folder_.path() / "empty");
   ExpectError(Run({"archive", "site", "empty", "--out", "s"}), 2, "has no file *.legopt-archive");
 }

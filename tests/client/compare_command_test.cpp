@@ -284,7 +284,7 @@ TEST_F(CompareCommand, FamilyIsWhatIsShown) {
   EXPECT_LT(wide.at(0).get<double>(), narrow.at(0).get<double>());
   EXPECT_GT(wide.at(1).get<double>(), narrow.at(1).get<double>());
   EXPECT_THAT(Run({"compare", "A", "B", "--db", file}).out,
-              HasSubstr("Each kind of interval contains all 2 values with 95 % probability (Bonferroni)"));
+              HasSubstr("Each kind of interval contains all 2 values with a nominal probability of 95 % (Bonferroni)"));
 }
 
 TEST_F(CompareCommand, TextSaysVerdictAndRule) {

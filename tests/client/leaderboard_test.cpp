@@ -6,12 +6,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <map>
 
 #include "app/data_folder.h"
 #include "client/archive/archive_database.h"
+#include "client/page/page_experiment.h"
+#include "client/report/result_source.h"
+#include "legopt/math/blake2b.h"
 #include "legopt/types/input_error.h"
 #include "tests/temporary_folder.h"
 
@@ -133,6 +137,60 @@ TEST(Leaderboard, BestRowsComeFirstAndJobsAreThoseOfTheArchivesPage) {
   EXPECT_EQ(BoardsTable(OneTier(Rule::kSolid), entries, std::vector<Board>{board}).rows.size(), 4U);
 }
 
+// An archive that has one initialization does not lose by that; claims do not change the order.
+TEST(Leaderboard, TheOrderIsThatOfJudgedShares) {
+  std::vector<Entry> entries = {EntryOf({{.problem = 0, .work_ns = 1}}),
+                                EntryOf({{.problem = 0}, {.problem = 1, .cost = 9.0}})};
+  entries[0].archive.initializations.push_back(Initialization::kGood);
+  ArchivedResult good = entries[0].archive.results[0];
+  good.initialization = Initialization::kGood;
+  entries[0].archive.results.push_back(good);
+  entries[0].judged.results.push_back(entries[0].judged.results[0]);
+  const Board board = MakeBoards(OneTier(Rule::kSolid), entries).at(0);
+  EXPECT_EQ(board.rows[0].entry, 1U) << "two of forty from one guess, not one and one of two guesses";
+  Benchmark traps = OneTier(Rule::kSolid);
+  traps.tiers[0].infeasible = true;
+  EXPECT_EQ(MakeBoards(traps, entries).at(0).rows.back().entry, 1U) << "most successes are the worst";
+}
+
+// Links to the page of an archive use its indices of methods and columns, whatever the order in the archive.
+TEST(Leaderboard, LinksHaveTheIndicesOfTheArchivesPage) {
+  Entry entry = EntryOf({{.problem = 1}});
+  Archive& archive = entry.archive;
+  archive.experiment = "mixed";
+  archive.methods = {{"B", Blake2bHex("{}"), "{}", 0, 100}, {"A", Blake2bHex("{}"), "{}", 0, 100}};
+  archive.builds = {{"0123456789ab", "legopt", "processor"}};
+  archive.initializations = {Initialization::kInCollision, Initialization::kGood};
+  archive.tasks = {{Task::kMotion, {0}}, {Task::kPosture, {0, 1}}};
+  entry.judged.results[0].cost = 1.0;
+  ArchiveDatabase writer;
+  writer.Add(archive, entry.judged, *entry.dataset);
+  const TemporaryFolder folder;
+  writer.Finish(folder.path() / "r.sqlite");
+  const SourceOptions options{(folder.path() / "r.sqlite").string(), {}, {}};
+  const auto source = OpenResults(options);
+  const nlohmann::ordered_json page =
+      DescribeExperiment(*source, options, "", std::nullopt, {.rule = Rule::kSolid, .filter = {}}).json;
+  const std::vector<Entry> entries = {entry};
+  const std::vector<Board> boards = MakeBoards(OneTier(Rule::kSolid), entries);
+  const nlohmann::ordered_json json = BoardsJson(OneTier(Rule::kSolid), entries, boards);
+  for (const auto& row : json[0]["rows"]) {
+    EXPECT_EQ(page["methods"][row["method"].get<std::size_t>()]["name"], row["name"]);
+    for (const auto& [initialization, cell] : row["cells"].items()) {
+      const auto& column = page["columns"][cell["column"].get<std::size_t>()];
+      EXPECT_EQ(column["initialization"], initialization);
+      EXPECT_EQ(column["task"], "posture");
+      const auto job = cell["problems"]["job"][1];
+      const auto& jobs = page["jobs"];
+      const auto at = std::find(jobs["job"].begin(), jobs["job"].end(), job) - jobs["job"].begin();
+      const auto index = static_cast<std::size_t>(at);
+      EXPECT_EQ(jobs["problem"][index], 1);
+      EXPECT_EQ(jobs["method"][index], row["method"]);
+      EXPECT_EQ(jobs["column"][index], cell["column"]);
+    }
+  }
+}
+
 TEST(BenchmarkFile, TheEmbeddedTiersAreThoseOfTheEmbeddedDatasets) {
   const Benchmark benchmark = ReadBenchmark(EmbeddedBenchmark());
   EXPECT_EQ(benchmark.name, "RubbleBench");
@@ -178,6 +236,8 @@ TEST(BenchmarkFile, FaultsAreNamed) {
   EXPECT_THAT(FaultOf(tier("a", "solid", hash, "jump")), HasSubstr("'jump' is unknown"));
   EXPECT_THAT(FaultOf(tier("a", "solid", hash, "posture") + tier("a", "solid", hash, "motion")),
               HasSubstr("'a' is the id of two tiers"));
+  EXPECT_THAT(FaultOf(tier("a", "solid", hash, "posture") + tier("b", "strict", hash, "motion")),
+              HasSubstr("another tier judges d by another rule"));
   EXPECT_THAT(FaultOf(tier("a", "solid", hash, "posture") + tier("b", "solid", hash, "posture")),
               HasSubstr("the posture problems of d are listed twice"));
 }

@@ -128,7 +128,8 @@ export interface Playback {
   forces: number[][][];  // per force: index of its point, then x, y, z in N
 }
 export interface Page {
-  format: number; kind: 'report' | 'view' | 'site' | 'viewer'; title: string; home?: string;  // home: address of the site of a page written_utc?: string;
+  format: number; kind: 'report' | 'view' | 'site' | 'viewer'; title: string; written_utc?: string;
+  home?: string;  // address of the site that the page belongs to
   legopt: { version: string; build_id: string }; rule: string; notes: string[];
   version: number;  // number of this page in the background
   experiments?: Experiment[]; across?: Pair[]; datasets: Dataset[]; chunks: [number, number][][];

@@ -7,7 +7,7 @@ import type { OpenedExperiment, OpenedFile, Opener } from './opened';
 import { go, href, useAddress, type State } from './state';
 import { FORMAT, type WholeExperiment, type WholePage } from './store';
 import { subjectOf } from './subject';
-import { words } from './text';
+import { MISSING, words } from './text';
 import { Viewer } from './viewer';
 
 const opener = () => (window as unknown as { legoptOpener: Opener }).legoptOpener;
@@ -53,15 +53,17 @@ async function read(page: Page, name: string, bytes: Uint8Array): Promise<{ page
   return { file, page: await openPage(whole, (e, job) => solutionOf(file, page.datasets, e, job)) };
 }
 
-/** Counts of stored verdicts: solved of all jobs in the file, by method and column. */
+/** Counts of stored verdicts: solved of all jobs, by method and column. */
 function Claims({ experiment, e }: { experiment: Experiment; e: number }) {
   const { jobs, rule, methods, columns } = experiment;
   const counts = useMemo(() => {
-    const cells = methods.map(() => columns.map(() => ({ n: 0, solved: 0 })));
+    const cells = methods.map(() => columns.map(() => ({ n: 0, solved: 0, missing: 0 })));
     for (let i = 0; i < jobs.length; ++i) {
       const cell = cells[jobs.number('method', i)!][jobs.number('column', i)!];
       ++cell.n;
-      if (jobs.verdict(rule, i) === 'success') ++cell.solved;
+      const verdict = jobs.verdict(rule, i);
+      if (verdict === 'success') ++cell.solved;
+      if (MISSING.includes(verdict)) ++cell.missing;
     }
     return cells;
   }, [experiment]);
@@ -69,8 +71,8 @@ function Claims({ experiment, e }: { experiment: Experiment; e: number }) {
   return (
     <div class="scroll"><table class="lines"><thead><tr><th scope="col">Method</th>{columns.map((column, c) => <th scope="col" key={c}>{column.title}</th>)}</tr></thead>
       <tbody>{methods.map((method, m) => <tr key={m}><th scope="row">{method.choice}</th>{columns.map((_, c) => {
-        const { n, solved } = counts[m][c];
-        return <td key={c}>{n > 0 && <><a href={jobsOf(m, c, 'all')}>{solved}/{n}</a>{solved < n && <> <a class="failed" href={jobsOf(m, c, 'unsolved')}>{n - solved} failed</a></>}</>}</td>;
+        const { n, solved, missing } = counts[m][c], failed = n - solved - missing;
+        return <td key={c}>{n > 0 && <><a href={jobsOf(m, c, 'all')}>{solved}/{n}</a>{failed > 0 && <> <a class="failed" href={jobsOf(m, c, 'unsolved')}>{failed} failed</a></>}{missing > 0 && ` ${missing} not finished`}</>}</td>;
       })}</tr>)}</tbody></table></div>
   );
 }

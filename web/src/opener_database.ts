@@ -3,6 +3,8 @@ import initSqlJs, { type Database } from 'sql.js/dist/sql-wasm-inline.js';
 import pageJobs from '../../db/queries/page_jobs.sql';
 import type { OpenedExperiment, OpenedFile } from './opened';
 
+let open: Database | null = null;  // the last one, whose solutions are read when they are shown
+
 const SCHEMA = 17, MOST_BYTES = 1_000_000_000;
 
 type Value = number | string | Uint8Array | null;
@@ -47,7 +49,9 @@ function experimentOf(db: Database, row: RowOf): OpenedExperiment {
 export async function readDatabase(bytes: Uint8Array): Promise<OpenedFile> {
   if (bytes.length > MOST_BYTES) throw new Error(`it has ${(bytes.length / 1e9).toFixed(1)} GB; a browser reads 1 GB. 'legopt serve --db FILE' shows it`);
   const { Database } = await initSqlJs();
-  const db = new Database(bytes), [{ user_version: schema }] = query(db, 'PRAGMA user_version');
+  open?.close();
+  open = new Database(bytes);
+  const db = open, [{ user_version: schema }] = query(db, 'PRAGMA user_version');
   if (schema !== SCHEMA) throw new Error(`it is no results database of schema ${SCHEMA} (it has ${schema}). 'legopt report --db FILE' reads other schemas`);
   const rows = query(db, 'SELECT experiment_id, e.name, d.name AS dataset, d.hash, rule, seed, repetitions FROM experiments AS e JOIN datasets AS d USING (dataset_id) ORDER BY experiment_id DESC');
   if (rows.length === 0) throw new Error('it has no experiment');

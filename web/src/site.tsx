@@ -22,7 +22,7 @@ interface Entry {
 }
 export interface Site { edition: string; about: string; tiers: Tier[]; entries: Entry[]; boards: Board[] }
 
-const STARTS: [string, string][] = [['good', 'good initial guesses'], ['in_collision', 'initial guesses in collision']];
+const INITIALIZATIONS: [string, string][] = [['good', 'good initial guesses'], ['in_collision', 'initial guesses in collision']];
 const ROW_PX = 24;
 
 const entryPage = (entry: Entry) => `archives/${encodeURIComponent(entry.name)}.html`;
@@ -58,17 +58,17 @@ function claimed(value: number | null, { problems: { share } }: Cell): string {
 
 function BoardTable({ site, b }: { site: Site; b: number }) {
   const board = site.boards[b], tier = site.tiers[board.tier], n = board.problems.length;
-  const starts = STARTS.filter(([key]) => board.rows.some((row) => row.cells[key]));
+  const initializations = INITIALIZATIONS.filter(([key]) => board.rows.some((row) => row.cells[key]));
   return (
     <section data-board={b}>
       <h3>{boardTitle(board)} <span class="setting">{n} problems, <a href={href({ v: 'problems', b, p: undefined }, {})}>each problem</a></span></h3>
       <div class="scroll"><table class="scores board">
         <thead>
-          <tr><th colSpan={3} />{starts.map(([key, label]) => <th scope="colgroup" key={key} colSpan={4}>{label}, judged here</th>)}<th scope="colgroup" colSpan={2 * starts.length}>claimed by the archive</th></tr>
+          <tr><th colSpan={3} />{initializations.map(([key, label]) => <th scope="colgroup" key={key} colSpan={4}>{label}, judged here</th>)}<th scope="colgroup" colSpan={2 * initializations.length}>claimed by the archive</th></tr>
           <tr><th scope="col">#</th><th scope="col">Method</th><th scope="col">Archive</th>
-            {starts.map(([key]) => [<th scope="col" key={`${key}s`}>Solved {'\u2191'}</th>, <th scope="col" key={`${key}i`}>95 % interval</th>, <th scope="col" key={`${key}f`} />,
+            {initializations.map(([key]) => [<th scope="col" key={`${key}s`}>Solved {'\u2191'}</th>, <th scope="col" key={`${key}i`}>95 % interval</th>, <th scope="col" key={`${key}f`} />,
               <th scope="col" key={`${key}c`} class="figure-cell" title="median over all problems, unsolved ones infinite">Cost {'\u2193'}</th>])}
-            {starts.map(([key, label]) => [<th scope="col" key={`${key}w`} class="figure-cell" title={`median of weighted term evaluations over all problems, ${label}`}>Work {'\u2193'}</th>,
+            {initializations.map(([key, label]) => [<th scope="col" key={`${key}w`} class="figure-cell" title={`median of weighted term evaluations over all problems, ${label}`}>Work {'\u2193'}</th>,
               <th scope="col" key={`${key}t`} class="figure-cell" title={`median CPU time on the archive's own machine, ${label}`}>CPU time</th>])}</tr>
         </thead>
         <tbody>{board.rows.map((row, r) => {
@@ -76,8 +76,8 @@ function BoardTable({ site, b }: { site: Site; b: number }) {
           return (
             <tr key={r}><td>{r + 1}</td><th scope="row">{rowTitle(row)}</th>
               <td><a href={entryPage(entry)}>{entry.name}</a>{entry.differing > 0 && <span class="flag" title="results whose verdict or cost is another one than the archive states">{entry.differing} claims differ</span>}</td>
-              {starts.map(([key]) => { const cell = row.cells[key]; return cell ? <Solved key={key} {...{ cell, board, entry, tier, row }} /> : <td key={key} colSpan={4}>{DASH}</td>; })}
-              {starts.map(([key]) => { const cell = row.cells[key]; return [<td key={`${key}w`} class="figure-cell">{cell ? claimed(cell.work_median_ms, cell) : DASH}</td>, <td key={`${key}t`} class="figure-cell">{cell ? claimed(cell.cpu_median_ms, cell) : DASH}</td>]; })}
+              {initializations.map(([key]) => { const cell = row.cells[key]; return cell ? <Solved key={key} {...{ cell, board, entry, tier, row }} /> : <td key={key} colSpan={4}>{DASH}</td>; })}
+              {initializations.map(([key]) => { const cell = row.cells[key]; return [<td key={`${key}w`} class="figure-cell">{cell ? claimed(cell.work_median_ms, cell) : DASH}</td>, <td key={`${key}t`} class="figure-cell">{cell ? claimed(cell.cpu_median_ms, cell) : DASH}</td>]; })}
             </tr>);
         })}</tbody>
       </table></div>
@@ -101,13 +101,13 @@ function Tiers({ site }: { site: Site }) {
           </section>
         );
       })}
-      <p class="caption">Solved: by the tier's rule, of all problems of the dataset; repetitions of one problem are averaged. Rows are ordered by solved problems from all initial guesses, then by work. Medians are over all problems, unsolved ones at infinity. Verdicts and costs were computed here; work and CPU time were not measured here, and CPU times of different machines cannot be compared.</p>
+      <p class="caption">Solved: by the tier's rule, of all problems of the dataset; repetitions of one problem are averaged. Rows are ordered by the share of solved problems, averaged over the initial guesses, then by cost. Medians are over all problems, unsolved ones at infinity. Verdicts and costs were computed here; work and CPU time were not measured here, and CPU times of different machines cannot be compared.</p>
     </>
   );
 }
 
-/** The rows of a board from all starts, as columns of a table of problems. */
-const columnsOf = (board: Board) => STARTS.flatMap(([key, label]) => board.rows.filter((row) => row.cells[key]).map((row) => ({ row, cell: row.cells[key]!, label })));
+/** Columns of a table of problems: the rows of a board from each initial guess. */
+const columnsOf = (board: Board) => INITIALIZATIONS.flatMap(([key, label]) => board.rows.filter((row) => row.cells[key]).map((row) => ({ row, cell: row.cells[key]!, label })));
 
 function ProblemsView({ site, b }: { site: Site; b: number }) {
   const board = site.boards[b], columns = columnsOf(board);
