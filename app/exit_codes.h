@@ -15,8 +15,7 @@ enum class ExitCode : int {
                ///< output or a file), or a worker with another protocol version
   kUnreachable = 3,      ///< no server answered in time, or waiting timed out
   kJobsFailed = 4,       ///< the experiment ended, but jobs crashed, died or could not run; `evaluate` could not read
-                         ///< solutions of the file; `export` could not sample a motion; `archive site` left archives out; or
-                         ///< `check-solver` found a fault
+                         ///< solutions of the file; `export` could not sample a motion; or `check-solver` found a fault
   kDatasetMismatch = 5,  ///< the dataset's content differs from that of the experiment
   kDatabaseUnusable = 6,  ///< missing, unwritable, damaged, or in use by another server
   kNetworkUnusable = 7,   ///< no multicast route, or the port belongs to another deployment
