@@ -143,8 +143,8 @@ ExitCode UnpackArchives(const ArchiveUnpackOptions& options) {
 
 }  // namespace
 
-void AddArchiveDatasetOption(const app::Command& command, std::vector<std::string>* datasets) {
-  command.AddList("--dataset", *datasets,
+void AddArchiveDatasetOption(const app::Command& command, std::vector<std::string>* folders) {
+  command.AddList("--dataset", *folders,
                   "Dataset folder (default: the one with the archive's hash in the data folder, submitted or fetched); "
                   "several: repeat it, or use commas",
                   app::IsExistingPath);

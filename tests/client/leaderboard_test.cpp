@@ -165,7 +165,7 @@ TEST(Leaderboard, LinksHaveTheIndicesOfTheArchivesPage) {
   entry.judged.results[0].cost = 1.0;
   ArchiveDatabase writer;
   writer.Add(archive, entry.judged, *entry.dataset);
-  const TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   writer.Finish(folder.path() / "r.sqlite");
   const SourceOptions options{(folder.path() / "r.sqlite").string(), {}, {}};
   const auto source = OpenResults(options);
@@ -211,7 +211,7 @@ TEST(BenchmarkFile, TheEmbeddedTiersAreThoseOfTheEmbeddedDatasets) {
 }
 
 std::string FaultOf(const std::string& tiers) {
-  const TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const auto file = folder.path() / "b.yaml";
   std::ofstream(file) << "name: B\nedition: \"1\"\nabout: text\ntiers:\n" << tiers;
   try {

@@ -66,7 +66,7 @@ test('a problem lists all rows with their solutions', async () => {
   const page = await open('index.html');
   await page.locator('[data-tier=hands]').getByRole('link', { name: 'each problem' }).click();
   await page.getByRole('link', { name: '28', exact: true }).click();
-  assert.match(await page.locator('h2').textContent(), /Problem 28/);
+  await page.locator('h2', { hasText: 'Problem 28' }).waitFor();
   const rows = page.locator('table.lines tbody tr');
   assert.equal(await rows.count(), 1);
   await rows.getByRole('link', { name: '3D' }).click();
