@@ -96,6 +96,7 @@ test('the viewer opens an archive and a database without a server', async () => 
 
 test('a file can be dropped; a damaged or foreign one is named', async () => {
   const page = await open('viewer.html');
+  await page.locator('input[type=file]').waitFor();
   const drop = (name, bytes) => page.evaluate(([title, list]) => {
     const data = new DataTransfer();
     data.items.add(new File([new Uint8Array(list)], title));

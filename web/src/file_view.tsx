@@ -1,5 +1,5 @@
 // A file that the user opens: an archive, or a results database. Nothing is judged here, so its verdicts are claims.
-import { useEffect, useMemo, useState } from 'preact/hooks';
+import { useLayoutEffect, useMemo, useState } from 'preact/hooks';
 import { ErrorNote } from './background';
 import { openPage, reasonOf, type Dataset, type Experiment, type Page, type Solution } from './data';
 import { JobsView } from './jobs';
@@ -110,7 +110,7 @@ export function FileView({ page: empty }: { page: Page }) {
       setSays('');
     } catch (error) { setSays(`${file.name} cannot be read: ${reasonOf(error)}`); }
   };
-  useEffect(() => {
+  useLayoutEffect(() => {
     const over = (event: DragEvent) => event.preventDefault(), drop = (event: DragEvent) => { event.preventDefault(); void take(event.dataTransfer?.files[0]); };
     addEventListener('dragover', over);
     addEventListener('drop', drop);
