@@ -101,11 +101,10 @@ TargetCell CellOf(const SolveCell& cell, const std::map<int, double>& best, cons
 std::string RatioText(double ratio) { return FormatGeneral(ratio, 4); }
 
 std::vector<TableColumn> Columns(const TargetTable& table, bool exact) {
-  std::vector<TableColumn> columns = {{"method", "Method", "", Alignment::kLeft}};
+  std::vector<TableColumn> columns = {
+      {"method", "Method", "", Alignment::kLeft}, {"multi_starts", "Multi-starts"}, {"sample_size", "Sample size"}};
   if (exact) {
-    columns.insert(columns.end(), {{"multi_starts", "Multi-starts"},
-                                   {"sample_size", "Sample size"},
-                                   {"task", "Task", "", Alignment::kLeft},
+    columns.insert(columns.end(), {{"task", "Task", "", Alignment::kLeft},
                                    {"initialization", "Initial guess", "", Alignment::kLeft},
                                    {"measure", "Measure", "", Alignment::kLeft}});
   }
@@ -124,23 +123,27 @@ TableCell PercentOf(double gap) {
   return FigureCell(gap, FormatGeneral(kPerUnit * gap, 3));
 }
 
+std::string EffortText(double effort_ms) {
+  constexpr double kWhole = 100.0;
+  constexpr int kDigits = 3;
+  return effort_ms >= kWhole ? FormatFixed(effort_ms, 0) : FormatGeneral(effort_ms, kDigits);
+}
+
 TableRow RowOf(const TargetTable& table, std::size_t index, const BenchmarkColumn& column, const TargetCell& cell,
                bool exact) {
-  constexpr int kDigits = 3;
   const StatisticsRow& row = table.statistics.rows[index];
   TableRow line;
-  line.cells = {TextCell(exact ? row.method.name : row.title)};
+  line.cells = {TextCell(exact ? row.method.name : row.title), CountCell(row.method.multi_starts),
+                CountCell(row.method.sample_size)};
   if (exact) {
-    line.cells.insert(line.cells.end(), {CountCell(row.method.multi_starts), CountCell(row.method.sample_size),
-                                         TextCell(std::string(ToString(column.task))),
+    line.cells.insert(line.cells.end(), {TextCell(std::string(ToString(column.task))),
                                          TextCell(std::string(ToString(column.initialization))),
                                          TextCell(table.by_work.at(column) ? "work" : "time")});
   }
   line.cells.insert(line.cells.end(), {CountCell(cell.n), PercentOf(cell.gap_median), PercentOf(cell.gap_q95)});
   for (const TargetFigures& target : cell.targets) {
     line.cells.push_back(FigureCell(target.reached, FormatGeneral(target.reached, 4)));
-    line.cells.push_back(target.ert_ms ? FigureCell(*target.ert_ms, FormatGeneral(*target.ert_ms, kDigits))
-                                       : MissingCell());
+    line.cells.push_back(target.ert_ms ? FigureCell(*target.ert_ms, EffortText(*target.ert_ms)) : MissingCell());
   }
   if (!exact) {
     line.group = ColumnTitle(column) + (table.by_work.at(column) ? ", effort: work" : ", effort: CPU time");
