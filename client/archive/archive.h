@@ -60,9 +60,9 @@ struct ArchivedResult {
   std::int64_t starts = 0;  ///< initial guesses that were optimized; 0: not counted
   std::int64_t collision_queries = 0;
   std::int64_t iterations = 0, restarts = 0;
-  std::int64_t windows = 0, windows_solved = 0;         ///< of a motion; 0: not solved by windows
-  std::optional<Verdict> window_verdict;                ///< of the best point of an unsolved window; nullopt: none
-  std::optional<double> solver_cost, solver_violation;  ///< as the solver reported them; nullopt: not finite
+  std::int64_t windows = 0, windows_solved = 0;  ///< windows of a motion; 0: not solved by windows
+  std::optional<Verdict> window_verdict;         ///< verdict on the best point of an unsolved window; nullopt: none
+  std::optional<double> solver_cost, solver_violation;  ///< figures reported by the solver; nullopt: not finite
   double margin_relaxed = 0.0;  ///< largest share of the terms' margins that was relaxed for the solution, 0 .. 1
   EnumArray<Rule, std::optional<Verdict>> verdicts;  ///< stored verdicts; nullopt: not judged by that rule
   std::optional<double> cost;                        ///< stored cost per waypoint; nullopt: none

@@ -203,8 +203,8 @@ db::ResultRecord RecordOf(const ArchivedResult& result, const JudgedResult& judg
   constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   record.solver_cost = result.solver_cost.value_or(kUnknown);
   record.solver_violation = result.solver_violation.value_or(kUnknown);
-  // A failure by one rule is a failure by all stricter ones, so the verdict of the most lenient rule that judged stands
-  // for those that did not.
+  // A failure by one rule is a failure by all stricter rules. So a missing verdict is replaced by that of the most
+  // lenient rule with a verdict.
   std::optional<Verdict> known;
   for (const auto& [rule, word] : kEnumNames<Rule>) {
     if (!known) known = judged.verdicts[rule];
@@ -267,7 +267,7 @@ void AddWorkers(const Archive& archive, std::int64_t first_worker, Batches* batc
 void AddResults(const Archive& archive, const JudgedArchive& judged, const db::NewExperiment& rows,
                 const Numbering& first, Batches* batches) {
   const std::map<JobKey, std::int64_t> ids = JobIds(archive);
-  std::map<std::int64_t, std::size_t> result_of;  // by job
+  std::map<std::int64_t, std::size_t> result_of;  // index of each job's result
   for (std::size_t i = 0; i < archive.results.size(); ++i) {
     const ArchivedResult& result = archive.results[i];
     result_of[first.job - 1 +

@@ -20,7 +20,7 @@ struct BenchmarkSet {
 struct BenchmarkTier {
   std::string id;  ///< lower-case letters, digits and "-"
   std::string title, question;
-  Rule rule = Rule::kPhysical;  ///< decides what is solved
+  Rule rule = Rule::kPhysical;  ///< rule that counts successes
   bool infeasible = false;      ///< proven infeasible: a success here is a defect of the judge or of the proof
   std::vector<BenchmarkSet> sets;
 };

@@ -19,7 +19,7 @@ namespace legopt::client {
 
 /// An archive of a leaderboard.
 struct Entry {
-  std::string name;  ///< of its file, without folder and extension
+  std::string name;  ///< file name without folder and extension
   Archive archive;
   JudgedArchive judged;
   std::shared_ptr<const Dataset> dataset;
@@ -30,8 +30,8 @@ struct BoardProblem {
   double share = 0.0;                     ///< share of the repetitions that solved it; missing ones did not
   std::optional<double> cost;             ///< mean of the solved repetitions, judged here
   std::optional<double> work_ms, cpu_ms;  ///< means of the solved repetitions, as claimed; nullopt: unknown
-  std::optional<Verdict> verdict;         ///< of the first repetition; nullopt: no result
-  std::int64_t job_id = 0;                ///< of the first repetition; 0: the archive does not have the problem
+  std::optional<Verdict> verdict;         ///< verdict on the first repetition; nullopt: no result
+  std::int64_t job_id = 0;                ///< job of the first repetition; 0: the archive does not have the problem
 };
 
 /// All problems of a board from one initialization. Medians are over all problems, unsolved ones at infinity.
@@ -47,7 +47,7 @@ struct BoardCell {
 /// A method of an archive.
 struct BoardRow {
   std::size_t entry = 0, method = 0;            ///< indices
-  std::vector<std::optional<BoardCell>> cells;  ///< by Initialization; nullopt: the archive does not have it
+  std::vector<std::optional<BoardCell>> cells;  ///< one per Initialization; nullopt: the archive does not have it
 };
 
 /// All methods on the problems of one dataset and task. The best row comes first: largest share of solved

@@ -173,7 +173,7 @@ std::string IndexPage(const SiteRequest& request, const std::vector<Entry>& entr
 // The datasets of all entries and tiers that are on this machine, each once.
 std::vector<std::shared_ptr<const Dataset>> ShownDatasets(const SiteRequest& request,
                                                           const std::vector<Entry>& entries) {
-  std::map<std::string, std::shared_ptr<const Dataset>> datasets;  // by hash
+  std::map<std::string, std::shared_ptr<const Dataset>> datasets;  // key: content hash
   for (const auto& dataset : request.datasets) datasets[dataset->content_hash()] = dataset;
   for (const Entry& entry : entries) datasets[entry.archive.dataset_hash] = entry.dataset;
   for (const BenchmarkTier& tier : request.benchmark.tiers) {

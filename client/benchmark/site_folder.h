@@ -16,7 +16,7 @@ class SiteFolder {
   /// `folder` must not exist, or be empty, or hold the files of a former site and nothing else: throws ClientError
   /// (kUsage) with the first other entry.
   explicit SiteFolder(const std::filesystem::path& folder);
-  /// Removes what was written, unless Finish was called.
+  /// Removes the written files, unless Finish was called.
   ~SiteFolder();
   SiteFolder(const SiteFolder&) = delete;
   SiteFolder& operator=(const SiteFolder&) = delete;

@@ -32,7 +32,7 @@ struct TargetCell {
 /// runs. The best known cost of a problem is the lowest of all runs of the shown rows, from all initializations.
 struct TargetTable {
   StatisticsTable statistics;               ///< experiment, titles of the rows
-  std::vector<double> ratios;               ///< of the targets, >= 1
+  std::vector<double> ratios;               ///< ratio of each target, >= 1
   std::map<BenchmarkColumn, bool> by_work;  ///< effort is work, because it was counted for all runs of the column; else
                                             ///< CPU time
   std::vector<std::map<BenchmarkColumn, TargetCell>> cells;  ///< parallel to statistics.rows

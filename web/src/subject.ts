@@ -1,4 +1,4 @@
-// What the 3D view shows of a job or a problem.
+// Subject of the 3D view: a job or a problem.
 import { solveTime, type Experiment, type Page } from './data';
 import type { State } from './state';
 import { number, time, words } from './text';
