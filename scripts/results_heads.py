@@ -57,6 +57,21 @@ Each row below leaves one part out. "SQP with internal restarts" has parts 4 and
 [definitions](../docs/explanation/statistics.md)).
 """
 
+EQUAL_EFFORT_HEAD = """# All solvers at equal effort
+
+`scripts/make-results --equal-effort` writes this whole page; no figure is written by hand. It has no times: success, cost
+and work are the same on every machine with this build.
+
+Every solver restarts from perturbed initial guesses until a run solves its problem or has made 300,000 term evaluations
+for a posture, 10,000,000 for a motion. CMA-ES doubles its samples with each restart
+([IPOP](../docs/reference/suites.md#options-of-the-solver-cma_es)); LegOpt-best also restarts inside an attempt. All end
+at the tolerance 1e-4. Success is by the [solid rule](../docs/explanation/judge.md#solid-rule).
+
+*Targets* are multiples of the best known cost of a problem
+([definition](../docs/explanation/statistics.md#legopt-table---targets-101112)). In the comparisons A is LegOpt-best, and
+*figure* is B - A for shares of success, B / A for work on problems that both solved.
+"""
+
 CONTACTS_HEAD = """# Postures and motions that need hands
 
 `scripts/make-results --contacts` writes this whole page; no figure is written by hand. It has no times: success, cost and

@@ -56,6 +56,7 @@ ExitCode Compare(const CompareOptions& options) {
 
 void AddCompareCommand(const app::Command& program, Invocation* invocation) {
   constexpr double kLargestMargin_percent = 1000.0;
+  constexpr int kLargestFamily = 100'000;
   const auto command = program.AddCommand("compare", "Compare two methods, experiments or database files by problems");
   const auto options = std::make_shared<CompareOptions>();
   ComparisonRequest& request = options->request;
@@ -78,6 +79,11 @@ void AddCompareCommand(const app::Command& program, Invocation* invocation) {
                  "Smallest difference of times and costs to report, percent (default 0)")
       .Check(app::Number(0, kLargestMargin_percent));
   AddChargeOption(command, &options->charge_s);
+  command
+      .AddOption("--family", request.options.family,
+                 "Number of comparisons in the whole document, if it shows more than these: p and intervals are "
+                 "adjusted for all")
+      .Check(app::WholeNumber(1, kLargestFamily));
   command.AddFlag("--fail-if-worse", options->fail_if_worse,
                   "Exit with " + std::to_string(static_cast<int>(ExitCode::kWorse)) +
                       " where B is worse in any of the comparisons");

@@ -53,11 +53,12 @@ std::vector<ProblemPair> PairsOf(const SolveCell& a, const SolveCell& b, CellCom
 // take seconds. BCa alone computes the statistic once for each problem left out.
 statistics::BootstrapOptions BootstrapOf(std::size_t problems, const ComparisonOptions& options) {
   constexpr double kMaxDraws = 2e7;
-  constexpr int kMost = 10'000;
+  constexpr int kUsualMost = 10'000, kMost = 50'000;
   const int fewest = std::min(1'000 * options.family, kMost);  // the tails of higher levels need more
+  const int most = std::max(kUsualMost, fewest);
   constexpr std::size_t kMaxCorrected = 5'000;
   const double affordable = kMaxDraws / static_cast<double>(std::max<std::size_t>(problems, 1));
-  return {.resamples = static_cast<int>(std::clamp<double>(affordable, fewest, kMost)),
+  return {.resamples = static_cast<int>(std::clamp<double>(affordable, fewest, most)),
           .level = options.level(),
           .seed = options.seed,
           .kind = problems > kMaxCorrected ? statistics::BootstrapKind::kPercentile : statistics::BootstrapKind::kBca};
@@ -251,13 +252,16 @@ std::vector<PairedTimes> TimesOf(const std::vector<ProblemPair>& pairs) {
   return times;
 }
 
-// Adjusts one p-value of each cell jointly.
+// Adjusts one p-value of each cell jointly. Comparisons of the family that are shown elsewhere count as p = 1: then the
+// probability of any wrong rejection in the whole family keeps its level, although each part of it is adjusted alone.
 template <class Get>
-void Adjust(std::vector<CellComparison>* cells, const Get& test) {
+void Adjust(int family, std::vector<CellComparison>* cells, const Get& test) {
   std::vector<double> p;
   for (CellComparison& cell : *cells) p.push_back(test(cell).first);
+  const std::size_t shown = p.size();
+  p.resize(std::max(shown, static_cast<std::size_t>(family)), 1.0);
   const std::vector<double> adjusted = statistics::HolmAdjusted(p);
-  for (std::size_t i = 0; i < adjusted.size(); ++i) *test((*cells)[i]).second = adjusted[i];
+  for (std::size_t i = 0; i < shown; ++i) *test((*cells)[i]).second = adjusted[i];
 }
 
 ComparisonResult ChangeOf(const RatioComparison& ratios, double margin) {
@@ -328,10 +332,11 @@ CellComparison CompareCells(const SolveCell& a, const SolveCell& b, const Charge
 }
 
 void Decide(const ComparisonOptions& options, std::vector<CellComparison>* cells) {
-  Adjust(cells, [](CellComparison& cell) { return std::pair(cell.success.p(), &cell.success.adjusted_p); });
-  Adjust(cells, [](CellComparison& cell) { return std::pair(cell.work.test.two_sided_p, &cell.work.adjusted_p); });
-  Adjust(cells, [](CellComparison& cell) { return std::pair(cell.time.test.two_sided_p, &cell.time.adjusted_p); });
-  Adjust(cells, [](CellComparison& cell) { return std::pair(cell.cost.test.two_sided_p, &cell.cost.adjusted_p); });
+  const int n = options.family;
+  Adjust(n, cells, [](CellComparison& cell) { return std::pair(cell.success.p(), &cell.success.adjusted_p); });
+  Adjust(n, cells, [](CellComparison& cell) { return std::pair(cell.work.test.two_sided_p, &cell.work.adjusted_p); });
+  Adjust(n, cells, [](CellComparison& cell) { return std::pair(cell.time.test.two_sided_p, &cell.time.adjusted_p); });
+  Adjust(n, cells, [](CellComparison& cell) { return std::pair(cell.cost.test.two_sided_p, &cell.cost.adjusted_p); });
   for (CellComparison& cell : *cells) {
     cell.success.change = ChangeOf(cell.success);
     cell.work.change = ChangeOf(cell.work, options.margin);

@@ -36,7 +36,7 @@ struct RatioComparison {
   statistics::Interval interval;        ///< BCa; percentiles above 5,000 problems
   std::optional<TypicalRatio> typical;  ///< nullopt without problems and above 3,000
   statistics::SignedRankTest test;      ///< test of logarithms of times, or differences of costs
-  double adjusted_p = 1.0;              ///< Holm-adjusted over all comparisons shown
+  double adjusted_p = 1.0;              ///< Holm-adjusted over the family
   int lower = 0;                        ///< number of problems on which B has less work, is faster or cheaper
   ComparisonResult change = ComparisonResult::kNone;
 };
@@ -94,7 +94,7 @@ struct ComparisonOptions {
   double margin = 0.0;  ///< minimum deviation of a ratio from 1 to be reported, e.g. 0.05; >= 0; that of times may be
                         ///< larger (RaiseTimeMargins)
   std::uint64_t seed = 1;  ///< seed of the bootstrap
-  int family = 1;          ///< number of comparisons that are shown together, >= 1
+  int family = 1;          ///< number of comparisons that are shown together, also in other tables, >= 1
 
   /// Confidence level of one interval. Nominally, all intervals of one kind in the family contain their values with
   /// probability 0.95 (Bonferroni).
@@ -109,7 +109,7 @@ int NumCommonProblems(const SolveCell& a, const SolveCell& b);
 CellComparison CompareCells(const SolveCell& a, const SolveCell& b, const Charge& charge,
                             const ComparisonOptions& options);
 
-/// Adjusts the p-values of all cells shown together, separately for each of the four tests, and sets the changes (see
+/// Adjusts the p-values of the cells for the whole family, separately for each of the four tests, and sets the changes (see
 /// docs/explanation/statistics.md): success first; otherwise work and cost, each only if its interval and its adjusted
 /// p-value agree. Time decides only where work was not counted: it depends on load and machine.
 void Decide(const ComparisonOptions& options, std::vector<CellComparison>* cells);

@@ -149,12 +149,13 @@ std::string LeastText(const Comparison& comparison) {
 std::string RuleText(const Comparison& comparison) {
   const std::string margin =
       comparison.options.margin > 0 ? " by a margin of " + Percent(comparison.options.margin) + " %" : "";
-  const std::size_t family = comparison.cells.size();
+  const auto family = static_cast<std::size_t>(comparison.options.family);
   const std::string intervals = family == 1 ? "Intervals are of 95 %"
                                             : "Each kind of interval contains all " + std::to_string(family) +
                                                   " values with a nominal probability of 95 % (Bonferroni)";
+  const bool all_shown = family == comparison.cells.size();
   return intervals + "; p is adjusted by Holm over the " + std::to_string(family) +
-         " comparisons shown, each test for itself. Rule: success decides where its adjusted p is below 0.05; else "
+         (all_shown ? " comparisons shown" : " comparisons of the whole document") + ", each test for itself. Rule: success decides where its adjusted p is below 0.05; else "
          "work and cost on what both solved, each where its interval lies beyond 1" +
          margin +
          " and its adjusted p is below 0.05. Work: term evaluations, weighted by kind, which do not depend on the "
@@ -358,6 +359,7 @@ nlohmann::ordered_json ComparisonJson(const Comparison& comparison) {
                {"dataset", comparison.dataset},
                {"rule", ToString(comparison.rule)},
                {"margin", comparison.options.margin},
+               {"family", comparison.options.family},
                {"interval_level", comparison.options.level()},
                {"bootstrap_seed", comparison.options.seed},
                {"change", ToString(comparison.change)},

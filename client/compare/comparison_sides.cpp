@@ -366,7 +366,7 @@ Comparison ReadComparison(const ComparisonRequest& request) {
   }
   KeepRows(request.rows, &pairs);  // before intervals and p-values are adjusted for the number of comparisons
   comparison.options = request.options;
-  comparison.options.family = static_cast<int>(pairs.size());
+  comparison.options.family = std::max(request.options.family, static_cast<int>(pairs.size()));
   for (const CellPair& pair : pairs) {
     comparison.cells.push_back(CompareCells(pair.a, pair.b, charges[pair.a.column.task], comparison.options));
   }

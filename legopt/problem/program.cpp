@@ -53,15 +53,17 @@ void Program::PullBack(const double* /*dx*/, double* /*row*/) const {}
 
 namespace {
 
-TermShape AtFirstWaypoint(TermShape shape) {
+TermShape OfOneWaypoint(TermShape shape) {
   shape.waypoint = 0;
+  shape.num_waypoints = 1;
   return shape;
 }
 
-/// Term of the whole program as waypoint 0. The original term counts the evaluations.
+/// Term of the whole program as a term of the last waypoint that it touches. The original term counts the evaluations.
 class ViewedTerm : public Term {
  public:
-  explicit ViewedTerm(Term& term) : Term(AtFirstWaypoint(term.shape())), term_(&term) {}
+  ViewedTerm(Term& term, int tangent_size)
+      : Term(OfOneWaypoint(term.shape())), term_(&term), tangent_size_(tangent_size) {}
 
   void RowKeys(int rows, std::vector<int>& keys) override { term_->RowKeys(rows, keys); }
   double AbsentRow() const override { return term_->AbsentRow(); }
@@ -69,21 +71,33 @@ class ViewedTerm : public Term {
 
  private:
   void ComputeResiduals(std::vector<double>& residuals) override { term_->Evaluate(residuals); }
-  void ComputeModel(LinearModel& model) override { term_->Linearize(model); }
+  void ComputeModel(LinearModel& model) override {
+    if (term_->shape().num_waypoints == 1) return term_->Linearize(model);
+    term_->Linearize(of_both_);
+    model.Reset(of_both_.rows(), tangent_size_, 1);
+    for (int i = 0; i < of_both_.rows(); ++i) {
+      model.value(i) = of_both_.value(i);
+      std::copy_n(of_both_.row(1, i), tangent_size_, model.row(0, i));
+    }
+  }
 
   Term* term_;
+  int tangent_size_;
+  LinearModel of_both_;
 };
 
 bool IsConstraint(TermKind kind) { return kind == TermKind::kEquality || kind == TermKind::kInequality; }
 
 }  // namespace
 
-WaypointView::WaypointView(Program& whole, int waypoint, Eigen::Ref<const Eigen::VectorXd> x)
+WaypointView::WaypointView(Program& whole, int waypoint, Eigen::Ref<const Eigen::VectorXd> x, ViewedTerms viewed)
     : whole_(&whole), waypoint_(waypoint), x_(x), next_(x) {
+  const auto is_viewed = [=](const TermShape& shape) {
+    if (shape.waypoint + shape.num_waypoints - 1 != waypoint) return false;
+    return viewed == ViewedTerms::kUpToWaypoint || (shape.num_waypoints == 1 && IsConstraint(shape.kind));
+  };
   for (const auto& term : whole.terms()) {
-    const TermShape& shape = term->shape();
-    if (shape.waypoint != waypoint || shape.num_waypoints != 1 || !IsConstraint(shape.kind)) continue;
-    terms_.push_back(std::make_unique<ViewedTerm>(*term));
+    if (is_viewed(term->shape())) terms_.push_back(std::make_unique<ViewedTerm>(*term, whole.tangent_size()));
   }
   const Eigen::Index tangents = static_cast<Eigen::Index>(whole.num_waypoints()) * whole.tangent_size();
   for (auto* vector : {&dx_, &lower_, &upper_}) vector->setZero(tangents);

@@ -169,21 +169,27 @@ class Program {
   virtual void ProjectOnBounds(Eigen::Ref<Eigen::VectorXd> x) const = 0;
 };
 
-/// One waypoint of a program alone: its variables, and the constraints that touch no other waypoint. Costs and
-/// preferences are left out. If constraints do not couple waypoints, a point of the whole program is feasible if and
-/// only if every view of it is.
+/// Terms of a WaypointView.
+enum class ViewedTerms : std::uint8_t {
+  kOwnConstraints,  ///< constraints that touch no other waypoint; no costs, no preferences
+  kUpToWaypoint     ///< all terms that touch the waypoint alone, or it and its predecessor, which does not move
+};
+
+/// One waypoint of a program: its variables, and some of the terms that touch it. A point of the whole program is
+/// feasible if and only if every view of kUpToWaypoint is; without constraints that couple waypoints, of either kind.
 ///
 /// A workspace over the whole program, which must outlive it and whose point it changes. Evaluations count as the whole
 /// program's. One thread.
 class WaypointView : public Program {
  public:
   /// Views `waypoint` of `whole`, with the others as in `x` (num_waypoints * point_size of the whole).
-  WaypointView(Program& whole, int waypoint, Eigen::Ref<const Eigen::VectorXd> x);
+  WaypointView(Program& whole, int waypoint, Eigen::Ref<const Eigen::VectorXd> x,
+               ViewedTerms viewed = ViewedTerms::kOwnConstraints);
 
   int num_waypoints() const override { return 1; }
   int tangent_size() const override { return whole_->tangent_size(); }
   int point_size() const override { return whole_->point_size(); }
-  /// Returns the constraints of the waypoint, which becomes waypoint 0.
+  /// Returns the viewed terms; the waypoint becomes waypoint 0.
   const std::vector<std::unique_ptr<Term>>& terms() const override { return terms_; }
   void ClearCache() override { whole_->ClearCache(); }
   void SetPoint(Eigen::Ref<const Eigen::VectorXd> x) override;

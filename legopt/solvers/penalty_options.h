@@ -165,12 +165,15 @@ struct CmaEsOptions {
   PenaltyOptions penalty;    ///< an epoch is one generation
   double step = 0.1;         ///< initial standard deviation of each variable, rad and m, > 0
   double step_floor = 1e-6;  ///< lower limit of the largest standard deviation of any variable, (0, step]
+  /// Factor of the number of samples with each restart, >= 1; 2: IPOP-CMA-ES (Auger, Hansen, CEC 2005).
+  double population_growth = 2.0;
 
   /// Visits the fields under their keys in `options:` (option_fields.h).
   static void Visit(auto& options, auto& fields) {
     PenaltyOptions::Visit(options.penalty, fields);
     fields.Number("step", options.step, 1e-9, 10.0);
     fields.Number("step_floor", options.step_floor, 1e-12, 10.0);
+    fields.NumberWithDefault("population_growth", options.population_growth, 1.0, 10.0, 2.0);
   }
 };
 

@@ -126,6 +126,7 @@ struct SolverContext {
   std::vector<IterationRecord>* history = nullptr;  ///< receives the trial steps; may be null
   StepStamp stamp = {};                             ///< completes the records of the history
   int start = 0;                                    ///< index of the descent within the attempt, from 0
+  int restart = 0;                                  ///< index of the attempt at this program, 0: the first
 
   /// Adds a trial step to the history, if there is one. All records must be added by this function.
   void Record(IterationRecord step) const;

@@ -95,6 +95,17 @@ struct SqpOptions {
   }
 };
 
+/// Use of chains: waypoints of a window solved one after the other, each from the one before.
+enum class WaypointChains : std::uint8_t {
+  kLast,   ///< after all internal restarts that keep the margins
+  kFirst,  ///< also before them: faster where most windows need a restart
+  kNever
+};
+
+template <>
+inline constexpr auto kEnumNames<WaypointChains> = MakeEnumNames<WaypointChains>(
+    {{WaypointChains::kLast, "last"}, {WaypointChains::kFirst, "first"}, {WaypointChains::kNever, "never"}});
+
 /// Options of LegOpt-best. The defaults of the trust region differ from TrajOpt's: a wide box, gentle shrinking and
 /// early convergence halve the number of iterations and give better optima.
 struct BestOptions {
@@ -127,6 +138,7 @@ struct BestOptions {
   /// alone. With several waypoints, the first of the `rescues` solves the violated waypoints alone, the second one all
   /// waypoints. With a single waypoint, the fifth and later ones begin at such a solution.
   int waypoint_starts = 20;
+  WaypointChains waypoint_chains = WaypointChains::kLast;
   int refinements = 0;  ///< starts around the feasible solution, to lower its cost; single waypoints only, >= 0
   double refinement_noise = 0.5;  ///< half width of the noise of refinements; rad, m; > 0
 
@@ -142,6 +154,7 @@ struct BestOptions {
     fields.Integer("rescues", options.rescues, 0, kMaxStarts);
     fields.Number("rescue_noise", options.rescue_noise, kMinNoise, kMaxNoise);
     fields.Integer("waypoint_starts", options.waypoint_starts, 0, kMaxStarts);
+    fields.ChoiceWithDefault("waypoint_chains", options.waypoint_chains, WaypointChains::kLast);
     fields.Integer("refinements", options.refinements, 0, kMaxStarts);
     fields.Number("refinement_noise", options.refinement_noise, kMinNoise, kMaxNoise);
   }

@@ -287,6 +287,36 @@ TEST_F(CompareCommand, FamilyIsWhatIsShown) {
               HasSubstr("Each kind of interval contains all 2 values with a nominal probability of 95 % (Bonferroni)"));
 }
 
+TEST_F(CompareCommand, AFamilyMayBeThatOfADocument) {
+  TestExperiment experiment = Discordant(20, 0, 6, 0);
+  const std::string file = Stored(experiment);
+  const auto with_family = [&](const std::string& family) {
+    return Run({"compare", "A", "B", "--db", file, "--family", family, "--format", "json"});
+  };
+  const auto three = nlohmann::json::parse(with_family("3").out);
+  EXPECT_DOUBLE_EQ(three.at("comparisons")[0].at("success").at("adjusted_p"), 3 * 0.015625);
+  EXPECT_EQ(three.at("comparisons")[0].at("success").at("change"), "better");
+  EXPECT_EQ(three.at("family"), 3);
+  EXPECT_DOUBLE_EQ(three.at("interval_level"), 1.0 - 0.05 / 3);
+  const auto four = nlohmann::json::parse(with_family("4").out);
+  EXPECT_DOUBLE_EQ(four.at("comparisons")[0].at("success").at("adjusted_p"), 4 * 0.015625);
+  EXPECT_EQ(four.at("comparisons")[0].at("success").at("change"), "none");
+  EXPECT_THAT(Run({"compare", "A", "B", "--db", file, "--family", "4"}).out,
+              HasSubstr("adjusted by Holm over the 4 comparisons of the whole document"));
+  ExpectError(with_family("0"), 2, "--family");
+}
+
+TEST_F(CompareCommand, AFamilyIsAtLeastWhatIsShown) {
+  TestExperiment experiment = Discordant(20, 0, 6, 0);
+  const std::size_t half = experiment.results.size();
+  for (std::size_t i = 0; i < half; ++i) {
+    experiment.results.push_back(experiment.results[i]);
+    experiment.results.back().initialization = "in_collision";
+  }
+  const auto result = Run({"compare", "A", "B", "--db", Stored(experiment), "--family", "1", "--format", "json"});
+  EXPECT_EQ(nlohmann::json::parse(result.out).at("family"), 2);
+}
+
 TEST_F(CompareCommand, TextSaysVerdictAndRule) {
   const std::string file = Stored(Discordant(20, 9, 0, 1));
   const auto text = Run({"compare", "A", "B", "--db", file});

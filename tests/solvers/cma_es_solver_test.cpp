@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "tests/solvers/analytic_program.h"
 
@@ -63,6 +65,43 @@ TEST(CmaEsSolver, APointWithoutFreeVariablesStays) {
   Eigen::VectorXd x = only;
   EXPECT_TRUE(SolveByCmaEs(program, x, 1).feasible);
   EXPECT_EQ(x, only);
+}
+
+/// Returns the term evaluations of one generation of the attempt number `restart`.
+std::int64_t EvaluationsOfAGeneration(double population_growth, int restart) {
+  CmaEsOptions options;
+  options.population_growth = population_growth;
+  CmaEsSolver solver(options);
+  const auto program = PulledBeyondItsBounds();
+  std::mt19937_64 generator(1);
+  int checks = 0;
+  std::int64_t before = 0, after = 0;
+  SolverContext context;
+  context.generator = &generator;
+  context.restart = restart;
+  context.stop = [&]() -> std::optional<SolveStatus> {
+    ++checks;
+    if (checks == 1) before = program->TermEvaluations();
+    if (checks == 2) after = program->TermEvaluations();
+    return checks == 2 ? std::optional(SolveStatus::kCancelled) : std::nullopt;
+  };
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(kVariables);
+  solver.Solve(*program, x, context);
+  return after - before;
+}
+
+TEST(CmaEsSolver, EachRestartTakesMoreSamples) {
+  // 4 + floor(3 ln 10) samples and the mean.
+  EXPECT_EQ(EvaluationsOfAGeneration(2.0, 0), 10 + 1);
+  EXPECT_EQ(EvaluationsOfAGeneration(2.0, 1), 20 + 1);
+  EXPECT_EQ(EvaluationsOfAGeneration(2.0, 3), 80 + 1);
+  EXPECT_EQ(EvaluationsOfAGeneration(1.5, 2), 22 + 1);
+  EXPECT_EQ(EvaluationsOfAGeneration(1.0, 9), 10 + 1);
+}
+
+TEST(CmaEsSolver, ManyRestartsTakeBoundedMemory) {
+  EXPECT_EQ(EvaluationsOfAGeneration(2.0, 10), 10240 + 1);
+  EXPECT_EQ(EvaluationsOfAGeneration(10.0, 1'000'000), 20'000 + 1);
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ BlackBoxDescent MinimizeBlackBox(const BlackBox& f, const Eigen::VectorXd& start
                                  unsigned seed = 1) {
   constexpr double kTarget = 1e-10;
   CovarianceAdaptation distribution;
-  distribution.Reset(start.size(), 0.5);
+  distribution.Reset(start.size(), CovarianceAdaptation::DefaultSamples(start.size()), 0.5);
   std::mt19937_64 generator(seed);
   const auto samples = static_cast<size_t>(distribution.num_samples());
   std::vector<double> values(samples);
@@ -106,7 +106,7 @@ INSTANTIATE_TEST_SUITE_P(TenVariables, StandardFunctions,
 TEST(CovarianceAdaptation, LearnsTheInverseOfTheHessian) {
   CovarianceAdaptation distribution;
   constexpr int kSize = 4;
-  distribution.Reset(kSize, 0.5);
+  distribution.Reset(kSize, CovarianceAdaptation::DefaultSamples(kSize), 0.5);
   std::mt19937_64 generator(2);
   const auto samples = static_cast<size_t>(distribution.num_samples());
   std::vector<double> values(samples);

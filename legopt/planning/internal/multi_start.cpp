@@ -25,7 +25,9 @@ MultiStartResult SolveWithRestarts(Solver& solver, Program& program, const Eigen
       step.restart = restart;
       if (settings.stamp) settings.stamp(step);
     };
-    const SolverResult attempt = solver.Solve(program, x, {settings.stop, &generator, settings.history, stamp});
+    SolverContext context{settings.stop, &generator, settings.history, stamp};
+    context.restart = restart;
+    const SolverResult attempt = solver.Solve(program, x, context);
     result.restarts = restart;
     result.effort += attempt;
     if (restart == 0 || Better(attempt, result.best)) {

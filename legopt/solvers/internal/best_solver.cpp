@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "legopt/math/random_numbers.h"
 #include "legopt/problem/program.h"
@@ -10,7 +11,12 @@
 namespace legopt {
 namespace {
 
-constexpr double kWidening = 0.2;                  // relative growth of the noise with each start of a single waypoint
+constexpr double kWidening = 0.2;        // relative growth of the noise with each start of a single waypoint
+constexpr double kChainWidening = 0.25;  // growth of the noise with every second start of a chain's waypoint
+constexpr double kNear = 0.8;            // largest change of a variable from one waypoint of a chain to the next
+constexpr int kLinkPenalties = 3;                  // penalty iterations of a waypoint of a chain
+constexpr int kStepsBack = 4;            // a chain goes back by 1, 2, 4, 8 waypoints, and again
+constexpr int kFirstChains = 4, kLastChains = 24;  // attempts to solve a window waypoint by waypoint
 constexpr int kPatience = 5;                       // factor of waypoint_starts for the violated waypoints of a window
 constexpr double kSteadyPenalty = 1e5;             // outweighs any decrease of the cost, at a typical violation
 constexpr std::array kRelaxedShares = {0.5, 1.0};  // shares of the margins to relax; the rest helps to pass the judge
@@ -45,6 +51,12 @@ SqpOptions Free(SqpOptions options, int iterations) {
   return options;
 }
 
+/// Options of the waypoints of a chain: another start costs less than the last penalties of a failing descent.
+SqpOptions OfLinks(SqpOptions options) {
+  options.max_penalty_iterations = std::min(options.max_penalty_iterations, kLinkPenalties);
+  return options;
+}
+
 /// Relaxes `share` of the margins of all terms. Returns whether any term has a margin.
 bool RelaxMargin(const Program& program, double share) {
   bool any = false;
@@ -67,6 +79,7 @@ BestSolver::BestSolver(const BestOptions& options)
       waypoint_sqp_(options.sqp),
       window_sqp_(OfWindows(options.sqp, options.window_improve_frac)),
       steady_sqp_(Steady(options.sqp)),
+      link_sqp_(OfLinks(options.sqp)),
       free_sqp_(Free(options.sqp, options.free_iterations)) {}
 
 SolverResult BestSolver::Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) {
@@ -133,6 +146,8 @@ void BestSolver::Rescue(Program& program, const SolverContext& context, Eigen::V
     trial_ = start_;
     Try(SqpOf(program), program, context, x, best);
   }
+  const WaypointChains chains = options_.waypoint_chains;
+  if (goes_on() && chains == WaypointChains::kFirst) RestartWithChain(program, context, kFirstChains, x, best);
   // A caller that plans a path between fixed end points can also use more pieces and move the end points.
   const int rescues = program.num_waypoints() == 1 || is_window_ ? options_.rescues : options_.rescues / 2;
   for (int k = 0; k < rescues && goes_on(); ++k) {
@@ -140,6 +155,7 @@ void BestSolver::Rescue(Program& program, const SolverContext& context, Eigen::V
     if (goes_on()) TryRestart(program, context, solved, x, best);
   }
   if (goes_on()) RestartWithManyStarts(program, context, x, best);
+  if (goes_on() && chains != WaypointChains::kNever) RestartWithChain(program, context, kLastChains, x, best);
   if (goes_on()) RestartWithRelaxedMargins(program, context, x, best);
 }
 
@@ -196,6 +212,67 @@ void BestSolver::RestartWithManyStarts(Program& program, const SolverContext& co
   if (!is_window_ || options_.waypoint_starts == 0) return;  // restarts of a single waypoint are already of this kind
   const WaypointSearch rescue{Waypoints::kViolated, kPatience * options_.waypoint_starts};
   if (SolveWaypoints(program, context, rescue, x, best)) TryRestart(program, context, true, x, best);
+}
+
+void BestSolver::RestartWithChain(Program& program, const SolverContext& context, int attempts, Eigen::VectorXd& x,
+                                  SolverResult& best) {
+  if (!is_window_ || options_.waypoint_starts == 0) return;
+  trial_ = start_;
+  int from = 0;
+  for (int k = 0; k < attempts && !IsStopped(best.status); ++k) {
+    const ChainLinks links{.anew = k > 0, .near_only = 2 * k < attempts};
+    const int solved = ExtendChain(program, context, from, links, best);
+    if (solved == program.num_waypoints()) return TryRestart(program, context, true, x, best);
+    from = std::max(0, solved - (1 << (k % kStepsBack)));
+  }
+}
+
+int BestSolver::ExtendChain(Program& program, const SolverContext& context, int from, ChainLinks links,
+                            SolverResult& best) {
+  for (int t = from; t < program.num_waypoints(); ++t) {
+    WaypointView view(program, t, trial_, ViewedTerms::kUpToWaypoint);
+    if (view.terms().empty() || !view.IsFree()) continue;
+    if (!SolveLink(view, context, t, links, best)) return t;
+    links.anew = false;
+    Part(program, trial_, t) = nearest_;
+  }
+  return program.num_waypoints();
+}
+
+bool BestSolver::SolveLink(WaypointView& view, const SolverContext& context, int waypoint, ChainLinks links,
+                           SolverResult& best) {
+  SolverContext alone = context;
+  alone.history = nullptr;  // its steps are not steps of the whole program
+  double least = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < options_.waypoint_starts && least > kNear; ++k) {
+    SetChainStart(view, waypoint, links.anew ? k + 2 : k, context.rng());
+    const SolverResult result = link_sqp_.Solve(view, point_, alone);
+    best += result;
+    if (IsStopped(result.status)) {
+      best.status = result.status;
+      return false;
+    }
+    if (!result.feasible) continue;
+    const Eigen::Index size = view.point_size();
+    const double change =
+        waypoint == 0 ? 0.0 : (point_ - trial_.segment((waypoint - 1) * size, size)).cwiseAbs().maxCoeff();
+    if (change >= least) continue;
+    least = change;
+    nearest_ = point_;
+  }
+  return least <= kNear || (!links.near_only && std::isfinite(least));
+}
+
+void BestSolver::SetChainStart(const WaypointView& view, int waypoint, int k, std::mt19937_64& generator) {
+  const bool from_previous = waypoint > 0 && k % 2 == 0;
+  const Eigen::Index size = view.point_size();
+  const Eigen::VectorXd& of = from_previous ? trial_ : start_;
+  point_ = of.segment((from_previous ? waypoint - 1 : waypoint) * size, size);
+  if (k < 2) return;
+  const double near = kChainWidening * (k / 2), far = 1.0 + kWidening * (k / 2);
+  const double half_width = options_.rescue_noise * (from_previous ? near : far);
+  const Eigen::VectorXd centre = point_;
+  Scatter(view, centre, half_width, Noise::kAll, generator, point_);
 }
 
 void BestSolver::RestartWithRelaxedMargins(Program& program, const SolverContext& context, Eigen::VectorXd& x,

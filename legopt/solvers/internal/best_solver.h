@@ -56,6 +56,12 @@ class BestSolver : public Solver {
     int starts;  ///< maximum number of starts per waypoint
   };
 
+  /// Demands on the waypoints of a chain.
+  struct ChainLinks {
+    bool anew = false;       ///< the first one starts from noise only
+    bool near_only = false;  ///< each must be near the one before, so that the path between them is easy
+  };
+
   /// Returns the SQP for descents of the whole program.
   SqpSolver& SqpOf(const Program& program);
   /// Runs the first start; a window continues from the end of RunFirstDescent().
@@ -80,6 +86,19 @@ class BestSolver : public Solver {
   void TryRestart(Program& program, const SolverContext& context, bool solved, Eigen::VectorXd& x, SolverResult& best);
   /// Restarts a window with many starts for each violated waypoint.
   void RestartWithManyStarts(Program& program, const SolverContext& context, Eigen::VectorXd& x, SolverResult& best);
+  /// Restarts a window from waypoints that were solved one after the other, each from the one before and with the
+  /// constraints between both. Where none is found, goes back by one waypoint, then by two, four, eight.
+  void RestartWithChain(Program& program, const SolverContext& context, int attempts, Eigen::VectorXd& x,
+                        SolverResult& best);
+  /// Solves the waypoints of trial_ from `from` on, one after the other. Returns the first one that was not solved, or
+  /// the number of waypoints.
+  int ExtendChain(Program& program, const SolverContext& context, int from, ChainLinks links, SolverResult& best);
+  /// Sets nearest_ to a solution of a waypoint of the chain near the one before, or to the nearest that was found.
+  /// Returns whether there is one.
+  bool SolveLink(WaypointView& view, const SolverContext& context, int waypoint, ChainLinks links, SolverResult& best);
+  /// Sets point_ to start `k` of a waypoint of the chain: the previous one, its own initial guess, then noise of
+  /// growing width around both in turn.
+  void SetChainStart(const WaypointView& view, int waypoint, int k, std::mt19937_64& generator);
   /// Runs the last restarts, with the terms' margins relaxed.
   void RestartWithRelaxedMargins(Program& program, const SolverContext& context, Eigen::VectorXd& x,
                                  SolverResult& best);
@@ -99,8 +118,8 @@ class BestSolver : public Solver {
   void Try(SqpSolver& sqp, Program& program, const SolverContext& context, Eigen::VectorXd& x, SolverResult& best);
 
   BestOptions options_;
-  SqpSolver waypoint_sqp_, window_sqp_, steady_sqp_, free_sqp_;
-  Eigen::VectorXd start_, trial_, solved_, point_, dx_, lower_, upper_;
+  SqpSolver waypoint_sqp_, window_sqp_, steady_sqp_, link_sqp_, free_sqp_;
+  Eigen::VectorXd start_, trial_, solved_, point_, nearest_, dx_, lower_, upper_;
   bool is_window_ = false;  ///< several waypoints, the last one free; false for segments between fixed end points
   bool had_first_descent_ = false;
   std::vector<double> violation_;  ///< one entry per waypoint

@@ -9,9 +9,13 @@
 
 namespace legopt {
 
-void CovarianceAdaptation::Reset(Eigen::Index n, double sigma) {
-  CheckInvariant(n >= 1 && sigma > 0.0, "a distribution has variables and a spread");
-  SetConstants(n);
+int CovarianceAdaptation::DefaultSamples(Eigen::Index n) {
+  return 4 + static_cast<int>(std::floor(3.0 * std::log(static_cast<double>(n))));
+}
+
+void CovarianceAdaptation::Reset(Eigen::Index n, int num_samples, double sigma) {
+  CheckInvariant(n >= 1 && num_samples >= 4 && sigma > 0.0, "a distribution has variables, samples and a spread");
+  SetConstants(n, num_samples);
   normal_.Reset();
   sigma_ = sigma;
   generation_ = 0;
@@ -25,14 +29,14 @@ void CovarianceAdaptation::Reset(Eigen::Index n, double sigma) {
   }
   diagonal_.setZero(n);
   subdiagonal_.setZero(n - 1);
-  normals_.setZero(n, num_samples());
-  samples_.setZero(n, num_samples());
+  normals_.setZero(n, num_samples);
+  samples_.setZero(n, num_samples);
   for (auto* v : {&sigma_path_, &path_, &mean_normal_, &mean_step_, &scaled_}) v->setZero(n);
 }
 
-void CovarianceAdaptation::SetConstants(Eigen::Index dimension) {
+void CovarianceAdaptation::SetConstants(Eigen::Index dimension, int num_samples) {
   const double n = static_cast<double>(dimension);
-  const int lambda = 4 + static_cast<int>(std::floor(3.0 * std::log(n)));
+  const int lambda = num_samples;
   const int mu = lambda / 2;
   weights_.resize(lambda);
   for (int i = 0; i < lambda; ++i) weights_[i] = std::log((lambda + 1) / 2.0) - std::log(i + 1.0);
@@ -147,12 +151,18 @@ void CmaEsSolver::Prepare(Program& program) {
   }
   if (free_.empty()) return;
   for (auto* v : {&beyond_, &cut_}) v->setZero(static_cast<Eigen::Index>(free_.size()));
-  distribution_.Reset(static_cast<Eigen::Index>(free_.size()), options_.step);
+  distribution_.Reset(static_cast<Eigen::Index>(free_.size()), NumSamples(), options_.step);
   const auto samples = static_cast<size_t>(distribution_.num_samples());
   merits_.assign(samples, 0.0);
   distances_.assign(samples, 0.0);
   order_.assign(samples, 0);
   sorted_.reserve(samples);
+}
+
+int CmaEsSolver::NumSamples() const {
+  constexpr double kMostSamples = 2e4;  // bounds the memory of many restarts
+  const double usual = CovarianceAdaptation::DefaultSamples(static_cast<Eigen::Index>(free_.size()));
+  return static_cast<int>(std::min(usual * std::pow(options_.population_growth, context().restart), kMostSamples));
 }
 
 void CmaEsSolver::Restart(Program&) { beyond_.setZero(); }

@@ -13,22 +13,24 @@
 namespace legopt {
 
 /// The search distribution N(m, sigma^2 C) of CMA-ES (Hansen, "The CMA Evolution Strategy: A Tutorial", 2016,
-/// arXiv:1604.00772) with the default constants of that text: weighted recombination of lambda = 4 + floor(3 ln n)
-/// samples, cumulative step-size adaptation, rank-one and rank-mu updates of C, the latter with negative weights
-/// (active).
+/// arXiv:1604.00772) with the default constants of that text: weighted recombination of lambda samples, cumulative
+/// step-size adaptation, rank-one and rank-mu updates of C, the latter with negative weights (active).
 ///
 /// The mean m is not stored: samples are steps from it, so the class also works on manifolds. C is decomposed as
 /// B D^2 B^T every 1 / (2 n (c_1 + c_mu)) generations, a fifth as often as in the tutorial, because in windows of
 /// motions the decomposition would take longer than the terms.
 ///
-///     distribution.Reset(n, 0.1);
+///     distribution.Reset(n, DefaultSamples(n), 0.1);
 ///     loop: Draw(generator); Evaluate m + sample(k) for each k; Update(indices, best sample first); m += mean_step()
 ///
 /// One thread. Allocates in Reset() only.
 class CovarianceAdaptation {
  public:
-  /// Resets to C = I and sigma = `sigma` > 0, for n >= 1 variables.
-  void Reset(Eigen::Index n, double sigma);
+  /// Returns the usual number of samples, 4 + floor(3 ln n), for n >= 1 variables.
+  static int DefaultSamples(Eigen::Index n);
+
+  /// Resets to C = I and sigma = `sigma` > 0, for n >= 1 variables and `num_samples` >= 4 samples.
+  void Reset(Eigen::Index n, int num_samples, double sigma);
 
   /// Samples N(0, sigma^2 C) num_samples() times.
   void Draw(std::mt19937_64& generator);
@@ -48,7 +50,7 @@ class CovarianceAdaptation {
   double LargestDeviation() const { return sigma_ * std::sqrt(covariance_.diagonal().maxCoeff()); }
 
  private:
-  void SetConstants(Eigen::Index dimension);
+  void SetConstants(Eigen::Index dimension, int num_samples);
   void AdaptCovariance(const std::vector<int>& order, bool stalled);
   void Decompose();
   /// Computes basis_ from the eigenvectors of the tridiagonal matrix.
@@ -85,8 +87,9 @@ class CovarianceAdaptation {
 /// where d_i is its distance to the bounds, s_i the standard deviation of variable i, and r the quartile range of
 /// F + mu V in the generation (after Hansen, Niederberger, Guzzella, Koumoutsakos, IEEE TEC 13(1), 2009, with r of a
 /// single generation). The mean may leave the bounds, and x is its projection: around a mean at the bounds, half of the
-/// samples would move inwards, in every variable. Covariance and step length are kept when mu changes, because mu
-/// changes the weight of the constraints but not their directions.
+/// samples would move inwards, in every variable. Each restart takes population_growth times as many samples.
+/// Covariance and step length are kept when mu changes, because mu changes the weight of the constraints but not their
+/// directions.
 class CmaEsSolver : public PenaltySolver {
  public:
   /// `options` must have passed Method::Validate.
@@ -97,6 +100,8 @@ class CmaEsSolver : public PenaltySolver {
   void Restart(Program& program) override;
   EpochEnd Epoch(Program& program, Eigen::VectorXd& x) override;
 
+  /// Returns the number of samples of this attempt.
+  int NumSamples() const;
   /// Evaluates all samples around x and stores the best in best_point_ and best_value_. Returns false if none is
   /// finite.
   bool EvaluateSamples(Program& program, const Eigen::VectorXd& x);
