@@ -30,6 +30,8 @@ constexpr int kLeastPiecesOfCurve = 4;
 /// Distance of the points of a curve from joint limits, rad or m: between them, the spline goes beyond its points by
 /// some of it.
 constexpr double kJointReserve = 2e-3;
+/// Earlier stances that are solved again with a window, more each time that it has no solution.
+constexpr int kStancesBack = 3;
 
 std::mt19937_64 GeneratorOf(const std::string& identity) {
   constexpr size_t kSeedDigits = 16;
@@ -97,7 +99,16 @@ class ProblemSolver::Run {
   std::optional<SolveStatus> Stopped() const;
   void Perturb(std::mt19937_64& generator, Ends ends, Eigen::VectorXd& x) const;
   MultiStartSettings Attempts(std::string identity, int window, Ends ends);
-  Eigen::VectorXd WindowStart(std::span<const Stance> stances, bool fixed_first) const;
+  /// Result of one window.
+  struct WindowResult {
+    StanceWindow window;        ///< stances of the program that was solved
+    MultiStartResult attempts;  ///< result of all its attempts
+    std::string worst_term;     ///< term with the largest violation; empty if feasible
+  };
+  Eigen::VectorXd WindowStart(const StanceWindow& window, std::span<const Stance> stances) const;
+  WindowResult SolveStances(const ProblemDefinition& problem, const StanceWindow& window, int index,
+                            const std::string& identity);
+  void Backtrack(const ProblemDefinition& problem, int index, WindowResult* result);
   bool SolveWindow(const ProblemDefinition& problem, const StanceWindow& window, int index);
   void SolveSegments(const ProblemDefinition& problem);
   void KeepWindow(const StanceWindow& window, const Eigen::VectorXd& x);
@@ -385,16 +396,23 @@ SolveOutcome ProblemSolver::Run::Finish() {
   return std::move(outcome_);
 }
 
-Eigen::VectorXd ProblemSolver::Run::WindowStart(std::span<const Stance> stances, bool fixed_first) const {
+/// Returns the initial guess of a window: the waypoints that were solved before, then guesses. The first stance of a
+/// window was solved with the window before.
+Eigen::VectorXd ProblemSolver::Run::WindowStart(const StanceWindow& window, std::span<const Stance> stances) const {
   const Eigen::Index size = dataset_.robot().configuration_size();
   const int count = NumWaypoints(task_.task, static_cast<int>(stances.size()));
+  const auto first = static_cast<size_t>(NumWaypoints(task_.task, window.first_stance));
+  // The last waypoints of the window before had other constraints: those of its end.
+  const size_t free_again = static_cast<size_t>(task_.waypoints_per_stance - 1);
+  const size_t solved = outcome_.waypoints.size() - std::min(outcome_.waypoints.size(), free_again);
   const bool repeats = GuessRepeatsInMotions(dataset_);
   Eigen::VectorXd x(count * size);
   for (int t = 0; t < count; ++t) {
-    if (t == 0 && fixed_first) {
-      x.head(size) = outcome_.waypoints[outcome_.waypoints.size() - static_cast<size_t>(task_.waypoints_per_stance)];
+    const size_t waypoint = first + static_cast<size_t>(t);
+    if (waypoint < solved) {
+      x.segment(t * size, size) = outcome_.waypoints[waypoint];
     } else if (t > 0 && repeats) {
-      x.segment(t * size, size) = x.head(size);
+      x.segment(t * size, size) = x.segment((t - 1) * size, size);
     } else {
       const Stance& stance = stances[static_cast<size_t>(StanceOfWaypoint(task_.task, t))];
       x.segment(t * size, size) = InitialGuess(dataset_, stance, initialization_);
@@ -424,37 +442,70 @@ std::string ProblemSolver::Run::WindowName(const StanceWindow& window, int index
          "), ";
 }
 
-/// Solves one window. Returns false if the window failed or was stopped, which ends the problem. The best point is kept
-/// even if it is infeasible; for windows, apart from the waypoints of the solved windows.
-bool ProblemSolver::Run::SolveWindow(const ProblemDefinition& problem, const StanceWindow& window, int index) {
+/// Solves the program of a window's stances. `identity` determines the noise of restarts.
+ProblemSolver::Run::WindowResult ProblemSolver::Run::SolveStances(const ProblemDefinition& problem,
+                                                                  const StanceWindow& window, int index,
+                                                                  const std::string& identity) {
   const std::span<const Stance> stances =
       std::span(problem.stances)
           .subspan(static_cast<size_t>(window.first_stance), static_cast<size_t>(window.num_stances));
   const bool fixed_first = window.first_stance > 0;
   const auto program = MakeTaskProgram(task_.task, dataset_, query_, stances, Contacts(), fixed_first);
   program_ = program.get();
-  const MultiStartResult result =
-      SolveWithRestarts(*solver_, *program, WindowStart(stances, fixed_first),
-                        Attempts(Identity(problem, index), index, fixed_first ? Ends::kFirstFixed : Ends::kFree));
+  WindowResult result{.window = window, .attempts = {}, .worst_term = {}};
+  result.attempts = SolveWithRestarts(*solver_, *program, WindowStart(window, stances),
+                                      Attempts(identity, index, fixed_first ? Ends::kFirstFixed : Ends::kFree));
   outcome_.term_evaluations = Evaluations();
   outcome_.work_ns = Work_ns();
   program_ = nullptr;
-  Account(result);
-  const bool failed = !result.best.feasible;
-  if (failed) outcome_.message = (task_.windowed ? WindowName(window, index) : "") + WorstTerm(*program, result.best);
+  result.worst_term = WorstTermName(*program, result.attempts.best);
+  return result;
+}
+
+/// Solves a window without a solution together with earlier stances, which may have led into a dead end. Replaces
+/// `result` if that succeeds or is stopped; adds the effort otherwise.
+void ProblemSolver::Run::Backtrack(const ProblemDefinition& problem, int index, WindowResult* result) {
+  const StanceWindow window = result->window;
+  const SolverContext all{{}, nullptr, &outcome_.history, Attempts("", index, Ends::kFree).stamp};
+  for (int k = 1; k <= solver_->max_backtracks(); ++k) {
+    const int back = std::min(k * kStancesBack, window.first_stance);
+    const SolverResult& best = result->attempts.best;
+    if (back <= (k - 1) * kStancesBack || best.feasible || best.waypoint_unsolved || IsStopped(best.status)) return;
+    const StanceWindow wider{window.first_stance - back, window.num_stances + back};
+    const size_t first_record = NumRecords(all);
+    WindowResult another =
+        SolveStances(problem, wider, index, Identity(problem, index) + "back/" + std::to_string(k) + "/");
+    if (another.attempts.best.feasible || another.attempts.stopped()) std::swap(*result, another);
+    result->attempts.effort += another.attempts.effort;
+    result->attempts.restarts += another.attempts.restarts;
+    CloseHistory(all, first_record, result->attempts.best.value);
+  }
+}
+
+/// Solves one window. Returns false if the window failed or was stopped, which ends the problem. The best point is kept
+/// even if it is infeasible; for windows, apart from the waypoints of the solved windows.
+bool ProblemSolver::Run::SolveWindow(const ProblemDefinition& problem, const StanceWindow& window, int index) {
+  WindowResult result = SolveStances(problem, window, index, Identity(problem, index));
+  Backtrack(problem, index, &result);
+  Account(result.attempts);
+  const SolverResult& best = result.attempts.best;
+  const bool failed = !best.feasible;
+  if (failed) {
+    outcome_.message = (task_.windowed ? WindowName(result.window, index) : "") + WorstTerm(result.worst_term);
+  }
   if (failed && task_.windowed) {
-    KeepUnsolved(window, result.x);
-    outcome_.unsolved->worst_term = WorstTermName(*program, result.best);
-    outcome_.unsolved->max_violation = result.best.value.max_violation;
+    KeepUnsolved(result.window, result.attempts.x);
+    outcome_.unsolved->worst_term = result.worst_term;
+    outcome_.unsolved->max_violation = best.value.max_violation;
     return false;
   }
-  KeepWindow(window, result.x);
-  window_costs_ += result.best.value.cost;
+  KeepWindow(result.window, result.attempts.x);
+  window_costs_ += best.value.cost;
   if (task_.windowed) {
     ++outcome_.windows_solved;
     if (settings_.progress) settings_.progress(outcome_.windows_solved, outcome_.windows);
   }
-  return !failed && !result.stopped();
+  return !failed && !result.attempts.stopped();
 }
 
 SolveOutcome ProblemSolver::Run::Solve(const ProblemDefinition& problem) {

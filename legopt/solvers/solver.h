@@ -154,6 +154,8 @@ struct SolverResult : Effort {
   double margin_relaxed = 0.0;                ///< share of the terms' margins that was relaxed for the feasible point
                                               ///< (Term::RelaxMargin), 0 .. 1
   bool budget_spent = false;                  ///< the method's own time budget ended the attempt: kTimeLimit
+  /// A waypoint has no solution even without the others, as far as the solver knows. Moving earlier ones is no help.
+  bool waypoint_unsolved = false;
 };
 
 /// Completes the history of a solve whose first record has index `first_record`, so that the last accepted record is
@@ -174,6 +176,10 @@ class Solver {
   /// within the bounds. It is feasible if any feasible point was found, else it has the smallest violation known to the
   /// solver. A point with non-finite terms is never returned, unless the initial x was one (status kNumericalFailure).
   virtual SolverResult Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) = 0;
+
+  /// Returns how often a planner may go back when it finds no solution of a window, and solve it together with earlier
+  /// stances, whose waypoints then move again. Default: never, as in the paper.
+  virtual int max_backtracks() const { return 0; }
 };
 
 }  // namespace legopt

@@ -103,8 +103,9 @@ enum class WaypointChains : std::uint8_t {
 };
 
 template <>
-inline constexpr auto kEnumNames<WaypointChains> = MakeEnumNames<WaypointChains>(
-    {{WaypointChains::kLast, "last"}, {WaypointChains::kFirst, "first"}, {WaypointChains::kNever, "never"}});
+inline constexpr auto kEnumNames<WaypointChains> = MakeEnumNames<WaypointChains>({{WaypointChains::kLast, "last"},
+                                                                                  {WaypointChains::kFirst, "first"},
+                                                                                  {WaypointChains::kNever, "never"}});
 
 /// Options of LegOpt-best. The defaults of the trust region differ from TrajOpt's: a wide box, gentle shrinking and
 /// early convergence halve the number of iterations and give better optima.
@@ -139,12 +140,17 @@ struct BestOptions {
   /// waypoints. With a single waypoint, the fifth and later ones begin at such a solution.
   int waypoint_starts = 20;
   WaypointChains waypoint_chains = WaypointChains::kLast;
+  /// How often a window without a solution is solved again together with earlier stances of its motion, three more
+  /// each time, >= 0.
+  int window_backtracks = 4;
   int refinements = 0;  ///< starts around the feasible solution, to lower its cost; single waypoints only, >= 0
   double refinement_noise = 0.5;  ///< half width of the noise of refinements; rad, m; > 0
 
   /// Visits the fields under their keys in `options:`, including those of the trust region (option_fields.h).
   static void Visit(auto& options, auto& fields) {
     constexpr int kMaxStarts = 1000;
+    constexpr int kMaxBacktracks = 100;
+    constexpr int kUsualBacktracks = 4;
     constexpr double kMinNoise = 1e-6;
     constexpr double kMaxNoise = 10.0;
     constexpr double kAlwaysWritten = 0.0;
@@ -155,6 +161,7 @@ struct BestOptions {
     fields.Number("rescue_noise", options.rescue_noise, kMinNoise, kMaxNoise);
     fields.Integer("waypoint_starts", options.waypoint_starts, 0, kMaxStarts);
     fields.ChoiceWithDefault("waypoint_chains", options.waypoint_chains, WaypointChains::kLast);
+    fields.IntegerWithDefault("window_backtracks", options.window_backtracks, 0, kMaxBacktracks, kUsualBacktracks);
     fields.Integer("refinements", options.refinements, 0, kMaxStarts);
     fields.Number("refinement_noise", options.refinement_noise, kMinNoise, kMaxNoise);
   }

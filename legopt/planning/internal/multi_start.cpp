@@ -50,9 +50,6 @@ std::string WorstTermName(const Program& program, const SolverResult& result) {
   return program.terms()[static_cast<size_t>(result.value.worst_term)]->shape().name;
 }
 
-std::string WorstTerm(const Program& program, const SolverResult& result) {
-  const std::string name = WorstTermName(program, result);
-  return name.empty() ? "" : "largest violation: " + name;
-}
+std::string WorstTerm(const std::string& name) { return name.empty() ? "" : "largest violation: " + name; }
 
 }  // namespace legopt

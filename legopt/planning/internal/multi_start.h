@@ -39,7 +39,7 @@ struct MultiStartResult {
 std::string WorstTermName(const Program& program, const SolverResult& result);
 
 /// Returns "largest violation: " and that name; empty without a name.
-std::string WorstTerm(const Program& program, const SolverResult& result);
+std::string WorstTerm(const std::string& name);
 
 /// Makes one attempt from `start`, then up to max_restarts from perturbed copies of it, until one ends feasible.
 MultiStartResult SolveWithRestarts(Solver& solver, Program& program, const Eigen::VectorXd& start,

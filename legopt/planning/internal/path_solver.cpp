@@ -302,7 +302,7 @@ bool PathSolver::SolvePieces(const MultiStartSettings& attempts, Program& progra
   solution->status = result.best.status;
   solution->max_violation = result.best.value.max_violation;
   solution->margin_relaxed = result.best.margin_relaxed;
-  solution->message = result.best.feasible ? "" : WorstTerm(program, result.best);
+  solution->message = result.best.feasible ? "" : WorstTerm(WorstTermName(program, result.best));
   return result.best.feasible;
 }
 

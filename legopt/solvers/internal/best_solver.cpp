@@ -84,6 +84,7 @@ BestSolver::BestSolver(const BestOptions& options)
 
 SolverResult BestSolver::Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) {
   start_ = x;
+  waypoint_unsolved_ = false;
   is_window_ = program.num_waypoints() > 1 && LastWaypointIsFree(program, x);
   const size_t first_record = NumRecords(context);
   SolverResult best = Begin(program, context, x);
@@ -91,6 +92,7 @@ SolverResult BestSolver::Solve(Program& program, Eigen::VectorXd& x, const Solve
   if (best.status == SolveStatus::kNumericalFailure && !best.value.IsFinite()) return best;
   if (options_.rescues > 0) Rescue(program, context, x, best);
   Refine(program, context, x, best);
+  best.waypoint_unsolved = waypoint_unsolved_ && !best.feasible;
   RecordMove(context, first_record, first, best.value);
   CloseHistory(context, first_record, best.value);
   return best;
@@ -155,7 +157,7 @@ void BestSolver::Rescue(Program& program, const SolverContext& context, Eigen::V
     if (goes_on()) TryRestart(program, context, solved, x, best);
   }
   if (goes_on()) RestartWithManyStarts(program, context, x, best);
-  if (goes_on() && chains != WaypointChains::kNever) RestartWithChain(program, context, kLastChains, x, best);
+  if (goes_on() && !waypoint_unsolved_ && chains != WaypointChains::kNever) RestartWithChain(program, context, kLastChains, x, best);
   if (goes_on()) RestartWithRelaxedMargins(program, context, x, best);
 }
 
@@ -211,7 +213,9 @@ void BestSolver::RestartWithManyStarts(Program& program, const SolverContext& co
                                        SolverResult& best) {
   if (!is_window_ || options_.waypoint_starts == 0) return;  // restarts of a single waypoint are already of this kind
   const WaypointSearch rescue{Waypoints::kViolated, kPatience * options_.waypoint_starts};
-  if (SolveWaypoints(program, context, rescue, x, best)) TryRestart(program, context, true, x, best);
+  const bool solved = SolveWaypoints(program, context, rescue, x, best);
+  if (solved) TryRestart(program, context, true, x, best);
+  waypoint_unsolved_ = !solved && !IsStopped(best.status);
 }
 
 void BestSolver::RestartWithChain(Program& program, const SolverContext& context, int attempts, Eigen::VectorXd& x,

@@ -36,6 +36,7 @@ class BestSolver : public Solver {
   explicit BestSolver(const BestOptions& options);
 
   SolverResult Solve(Program& program, Eigen::VectorXd& x, const SolverContext& context) override;
+  int max_backtracks() const override { return options_.window_backtracks; }
 
  private:
   /// Variables to which noise is added.
@@ -122,6 +123,7 @@ class BestSolver : public Solver {
   Eigen::VectorXd start_, trial_, solved_, point_, nearest_, dx_, lower_, upper_;
   bool is_window_ = false;  ///< several waypoints, the last one free; false for segments between fixed end points
   bool had_first_descent_ = false;
+  bool waypoint_unsolved_ = false;  ///< a waypoint was not solved even alone
   std::vector<double> violation_;  ///< one entry per waypoint
   std::vector<double> scratch_;
 };

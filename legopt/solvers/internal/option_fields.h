@@ -61,6 +61,11 @@ class BasicOptionFields {
     if (value != usual || !omits_defaults()) Choice(key, value);
   }
 
+  /// Visits an integer that was added later, as ChoiceWithDefault.
+  void IntegerWithDefault(const char* key, Field<int> value, int low, int high, int usual) {
+    if (value != usual || !omits_defaults()) Integer(key, value, low, high);
+  }
+
   /// Visits a number that was added later, as ChoiceWithDefault.
   void NumberWithDefault(const char* key, Field<double> value, double low, double high, double usual) {
     if (value != usual || !omits_defaults()) Number(key, value, low, high);
