@@ -296,5 +296,50 @@ TEST(Best, AStopEndsTheWaypointsAlone) {
   }
 }
 
+/// Four waypoints at -1 or 1, the first one fixed at 1, and steps of at most 0.1: all must be at 1. Alone, each ends at
+/// the nearer of both places.
+class TwoPlaces : public AnalyticProgram {
+ public:
+  TwoPlaces() : AnalyticProgram(Eigen::Vector4d(1, -2, -2, -2), Eigen::Vector4d(1, 2, 2, 2), 4) {
+    for (int t = 1; t < 4; ++t) {
+      AddShaped({"place", TermKind::kEquality, t, 1, -1}, [](const VectorXd& x) { return One(x[0] * x[0] - 1.0); });
+    }
+    for (int t = 0; t < 3; ++t) {
+      AddShaped({"step", TermKind::kInequality, t, 2, -1},
+                [](const VectorXd& x) { return One(std::abs(x[1] - x[0]) - 0.1); });
+    }
+  }
+};
+
+TEST(Best, AChainOfWaypointsFollowsTheConstraintsBetweenThem) {
+  TwoPlaces program;
+  const Eigen::Vector4d start(1, -0.9, -0.9, -0.9);
+  BestOptions options = QuietRestarts();
+  options.waypoint_chains = WaypointChains::kNever;
+  VectorXd x = start;
+  EXPECT_FALSE(Solve(options, program, x).feasible);
+  for (const WaypointChains chains : {WaypointChains::kLast, WaypointChains::kFirst}) {
+    options.waypoint_chains = chains;
+    x = start;
+    const SolverResult result = Solve(options, program, x);
+    EXPECT_TRUE(result.feasible);
+    EXPECT_LT((x - Eigen::Vector4d::Ones()).cwiseAbs().maxCoeff(), 1e-3) << x.transpose();
+  }
+}
+
+TEST(Best, AWaypointWithoutASolutionAloneIsReported) {
+  TwoPlaces possible;
+  BestOptions options = QuietRestarts();
+  options.waypoint_chains = WaypointChains::kNever;
+  VectorXd x = Eigen::Vector4d(1, -0.9, -0.9, -0.9);
+  EXPECT_FALSE(Solve(options, possible, x).waypoint_unsolved) << "each has one; together they have none from there";
+  TwoPlaces impossible;
+  impossible.AddShaped({"nowhere", TermKind::kEquality, 2, 1, -1}, [](const VectorXd& y) { return One(y[0] - 0.5); });
+  x = Eigen::Vector4d(1, -0.9, -0.9, -0.9);
+  const SolverResult result = Solve(options, impossible, x);
+  EXPECT_FALSE(result.feasible);
+  EXPECT_TRUE(result.waypoint_unsolved);
+}
+
 }  // namespace
 }  // namespace legopt

@@ -38,6 +38,27 @@ TEST_F(WaypointViewTest, HoldsTheConstraintsOfItsWaypointAlone) {
   EXPECT_EQ(shape.waypoint, 0) << "seen from inside, it is the first";
 }
 
+TEST_F(WaypointViewTest, MayIncludeItsCostsAndTheTermsSharedWithItsPredecessor) {
+  program_.AddShaped({"next", TermKind::kEquality, 1, 2, -1}, [](const VectorXd& x) { return One(x[1] - x[0]); });
+  WaypointView view(program_, 1, Vector3d(0.75, 0, 2), ViewedTerms::kUpToWaypoint);
+  std::vector<std::string> names;
+  for (const auto& term : view.terms()) names.push_back(term->shape().name);
+  EXPECT_EQ(names, (std::vector<std::string>{"cost", "floor", "chain"})) << "the next waypoint's term is not its own";
+  Term& chain = *view.terms()[2];
+  EXPECT_EQ(chain.shape().waypoint, 0);
+  EXPECT_EQ(chain.shape().num_waypoints, 1);
+  view.SetPoint(One(0.25));
+  std::vector<double> residuals;
+  chain.Evaluate(residuals);
+  EXPECT_EQ(residuals, std::vector<double>{0.25 - 0.75}) << "the predecessor stays";
+  LinearModel model;
+  chain.Linearize(model);
+  ASSERT_EQ(model.rows(), 1);
+  ASSERT_EQ(model.num_waypoints(), 1);
+  EXPECT_EQ(model.value(0), -0.5);
+  EXPECT_NEAR(model.row(0, 0)[0], 1.0, 1e-8) << "the derivative by this waypoint";
+}
+
 TEST_F(WaypointViewTest, MovesItsPartOfTheWhole) {
   WaypointView view(program_, 1, x_);
   view.SetPoint(One(0.25));
