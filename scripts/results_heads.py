@@ -63,7 +63,7 @@ EQUAL_EFFORT_HEAD = """# All solvers at equal effort
 and work are the same on every machine with this build.
 
 Every solver restarts from perturbed initial guesses until a run solves its problem or has made 300,000 term evaluations
-for a posture, 10,000,000 for a motion. CMA-ES doubles its samples with each restart
+for a posture, 2,000,000 for a motion. CMA-ES doubles its samples with each restart
 ([IPOP](../docs/reference/suites.md#options-of-the-solver-cma_es)); LegOpt-best also restarts inside an attempt. All end
 at the tolerance 1e-4. Success is by the [solid rule](../docs/explanation/judge.md#solid-rule).
 

@@ -56,7 +56,7 @@ ExitCode Compare(const CompareOptions& options) {
 
 void AddCompareCommand(const app::Command& program, Invocation* invocation) {
   constexpr double kLargestMargin_percent = 1000.0;
-  constexpr int kLargestFamily = 100'000;
+  constexpr int kLargestFamily = 1'000;  // beyond it, the resamples do not reach the tails
   const auto command = program.AddCommand("compare", "Compare two methods, experiments or database files by problems");
   const auto options = std::make_shared<CompareOptions>();
   ComparisonRequest& request = options->request;
@@ -80,9 +80,10 @@ void AddCompareCommand(const app::Command& program, Invocation* invocation) {
       .Check(app::Number(0, kLargestMargin_percent));
   AddChargeOption(command, &options->charge_s);
   command
-      .AddOption("--family", request.options.family,
-                 "Number of comparisons in the whole document, if it shows more than these: p and intervals are "
-                 "adjusted for all")
+      .AddOption(
+          "--family", request.options.family,
+          "Number of comparisons in the whole document: p and intervals are adjusted for so many (default: those "
+          "shown)")
       .Check(app::WholeNumber(1, kLargestFamily));
   command.AddFlag("--fail-if-worse", options->fail_if_worse,
                   "Exit with " + std::to_string(static_cast<int>(ExitCode::kWorse)) +

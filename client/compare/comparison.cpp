@@ -53,10 +53,11 @@ std::vector<ProblemPair> PairsOf(const SolveCell& a, const SolveCell& b, CellCom
 // take seconds. BCa alone computes the statistic once for each problem left out.
 statistics::BootstrapOptions BootstrapOf(std::size_t problems, const ComparisonOptions& options) {
   constexpr double kMaxDraws = 2e7;
-  constexpr int kUsualMost = 10'000, kMost = 50'000;
-  const int fewest = std::min(1'000 * options.family, kMost);  // the tails of higher levels need more
-  const int most = std::max(kUsualMost, fewest);
   constexpr std::size_t kMaxCorrected = 5'000;
+  constexpr int kUsualMost = 10'000;
+  const int affordable_most = problems > kMaxCorrected ? kUsualMost : 50'000;
+  const int fewest = std::min(1'000 * options.family, affordable_most);  // the tails of higher levels need more
+  const int most = std::max(kUsualMost, fewest);
   const double affordable = kMaxDraws / static_cast<double>(std::max<std::size_t>(problems, 1));
   return {.resamples = static_cast<int>(std::clamp<double>(affordable, fewest, most)),
           .level = options.level(),

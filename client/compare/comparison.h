@@ -109,9 +109,9 @@ int NumCommonProblems(const SolveCell& a, const SolveCell& b);
 CellComparison CompareCells(const SolveCell& a, const SolveCell& b, const Charge& charge,
                             const ComparisonOptions& options);
 
-/// Adjusts the p-values of the cells for the whole family, separately for each of the four tests, and sets the changes (see
-/// docs/explanation/statistics.md): success first; otherwise work and cost, each only if its interval and its adjusted
-/// p-value agree. Time decides only where work was not counted: it depends on load and machine.
+/// Adjusts the p-values of the cells for the whole family, separately for each of the four tests, and sets the changes
+/// (see docs/explanation/statistics.md): success first; otherwise work and cost, each only if its interval and its
+/// adjusted p-value agree. Time decides only where work was not counted: it depends on load and machine.
 void Decide(const ComparisonOptions& options, std::vector<CellComparison>* cells);
 
 /// Returns the overall change of all cells.

@@ -155,7 +155,8 @@ std::string RuleText(const Comparison& comparison) {
                                                   " values with a nominal probability of 95 % (Bonferroni)";
   const bool all_shown = family == comparison.cells.size();
   return intervals + "; p is adjusted by Holm over the " + std::to_string(family) +
-         (all_shown ? " comparisons shown" : " comparisons of the whole document") + ", each test for itself. Rule: success decides where its adjusted p is below 0.05; else "
+         (all_shown ? " comparisons shown" : " comparisons of the whole document") +
+         ", each test for itself. Rule: success decides where its adjusted p is below 0.05; else "
          "work and cost on what both solved, each where its interval lies beyond 1" +
          margin +
          " and its adjusted p is below 0.05. Work: term evaluations, weighted by kind, which do not depend on the "

@@ -338,10 +338,11 @@ void NoteCells(const std::vector<CellComparison>& cells, std::vector<std::string
 // Reads how times of identical work differ in the experiments of both sides.
 std::vector<IdenticalWork> IdenticalWorkOf(const Sides& sides, const ComparisonRequest& request) {
   const auto& [a, b] = sides;
-  std::vector<IdenticalWork> identical =
-      ReadIdenticalWork(*a.source, a.experiment, RuleOf(sides, request), request.options);
+  ComparisonOptions options = request.options;
+  options.family = 1;  // a margin is no test
+  std::vector<IdenticalWork> identical = ReadIdenticalWork(*a.source, a.experiment, RuleOf(sides, request), options);
   if (a.place == b.place && a.experiment.info.id == b.experiment.info.id) return identical;
-  for (IdenticalWork& work : ReadIdenticalWork(*b.source, b.experiment, RuleOf(sides, request), request.options)) {
+  for (IdenticalWork& work : ReadIdenticalWork(*b.source, b.experiment, RuleOf(sides, request), options)) {
     identical.push_back(std::move(work));
   }
   return identical;

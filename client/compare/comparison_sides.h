@@ -24,7 +24,7 @@ struct ComparisonRequest {
   std::optional<Rule> rule;                ///< default: the weaker of the rules of A and B
   std::optional<double> charge_ms;         ///< charge of a failed run, see ChargesOf
   SourceOptions source;
-  ComparisonOptions options;               ///< family: at least the number of comparisons of this request
+  ComparisonOptions options;  ///< family: at least the number of comparisons of this request
 };
 
 /// Description of one of the two sides.

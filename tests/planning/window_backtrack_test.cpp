@@ -4,7 +4,6 @@
 
 #include <functional>
 #include <memory>
-#include <utility>
 #include <vector>
 
 #include "legopt/planning/problem_solver.h"
@@ -18,7 +17,8 @@ namespace {
 struct Script {
   std::function<SolverResult(int call)> answer;
   int max_backtracks = 0;
-  std::vector<int> num_waypoints;  ///< of the programs, in order of the calls
+  std::vector<int> num_waypoints = {};  ///< of the programs, in order of the calls
+  int cancelled_at = -1;                ///< call that is cancelled
 };
 
 /// Moves no waypoint, and answers by a script.
@@ -30,6 +30,9 @@ class ScriptedSolver : public Solver {
     SolverResult result = script_->answer(static_cast<int>(script_->num_waypoints.size()));
     script_->num_waypoints.push_back(program.num_waypoints());
     result.status = result.feasible ? SolveStatus::kConvergedFeasible : SolveStatus::kConvergedInfeasible;
+    if (script_->cancelled_at == static_cast<int>(script_->num_waypoints.size()) - 1) {
+      result.status = SolveStatus::kCancelled;
+    }
     context.Record({.cost = result.value.cost, .violation = result.value.max_violation, .accepted = true});
     return result;
   }
@@ -81,9 +84,7 @@ SolverResult Answer(bool feasible, int call) {
 }
 
 TEST_F(WindowBacktrack, GoesBackByThreeStancesEachTime) {
-  Script script{.answer = [](int call) { return Answer(call != 2 && call != 3, call); },
-                .max_backtracks = 4,
-                .num_waypoints = {}};
+  Script script{.answer = [](int call) { return Answer(call != 2 && call != 3, call); }, .max_backtracks = 4};
   const SolveOutcome outcome = Run(script);
   // The third window fails, and so does the program with three more stances; with six more it is solved.
   EXPECT_EQ(script.num_waypoints, (std::vector<int>{12, 12, 12, 18, 24}));
@@ -94,12 +95,14 @@ TEST_F(WindowBacktrack, GoesBackByThreeStancesEachTime) {
   EXPECT_EQ(outcome.max_violation, 0.0) << "of the returned point";
   EXPECT_EQ(outcome.waypoints.size(), 2 * kStances);
   EXPECT_EQ(outcome.iterations, 5) << "all attempts count";
+  EXPECT_EQ(outcome.restarts, 2) << "each backtrack is an attempt beyond the first";
+  EXPECT_EQ(outcome.history.back().restart, 2);
   ASSERT_FALSE(outcome.history.empty());
   EXPECT_EQ(outcome.history.back().cost, 4.0);
 }
 
 TEST_F(WindowBacktrack, ReachesTheFirstStanceAndEnds) {
-  Script script{.answer = [](int call) { return Answer(call == 0, call); }, .max_backtracks = 9, .num_waypoints = {}};
+  Script script{.answer = [](int call) { return Answer(call == 0, call); }, .max_backtracks = 9};
   const SolveOutcome outcome = Run(script);
   // The second window begins with stance 5: three and then five more stances.
   EXPECT_EQ(script.num_waypoints, (std::vector<int>{12, 12, 18, 22}));
@@ -111,14 +114,15 @@ TEST_F(WindowBacktrack, ReachesTheFirstStanceAndEnds) {
   EXPECT_EQ(outcome.waypoints.size(), 12U) << "the solved window is kept";
   EXPECT_EQ(outcome.iterations, 4);
   EXPECT_EQ(outcome.history.back().violation, 2.0) << "the returned point";
+  EXPECT_EQ(outcome.history.back().restart, 0) << "which the first attempt found";
 }
 
 TEST_F(WindowBacktrack, IsAsOftenAsTheSolverAsks) {
   const auto fails = [](int call) { return Answer(call == 0, call); };
-  Script never{.answer = fails, .max_backtracks = 0, .num_waypoints = {}};
+  Script never{.answer = fails, .max_backtracks = 0};
   Run(never);
   EXPECT_EQ(never.num_waypoints, (std::vector<int>{12, 12}));
-  Script once{.answer = fails, .max_backtracks = 1, .num_waypoints = {}};
+  Script once{.answer = fails, .max_backtracks = 1};
   Run(once);
   EXPECT_EQ(once.num_waypoints, (std::vector<int>{12, 12, 18}));
 }
@@ -130,14 +134,44 @@ TEST_F(WindowBacktrack, IsNoHelpForAWaypointThatHasNoSolutionAlone) {
                       result.waypoint_unsolved = !result.feasible;
                       return result;
                     },
-                .max_backtracks = 4,
-                .num_waypoints = {}};
+                .max_backtracks = 4};
   Run(script);
   EXPECT_EQ(script.num_waypoints, (std::vector<int>{12, 12}));
 }
 
+TEST_F(WindowBacktrack, AStopKeepsTheWindowItself) {
+  Script script{.answer = [](int call) { return Answer(call == 0, call); }, .max_backtracks = 4};
+  script.cancelled_at = 2;
+  const SolveOutcome outcome = Run(script);
+  EXPECT_EQ(script.num_waypoints, (std::vector<int>{12, 12, 18}));
+  EXPECT_EQ(outcome.status, SolveStatus::kCancelled);
+  ASSERT_TRUE(outcome.unsolved);
+  EXPECT_EQ(outcome.unsolved->first_stance, 5);
+  EXPECT_EQ(outcome.unsolved->max_violation, 2.0) << "its own best point, not that of the cancelled attempt";
+}
+
+TEST_F(WindowBacktrack, FiguresOfReplacedWindowsAreForgotten) {
+  Script script{.answer =
+                    [](int call) {
+                      SolverResult result = Answer(call != 2, call);
+                      result.margin_relaxed = call == 1 ? 1.0 : 0.0;
+                      return result;
+                    },
+                .max_backtracks = 4};
+  const SolveOutcome outcome = Run(script);
+  EXPECT_EQ(script.num_waypoints, (std::vector<int>{12, 12, 12, 18}));
+  EXPECT_EQ(outcome.margin_relaxed, 1.0) << "stances 5 and 6 are still those of the second window";
+  script.num_waypoints.clear();
+  script.answer = [](int call) {
+    SolverResult result = Answer(call != 2 && call != 3, call);
+    result.margin_relaxed = call == 1 ? 1.0 : 0.0;
+    return result;
+  };
+  EXPECT_EQ(Run(script).margin_relaxed, 0.0) << "all its stances were solved again";
+}
+
 TEST_F(WindowBacktrack, TheFirstWindowHasNothingBeforeIt) {
-  Script script{.answer = [](int call) { return Answer(false, call); }, .max_backtracks = 4, .num_waypoints = {}};
+  Script script{.answer = [](int call) { return Answer(false, call); }, .max_backtracks = 4};
   Run(script);
   EXPECT_EQ(script.num_waypoints, (std::vector<int>{12}));
 }

@@ -17,6 +17,7 @@ MultiStartResult SolveWithRestarts(Solver& solver, Program& program, const Eigen
   Eigen::VectorXd x;
   const SolverContext all{settings.stop, nullptr, settings.history, settings.stamp};
   const size_t first_record = NumRecords(all);
+  bool waypoint_unsolved = true;  // by no attempt
   for (int restart = 0; restart <= settings.max_restarts; ++restart) {
     std::mt19937_64 generator = settings.generator(restart);
     x = start;
@@ -30,6 +31,7 @@ MultiStartResult SolveWithRestarts(Solver& solver, Program& program, const Eigen
     const SolverResult attempt = solver.Solve(program, x, context);
     result.restarts = restart;
     result.effort += attempt;
+    waypoint_unsolved = waypoint_unsolved && attempt.waypoint_unsolved;
     if (restart == 0 || Better(attempt, result.best)) {
       result.best = attempt;
       result.x = x;
@@ -41,6 +43,7 @@ MultiStartResult SolveWithRestarts(Solver& solver, Program& program, const Eigen
     }
     if (IsStopped(attempt.status) || attempt.feasible) break;
   }
+  result.best.waypoint_unsolved = waypoint_unsolved;
   CloseHistory(all, first_record, result.best.value);
   return result;
 }

@@ -80,15 +80,23 @@ MultiStartSettings ProblemSolver::Run::Attempts(std::string identity, int window
   return attempts;
 }
 
-void ProblemSolver::Run::Account(const MultiStartResult& result) {
-  outcome_.restarts += result.restarts;
-  outcome_ += result.effort;
+void ProblemSolver::Run::Account(const WindowResult& result) {
+  const MultiStartResult& attempts = result.attempts;
+  outcome_.restarts += attempts.restarts;
+  outcome_ += attempts.effort;
   // Several windows: status of the first that did not converge, or of the one that ended the solve.
   const bool converged = outcome_.status == SolveStatus::kNotRun || outcome_.status == SolveStatus::kConvergedFeasible;
-  if (converged || !result.best.feasible || result.stopped()) outcome_.status = result.best.status;
-  outcome_.budget_spent = result.best.budget_spent;
-  outcome_.max_violation = std::max(outcome_.max_violation, result.best.value.max_violation);
-  outcome_.margin_relaxed = std::max(outcome_.margin_relaxed, result.best.margin_relaxed);
+  if (converged || !attempts.best.feasible || attempts.stopped()) outcome_.status = attempts.best.status;
+  outcome_.budget_spent = attempts.best.budget_spent;
+  std::erase_if(accuracies_, [&](const WindowAccuracy& accuracy) {  // windows that this one replaces
+    return attempts.best.feasible && accuracy.first_stance >= result.window.first_stance;
+  });
+  accuracies_.push_back({result.window.first_stance, attempts.best.value.max_violation, attempts.best.margin_relaxed});
+  outcome_.max_violation = outcome_.margin_relaxed = 0.0;
+  for (const WindowAccuracy& accuracy : accuracies_) {
+    outcome_.max_violation = std::max(outcome_.max_violation, accuracy.max_violation);
+    outcome_.margin_relaxed = std::max(outcome_.margin_relaxed, accuracy.margin_relaxed);
+  }
 }
 
 SolveOutcome ProblemSolver::Run::Finish() {
@@ -145,19 +153,24 @@ std::string ProblemSolver::Run::WindowName(const StanceWindow& window, int index
          "), ";
 }
 
-/// Solves the program of a window's stances. `identity` determines the noise of restarts.
+/// Solves the program of a window's stances. `identity` determines the noise of restarts; `first_restart` is the number
+/// of the first attempt.
 ProblemSolver::Run::WindowResult ProblemSolver::Run::SolveStances(const ProblemDefinition& problem,
                                                                   const StanceWindow& window, int index,
-                                                                  const std::string& identity) {
+                                                                  const std::string& identity, int first_restart) {
   const std::span<const Stance> stances =
       std::span(problem.stances)
           .subspan(static_cast<size_t>(window.first_stance), static_cast<size_t>(window.num_stances));
   const bool fixed_first = window.first_stance > 0;
   const auto program = MakeTaskProgram(task_.task, dataset_, query_, stances, OptionsOfPrograms(), fixed_first);
   program_ = program.get();
+  MultiStartSettings attempts = Attempts(identity, index, fixed_first ? Ends::kFirstFixed : Ends::kFree);
+  attempts.stamp = [stamp = attempts.stamp, first_restart](IterationRecord& step) {
+    step.restart += first_restart;
+    stamp(step);
+  };
   WindowResult result{.window = window, .attempts = {}, .worst_term = {}};
-  result.attempts = SolveWithRestarts(*solver_, *program, WindowStart(window, stances),
-                                      Attempts(identity, index, fixed_first ? Ends::kFirstFixed : Ends::kFree));
+  result.attempts = SolveWithRestarts(*solver_, *program, WindowStart(window, stances), attempts);
   outcome_.term_evaluations = Evaluations();
   outcome_.work_ns = Work_ns();
   program_ = nullptr;
@@ -166,31 +179,35 @@ ProblemSolver::Run::WindowResult ProblemSolver::Run::SolveStances(const ProblemD
 }
 
 /// Solves a window without a solution together with earlier stances, which may have led into a dead end. Replaces
-/// `result` if that succeeds or is stopped; adds the effort otherwise.
+/// `result` if that succeeds; adds the effort otherwise.
 void ProblemSolver::Run::Backtrack(const ProblemDefinition& problem, int index, WindowResult* result) {
   const StanceWindow window = result->window;
-  const SolverContext all{{}, nullptr, &outcome_.history, Attempts("", index, Ends::kFree).stamp};
   for (int k = 1; k <= solver_->max_backtracks(); ++k) {
     const int back = std::min(k * kStancesBack, window.first_stance);
     const SolverResult& best = result->attempts.best;
     if (back <= (k - 1) * kStancesBack || best.feasible || best.waypoint_unsolved || IsStopped(best.status)) return;
     const StanceWindow wider{window.first_stance - back, window.num_stances + back};
-    const size_t first_record = NumRecords(all);
-    WindowResult another =
-        SolveStances(problem, wider, index, Identity(problem, index) + "back/" + std::to_string(k) + "/");
-    if (another.attempts.best.feasible || another.attempts.stopped()) std::swap(*result, another);
+    const std::string identity = Identity(problem, index) + "back/" + std::to_string(k) + "/";
+    WindowResult another = SolveStances(problem, wider, index, identity, result->attempts.restarts + 1);
+    if (another.attempts.best.feasible) std::swap(*result, another);
     result->attempts.effort += another.attempts.effort;
-    result->attempts.restarts += another.attempts.restarts;
-    CloseHistory(all, first_record, result->attempts.best.value);
+    result->attempts.restarts += another.attempts.restarts + 1;
+    if (another.attempts.stopped()) {
+      result->attempts.best.status = another.attempts.best.status;
+      result->attempts.best.budget_spent = another.attempts.best.budget_spent;
+    }
   }
 }
 
 /// Solves one window. Returns false if the window failed or was stopped, which ends the problem. The best point is kept
 /// even if it is infeasible; for windows, apart from the waypoints of the solved windows.
 bool ProblemSolver::Run::SolveWindow(const ProblemDefinition& problem, const StanceWindow& window, int index) {
-  WindowResult result = SolveStances(problem, window, index, Identity(problem, index));
+  const SolverContext all{{}, nullptr, &outcome_.history, Attempts("", index, Ends::kFree).stamp};
+  const size_t first_record = NumRecords(all);
+  WindowResult result = SolveStances(problem, window, index, Identity(problem, index), 0);
   Backtrack(problem, index, &result);
-  Account(result.attempts);
+  CloseHistory(all, first_record, result.attempts.best.value);
+  Account(result);
   const SolverResult& best = result.attempts.best;
   const bool failed = !best.feasible;
   if (failed) {

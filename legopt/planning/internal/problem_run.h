@@ -40,6 +40,7 @@ class ProblemSolver::Run {
         settings_(settings),
         solver_(MakeSolver(method, registry)) {}
 
+  /// Solves the problem. Must be called once.
   SolveOutcome Solve(const ProblemDefinition& problem);
 
  private:
@@ -72,16 +73,22 @@ class ProblemSolver::Run {
     MultiStartResult attempts;  ///< result of all its attempts
     std::string worst_term;     ///< term with the largest violation; empty if feasible
   };
+  /// Accuracy of one window's point.
+  struct WindowAccuracy {
+    int first_stance = 0;
+    double max_violation = 0.0;
+    double margin_relaxed = 0.0;
+  };
   Eigen::VectorXd WindowStart(const StanceWindow& window, std::span<const Stance> stances) const;
   WindowResult SolveStances(const ProblemDefinition& problem, const StanceWindow& window, int index,
-                            const std::string& identity);
+                            const std::string& identity, int first_restart);
   void Backtrack(const ProblemDefinition& problem, int index, WindowResult* result);
   bool SolveWindow(const ProblemDefinition& problem, const StanceWindow& window, int index);
   void SolveSegments(const ProblemDefinition& problem);
   void KeepWindow(const StanceWindow& window, const Eigen::VectorXd& x);
   void KeepUnsolved(const StanceWindow& window, const Eigen::VectorXd& x);
   std::string WindowName(const StanceWindow& window, int index) const;
-  void Account(const MultiStartResult& result);
+  void Account(const WindowResult& result);
 
   // Paths between the waypoints.
   WaypointPath CurrentPath(const ProblemDefinition& problem, int first, int last) const;
@@ -113,6 +120,7 @@ class ProblemSolver::Run {
   SolveTimer timer_;
   SolveOutcome outcome_;
   const Program* program_ = nullptr;                    ///< program of the current window
+  std::vector<WindowAccuracy> accuracies_;              ///< of all windows whose waypoints are kept
   double window_costs_ = 0.0;                           ///< sum of the programs' own costs
   std::optional<PathSolver> paths_;                     ///< used by continuous tasks once the waypoints are known
   std::vector<std::vector<Eigen::VectorXd>> segments_;  ///< points between the waypoints of a continuous task

@@ -1,6 +1,6 @@
+#include <algorithm>
 #include <map>
 #include <set>
-#include <utility>
 
 #include "legopt/planning/internal/problem_run.h"
 

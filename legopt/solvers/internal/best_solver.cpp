@@ -14,7 +14,7 @@ namespace {
 constexpr double kWidening = 0.2;        // relative growth of the noise with each start of a single waypoint
 constexpr double kChainWidening = 0.25;  // growth of the noise with every second start of a chain's waypoint
 constexpr double kNear = 0.8;            // largest change of a variable from one waypoint of a chain to the next
-constexpr int kLinkPenalties = 3;                  // penalty iterations of a waypoint of a chain
+constexpr int kLinkPenalties = 3;        // penalty iterations of a waypoint of a chain
 constexpr int kStepsBack = 4;            // a chain goes back by 1, 2, 4, 8 waypoints, and again
 constexpr int kFirstChains = 4, kLastChains = 24;  // attempts to solve a window waypoint by waypoint
 constexpr int kPatience = 5;                       // factor of waypoint_starts for the violated waypoints of a window
@@ -157,7 +157,8 @@ void BestSolver::Rescue(Program& program, const SolverContext& context, Eigen::V
     if (goes_on()) TryRestart(program, context, solved, x, best);
   }
   if (goes_on()) RestartWithManyStarts(program, context, x, best);
-  if (goes_on() && !waypoint_unsolved_ && chains != WaypointChains::kNever) RestartWithChain(program, context, kLastChains, x, best);
+  if (goes_on() && !waypoint_unsolved_ && chains != WaypointChains::kNever)
+    RestartWithChain(program, context, kLastChains, x, best);
   if (goes_on()) RestartWithRelaxedMargins(program, context, x, best);
 }
 

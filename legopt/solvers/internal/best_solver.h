@@ -23,9 +23,11 @@ class WaypointView;
 ///   (joints) of the initial guess. For a single waypoint, four noisy restarts are followed by restarts from points
 ///   that satisfy its constraints without costs, found by a search of growing radius. If all waypoints were solved
 ///   alone and the descent from there ends infeasible, it is repeated with a penalty that keeps it feasible. If all
-///   restarts fail, the violated waypoints of a window are solved alone with many more starts. The last restarts relax
-///   half and then all of the terms' margins (Term::RelaxMargin), with two starts each: some narrow places have no
-///   other solution.
+///   restarts fail, the violated waypoints of a window are solved alone with many more starts. If each has a solution,
+///   chains follow: waypoints solved one after the other with the terms between them (ViewedTerms::kUpToWaypoint). They
+///   find what separate waypoints and small noise do not: neighbours in the same one of several distant regions. The
+///   last restarts relax half and then all of the terms' margins (Term::RelaxMargin), with two starts each: some narrow
+///   places have no other solution.
 /// * Refinement, for programs of one waypoint: restarts around the feasible solution, of which the cheapest feasible
 ///   result is kept. A posture has many local optima (arms, knees), and one solve takes about a millisecond.
 ///
@@ -124,7 +126,7 @@ class BestSolver : public Solver {
   bool is_window_ = false;  ///< several waypoints, the last one free; false for segments between fixed end points
   bool had_first_descent_ = false;
   bool waypoint_unsolved_ = false;  ///< a waypoint was not solved even alone
-  std::vector<double> violation_;  ///< one entry per waypoint
+  std::vector<double> violation_;   ///< one entry per waypoint
   std::vector<double> scratch_;
 };
 

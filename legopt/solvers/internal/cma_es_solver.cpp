@@ -160,7 +160,7 @@ void CmaEsSolver::Prepare(Program& program) {
 }
 
 int CmaEsSolver::NumSamples() const {
-  constexpr double kMostSamples = 2e4;  // bounds the memory of many restarts
+  constexpr double kMostSamples = 5e3;  // bounds the time between two stop checks
   const double usual = CovarianceAdaptation::DefaultSamples(static_cast<Eigen::Index>(free_.size()));
   return static_cast<int>(std::min(usual * std::pow(options_.population_growth, context().restart), kMostSamples));
 }

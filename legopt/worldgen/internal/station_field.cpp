@@ -90,6 +90,9 @@ Method FinderMethod() {
   auto options = method.options.As<BestOptions>();
   options.sqp.initial_penalty = 1e3;
   options.rescue_noise = 0.4;
+  // Not those of the suites: the problems of a seed must not change when LegOpt-best finds more of them.
+  options.waypoint_chains = WaypointChains::kNever;
+  options.window_backtracks = 0;
   method.options = options;
   return method;
 }
