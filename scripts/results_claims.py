@@ -26,7 +26,7 @@ SEEDS_CLAIMS = [
     ("LegOpt-best's cost is lower than SQP's", "SQP", "LegOpt-best", "cost"),
 ]
 PARTS_CLAIMS = [(f"{row}: {figure}", "LegOpt-best", row, figure)
-                for row in ("without internal restarts", "restarts instead", "without waypoints alone",
+                for row in ("without internal restarts", "restarts instead", "without waypoints alone", "without chains", "without going back",
                             "without free descent", "small box", "SQP with internal restarts", "SQP:multi_starts=0",
                             "SQP:multi_starts=10", "SQP:multi_starts=40")
                 for figure in ("success", "work", "cost")]

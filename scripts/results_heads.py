@@ -42,7 +42,7 @@ work are the same on every machine with this build.
 
 LegOpt-best is the penalty SQP of the paper: at x, minimise f + mu (sum |h| + sum max(0, g)) of the linearised problem in
 a box |x' - x| <= s, accept the step if the decrease is at least a share of the predicted one, and increase mu while
-constraints are violated. It differs in five parts:
+constraints are violated. It differs in seven parts:
 
 1. **Wide box**: s begins at 2 rad or m, not 0.1, and follows the measured success of steps.
 2. **Early end**: a subproblem ends at 0.1 % of its optimum, and a descent when the predicted gain is below 3 % (windows:
@@ -50,6 +50,8 @@ constraints are violated. It differs in five parts:
 3. **Free descent**: a window begins with three steps without collisions.
 4. **Waypoints alone**: a window that fails begins again from waypoints that are solved alone, for their constraints.
 5. **Internal restarts**: up to eight further starts within an attempt, the others with noise of 0.15 rad.
+6. **Chains**: if all have failed, waypoints are solved one after the other, each from the one before.
+7. **Going back**: a window without a solution is solved again together with earlier stances.
 
 Each row below leaves one part out. "SQP with internal restarts" has parts 4 and 5 only. All rows end at the tolerance
 1e-4. Success is by the [solid rule](../docs/explanation/judge.md#solid-rule). In the comparisons A is LegOpt-best, and
@@ -63,9 +65,9 @@ EQUAL_EFFORT_HEAD = """# All solvers at equal effort
 and work are the same on every machine with this build.
 
 Every solver restarts from perturbed initial guesses until a run solves its problem or has made 300,000 term evaluations
-for a posture, 2,000,000 for a motion. CMA-ES doubles its samples with each restart
-([IPOP](../docs/reference/suites.md#options-of-the-solver-cma_es)); LegOpt-best also restarts inside an attempt. All end
-at the tolerance 1e-4. Success is by the [solid rule](../docs/explanation/judge.md#solid-rule).
+for a posture, 2,000,000 for a motion, or 1,000 restarts. CMA-ES doubles its samples with each restart
+([IPOP](../docs/reference/suites.md#options-of-the-solver-cma_es)); LegOpt-best also restarts inside an attempt, and goes back to
+earlier stances only after the last restart of a window. All end at the tolerance 1e-4. Success is by the [solid rule](../docs/explanation/judge.md#solid-rule).
 
 *Targets* are multiples of the best known cost of a problem
 ([definition](../docs/explanation/statistics.md#legopt-table---targets-101112)). In the comparisons A is LegOpt-best, and

@@ -176,7 +176,7 @@ enum class ViewedTerms : std::uint8_t {
 };
 
 /// One waypoint of a program: its variables, and some of the terms that touch it. A point of the whole program is
-/// feasible if and only if every view of kUpToWaypoint is; without constraints that couple waypoints, of either kind.
+/// feasible if and only if every view of kUpToWaypoint is, or of either kind if no constraint couples waypoints.
 ///
 /// A workspace over the whole program, which must outlive it and whose point it changes. Evaluations count as the whole
 /// program's. One thread.

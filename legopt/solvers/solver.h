@@ -154,7 +154,7 @@ struct SolverResult : Effort {
   double margin_relaxed = 0.0;                ///< share of the terms' margins that was relaxed for the feasible point
                                               ///< (Term::RelaxMargin), 0 .. 1
   bool budget_spent = false;                  ///< the method's own time budget ended the attempt: kTimeLimit
-  /// A waypoint has no solution even without the others, as far as the solver knows. Moving earlier ones is no help.
+  /// A waypoint has no solution even without the others, as far as the solver knows. Then going back cannot help.
   bool waypoint_unsolved = false;
 };
 

@@ -25,7 +25,7 @@ class WaypointView;
 ///   alone and the descent from there ends infeasible, it is repeated with a penalty that keeps it feasible. If all
 ///   restarts fail, the violated waypoints of a window are solved alone with many more starts. If each has a solution,
 ///   chains follow: waypoints solved one after the other with the terms between them (ViewedTerms::kUpToWaypoint). They
-///   find what separate waypoints and small noise do not: neighbours in the same one of several distant regions. The
+///   find what separate waypoints and small noise do not: waypoints that are all in one of several distant regions. The
 ///   last restarts relax half and then all of the terms' margins (Term::RelaxMargin), with two starts each: some narrow
 ///   places have no other solution.
 /// * Refinement, for programs of one waypoint: restarts around the feasible solution, of which the cheapest feasible
