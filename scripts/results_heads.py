@@ -66,8 +66,9 @@ and work are the same on every machine with this build.
 
 Every solver restarts from perturbed initial guesses until a run solves its problem or has made 300,000 term evaluations
 for a posture, 2,000,000 for a motion, or 1,000 restarts. CMA-ES doubles its samples with each restart
-([IPOP](../docs/reference/suites.md#options-of-the-solver-cma_es)); LegOpt-best also restarts inside an attempt, and goes back to
-earlier stances only after the last restart of a window. All end at the tolerance 1e-4. Success is by the [solid rule](../docs/explanation/judge.md#solid-rule).
+([IPOP](../docs/reference/suites.md#options-of-the-solver-cma_es)). LegOpt-best also restarts inside an attempt, and goes
+back to earlier stances only after the last restart of a window. All end at the tolerance 1e-4. Success is by the
+[solid rule](../docs/explanation/judge.md#solid-rule).
 
 *Targets* are multiples of the best known cost of a problem
 ([definition](../docs/explanation/statistics.md#legopt-table---targets-101112)). In the comparisons A is LegOpt-best, and

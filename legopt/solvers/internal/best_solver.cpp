@@ -274,7 +274,8 @@ void BestSolver::SetChainStart(const WaypointView& view, int waypoint, int k, st
   const Eigen::VectorXd& of = from_previous ? trial_ : start_;
   point_ = of.segment((from_previous ? waypoint - 1 : waypoint) * size, size);
   if (k < 2) return;
-  const double near = kChainWidening * (k / 2), far = 1.0 + kWidening * (k / 2);
+  const int widenings = k / 2;
+  const double near = kChainWidening * widenings, far = 1.0 + kWidening * widenings;
   const double half_width = options_.rescue_noise * (from_previous ? near : far);
   const Eigen::VectorXd centre = point_;
   Scatter(view, centre, half_width, Noise::kAll, generator, point_);
