@@ -13,11 +13,11 @@
 namespace legopt {
 namespace {
 
-/// What a scripted solver was asked, and what it answers.
+/// Answers of a scripted solver, and a record of the programs that it was given.
 struct Script {
   std::function<SolverResult(int call)> answer;
   int max_backtracks = 0;
-  std::vector<int> num_waypoints = {};  ///< of the programs, in order of the calls
+  std::vector<int> num_waypoints = {};  ///< length of each program, in order of the calls
   int cancelled_at = -1;                ///< call that is cancelled
 };
 

@@ -17,7 +17,7 @@ MultiStartResult SolveWithRestarts(Solver& solver, Program& program, const Eigen
   Eigen::VectorXd x;
   const SolverContext all{settings.stop, nullptr, settings.history, settings.stamp};
   const size_t first_record = NumRecords(all);
-  bool waypoint_unsolved = true;  // by no attempt
+  bool waypoint_unsolved = true;  // until an attempt solves each waypoint
   for (int restart = 0; restart <= settings.max_restarts; ++restart) {
     std::mt19937_64 generator = settings.generator(restart);
     x = start;

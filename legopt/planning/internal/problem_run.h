@@ -120,7 +120,7 @@ class ProblemSolver::Run {
   SolveTimer timer_;
   SolveOutcome outcome_;
   const Program* program_ = nullptr;                    ///< program of the current window
-  std::vector<WindowAccuracy> accuracies_;              ///< of all windows whose waypoints are kept
+  std::vector<WindowAccuracy> accuracies_;              ///< one entry per window whose waypoints are kept
   double window_costs_ = 0.0;                           ///< sum of the programs' own costs
   std::optional<PathSolver> paths_;                     ///< used by continuous tasks once the waypoints are known
   std::vector<std::vector<Eigen::VectorXd>> segments_;  ///< points between the waypoints of a continuous task

@@ -246,18 +246,12 @@ int BestSolver::ExtendChain(Program& program, const SolverContext& context, int 
 
 bool BestSolver::SolveLink(WaypointView& view, const SolverContext& context, int waypoint, ChainLinks links,
                            SolverResult& best) {
-  SolverContext alone = context;
-  alone.history = nullptr;  // its steps are not steps of the whole program
   double least = std::numeric_limits<double>::infinity();
   for (int k = 0; k < options_.waypoint_starts && least > kNear; ++k) {
     SetChainStart(view, waypoint, links.anew ? k + 2 : k, context.rng());
-    const SolverResult result = link_sqp_.Solve(view, point_, alone);
-    best += result;
-    if (IsStopped(result.status)) {
-      best.status = result.status;
-      return false;
-    }
-    if (!result.feasible) continue;
+    const bool solved = SolveView(link_sqp_, view, context, best);
+    if (IsStopped(best.status)) return false;
+    if (!solved) continue;
     const Eigen::Index size = view.point_size();
     const double change =
         waypoint == 0 ? 0.0 : (point_ - trial_.segment((waypoint - 1) * size, size)).cwiseAbs().maxCoeff();
@@ -328,22 +322,22 @@ bool BestSolver::SolveWaypoint(Program& program, const SolverContext& context, i
                                SolverResult& best) {
   WaypointView view(program, waypoint, trial_);
   if (view.terms().empty() || !view.IsFree()) return true;
-  SolverContext alone = context;
-  alone.history = nullptr;  // its steps are not steps of the whole program
-  for (int k = 0; k < starts; ++k) {
+  for (int k = 0; k < starts && !IsStopped(best.status); ++k) {
     SetWaypointStart(program, view, waypoint, k, context.rng());
-    const SolverResult result = waypoint_sqp_.Solve(view, point_, alone);
-    best += result;
-    if (IsStopped(result.status)) {
-      best.status = result.status;
-      return false;
-    }
-    if (result.feasible) {
-      Part(program, trial_, waypoint) = point_;
-      return true;
-    }
+    if (!SolveView(waypoint_sqp_, view, context, best)) continue;
+    Part(program, trial_, waypoint) = point_;
+    return true;
   }
   return false;
+}
+
+bool BestSolver::SolveView(SqpSolver& sqp, WaypointView& view, const SolverContext& context, SolverResult& best) {
+  SolverContext alone = context;
+  alone.history = nullptr;  // its steps are not steps of the whole program
+  const SolverResult result = sqp.Solve(view, point_, alone);
+  best += result;
+  if (IsStopped(result.status)) best.status = result.status;
+  return result.feasible && !IsStopped(result.status);
 }
 
 void BestSolver::SetWaypointStart(const Program& program, const WaypointView& view, int waypoint, int k,

@@ -113,6 +113,9 @@ class BestSolver : public Solver {
                       const Eigen::VectorXd& x, SolverResult& best);
   /// Solves one waypoint of trial_ alone, with at most `starts` starts. Returns whether it is solved.
   bool SolveWaypoint(Program& program, const SolverContext& context, int waypoint, int starts, SolverResult& best);
+  /// Solves a view from point_, adds the effort to `best`, and sets its status after a stop. Returns whether point_ is
+  /// feasible.
+  bool SolveView(SqpSolver& sqp, WaypointView& view, const SolverContext& context, SolverResult& best);
   /// Sets point_ to start `k` of a waypoint that is solved alone: its current value, those of its neighbours, then
   /// noise of growing width around its initial guess.
   void SetWaypointStart(const Program& program, const WaypointView& view, int waypoint, int k,
