@@ -40,21 +40,9 @@ PARTS_HEAD = """# LegOpt-best without single parts
 `scripts/make-results --parts` writes this whole page; no figure is written by hand. It has no times: success, cost and
 work are the same on every machine with this build.
 
-LegOpt-best is the penalty SQP of the paper: at x, minimise f + mu (sum |h| + sum max(0, g)) of the linearised problem in
-a box |x' - x| <= s, accept the step if the decrease is at least a share of the predicted one, and increase mu while
-constraints are violated. It differs in seven parts:
-
-1. **Wide box**: s begins at 2 rad or m, not 0.1, and follows the measured success of steps.
-2. **Early end**: a subproblem ends at 0.1 % of its optimum, and a descent when the predicted gain is below 3 % (windows:
-   15 %), not 0.1 %.
-3. **Free descent**: a window begins with three steps without collisions.
-4. **Waypoints alone**: a window that fails begins again from waypoints that are solved alone, for their constraints.
-5. **Internal restarts**: up to eight further starts within an attempt, the others with noise of 0.15 rad.
-6. **Chains**: if all have failed, waypoints are solved one after the other, each from the one before.
-7. **Going back**: a window without a solution is solved again together with earlier stances.
-
-Each row below leaves one part out. "SQP with internal restarts" has parts 4 and 5 only. All rows end at the tolerance
-1e-4. Success is by the [solid rule](../docs/explanation/judge.md#solid-rule). In the comparisons A is LegOpt-best, and
+[LegOpt-best](../docs/explanation/legopt-best.md) is the paper's penalty SQP with seven other parts, which that page states
+in formulas. Each row below leaves one of them out. "SQP with internal restarts" has only restarts, and waypoints solved
+alone. All rows end at the tolerance 1e-4. Success is by the [solid rule](../docs/explanation/judge.md#solid-rule). In the comparisons A is LegOpt-best, and
 *figure* is B - A for shares of success, B / A for work and costs ([options](../docs/reference/suites.md#options-of-the-solver-best),
 [definitions](../docs/explanation/statistics.md)).
 """
@@ -73,6 +61,21 @@ back to earlier stances only after the last restart of a window. All end at the 
 *Targets* are multiples of the best known cost of a problem
 ([definition](../docs/explanation/statistics.md#legopt-table---targets-101112)). In the comparisons A is LegOpt-best, and
 *figure* is B - A for shares of success, B / A for work on problems that both solved.
+"""
+
+ORIGINAL_RULE_HEAD = """# What the original rule accepts
+
+`scripts/make-results --original-rule` writes this whole page; no figure is written by hand. It has no times.
+
+The original evaluator ignores pairs of links whose meshes intersect in a reference posture: on the Atlas both thighs, and
+the pelvis with either thigh and with `utorso` ([ignored pairs](../docs/explanation/judge.md#ignored-link-pairs)). So its
+rule accepts motions in which these bodies overlap. LegOpt-best solved the motions below twice, with all pairs of links and
+with the pairs of that rule. Both rows are counted by the original rule, then by the
+[solid rule](../docs/explanation/judge.md#solid-rule), which checks all pairs. A table names the pairs that overlap deepest.
+
+The last table of each section asks whether joints and contacts can hold the robot at the waypoints of motions that the
+original rule accepts ([definitions](../docs/explanation/judge.md#physical-rule)): `held` is the number of motions in which
+no posture exceeds an effort limit or lacks static equilibrium.
 """
 
 CONTACTS_HEAD = """# Postures and motions that need hands

@@ -1,0 +1,190 @@
+"""Sections of the pages of results: suites, datasets and the tables that show them."""
+import collections
+import functools
+import os
+import shlex
+import subprocess
+
+from result_pages import heads
+from result_pages.program import ROOT, fail, legopt
+
+LEVELS = [(kind, level) for kind in ("garage", "house") for level in ("easier", "easy", "intermediate", "hard")]
+
+Section = collections.namedtuple("Section", "name title suite options data tables")
+
+
+EITHER_PAIRS = ["--methods", "LegOpt-best,LegOpt-best original pairs", "--tasks", "motion", "--multi-starts", "0",
+                "--collision", "solid"]
+ONE_ROW = ["--methods", "LegOpt-best"]
+ALL_PAIRS = ["--methods", "LegOpt-best", "--collision", "solid", "--rule", "solid"]
+FROZEN = ["HEAD"]  # commit whose test seeds are used
+NO_STAIRS = ("house", "hard")  # none of them is standing
+
+
+def sections():
+    """Returns the sections in the order of the document. `data`: "" for the default dataset, "legopt", or the name of a
+    generated one."""
+    both = ("the default dataset", ""), ("LegOpt's problems", "legopt")
+    for where, data in both:
+        suffix = "-legopt" if data else ""
+        yield Section("table1-solid" + suffix, f"Table I on {where}: obstacles as solids", "table1",
+                      ["--collision", "solid"], data, ("plain", "statistics"))
+        yield Section("table1-surface" + suffix, f"Table I on {where}: triangles of their own, two-sided", "table1",
+                      ["--collision", "surface"], data, ("plain", "statistics"))
+        yield Section("paper" + suffix, f"Table I on {where}, by the strictest reading", "paper", [], data, ("plain",))
+        yield Section("legopt-best" + suffix, f"LegOpt-best on {where}", "legopt-best", [], data,
+                      ("plain", "solid", "statistics"))
+        yield Section("baselines" + suffix, f"Baselines on {where}", "baselines", [], data, ("plain", "statistics"))
+        yield Section("fidelity" + suffix, f"Departures from the paper, on {where}", "fidelity", [], data, ("plain",))
+        yield Section("ablation" + suffix, f"Ablations, on {where}", "ablation", [], data, ("plain", "statistics"))
+        yield Section("sample-size" + suffix, f"The sample size, on {where}", "sample-size", [], data, ("plain",))
+        yield Section("continuous" + suffix, f"Collision between waypoints, on {where}", "continuous", [], data,
+                      ("plain", "interpolation"))
+    for kind, level in LEVELS:
+        yield Section(f"levels-{kind}-{level}", f"Generated: {kind}, {level}", "levels", [], f"{kind}-{level}",
+                      ("plain",))
+
+
+def best_sections():
+    """LegOpt-best on all available data, and in buildings of seeds that no method was tuned on."""
+    places = (("LegOpt's problems", "-legopt", "legopt"), ("the default dataset", "", ""),
+              ("the hard garage", "-hard", "embedded:garage-hard"))
+    for where, suffix, data in places:
+        yield Section("legopt-best" + suffix, f"LegOpt-best on {where}", "legopt-best", ONE_ROW, data, ("plain",))
+        yield Section("solid-rule" + suffix, f"By the solid rule, on {where}", "legopt-best", ALL_PAIRS, data, ("solid",))
+        yield Section("paths" + suffix, f"Continuous motions on {where}", "paths", ONE_ROW, data, ("plain",))
+    for (kind, level), seed in fresh_seeds().items():
+        where = f"Generated: {kind}, {level}, seed {seed}"
+        data = f"fresh:{kind}-{level}"
+        yield Section(f"fresh-{kind}-{level}", where, "legopt-best", ONE_ROW, data, ("plain",))
+        yield Section(f"solid-rule-{kind}-{level}", where + ", by the solid rule", "legopt-best", ALL_PAIRS, data, ("solid",))
+
+
+def hard_sections():
+    """All rows of the table on the hard garage."""
+    for collision, obstacles in (("solid", "solids"), ("surface", "triangles of their own, two-sided")):
+        yield Section(f"table1-{collision}-hard", f"Obstacles as {obstacles}", "table1", ["--collision", collision],
+                      "embedded:garage-hard", ("plain", "statistics"))
+
+
+def seeds_sections():
+    """The best rows of the paper, and LegOpt-best, with ten seeds for each problem."""
+    for where, suffix, data in (("the default dataset", "", ""), ("the hard garage", "-hard", "embedded:garage-hard"),
+                                ("LegOpt's problems", "-legopt", "legopt")):
+        yield Section("ten-seeds" + suffix, f"On {where}", "ten-seeds", [], data, ("seeds",))
+
+
+def parts_sections():
+    """LegOpt-best with parts left out, on the hard garage."""
+    for collision, obstacles in (("solid", "solids"), ("surface", "triangles of their own, two-sided")):
+        yield Section(f"parts-{collision}", f"Obstacles as {obstacles}", "parts", ["--collision", collision],
+                      "embedded:garage-hard", ("effort",))
+
+
+def equal_effort_sections():
+    """All solvers with restarts until the same number of term evaluations."""
+    tables = ("effort", "targets")
+    yield Section("equal-effort", "On the hard garage", "equal-effort", [], "", tables)
+    yield Section("equal-effort-legopt", "LegOpt's postures", "equal-effort", ["--tasks", "posture"], "legopt", tables)
+
+
+def original_rule_sections():
+    """Motions by the original evaluator's rule, of LegOpt-best with the pairs of links that it checks, and with all."""
+    for where, suffix, data in (("LegOpt's problems", "-legopt", "legopt"), ("the hard garage", "-hard", "embedded:garage-hard")):
+        yield Section("original-rule" + suffix, f"Motions on {where}", "legopt-best", EITHER_PAIRS, data,
+                      ("literal-statistics", "solid-statistics", "overlaps", "literal-holding"))
+
+
+def contacts_sections():
+    """All methods on postures that need hands, and some on traps and on motions."""
+    yield Section("contacts-postures", "Postures that need hands", "contacts", [], "", ("rows", "families"))
+    yield Section("contacts-traps", "Traps, which no posture solves", "contacts", ["--methods", "SQP,I-SQP,Adam,LegOpt-best"],
+                  "embedded:contacts-humanoid/traps", ("rows",))
+    yield Section("contacts-motions", "Motions of the humanoid", "contacts-motions", [*ONE_ROW, "--multi-starts", "0"], "",
+                  ("effort",))
+    yield Section("contacts-motions-quadruped", "Motions of the quadruped", "contacts-motions", ONE_ROW,
+                  "embedded:contacts-quadruped", ("effort",))
+
+
+@functools.cache
+def fresh_seeds():
+    """Returns the seed of each kind and level of building: those of the frozen commit."""
+    result = subprocess.run([os.path.join(ROOT, "scripts", "test-seeds"), FROZEN[0], str(len(LEVELS))], capture_output=True,
+                            text=True, cwd=ROOT)
+    if result.returncode != 0:
+        fail(result.stderr.strip())
+    return dict(zip(LEVELS, map(int, result.stdout.split())))
+
+
+def generating(data):
+    """Returns the arguments of `legopt` that make a dataset of this name."""
+    fresh, kind_and_level = data.startswith("fresh:"), data.removeprefix("fresh:")
+    kind, level = kind_and_level.split("-")
+    seed = fresh_seeds()[kind, level] if fresh else 1
+    between_floors = 4 if fresh and (kind, level) != NO_STAIRS else 0
+    return ["generate", "dataset", "--kind", kind, "--level", level, "--seed", str(seed), "--same-floor", "8",
+            "--different-floors", str(between_floors), "--postures", "40"]
+
+
+def is_generated(data):
+    return "-" in data and not data.startswith("embedded:")
+
+
+def dataset_of(section, options):
+    """Returns the dataset's folder, generating it if missing. None for the default dataset."""
+    if section.data == "legopt":
+        return options.legopt
+    if section.data.startswith("embedded:"):
+        return os.path.join(ROOT, "data", section.data.removeprefix("embedded:"))
+    if not section.data:
+        return None
+    out = os.path.join(options.folder, "datasets", section.data.replace(":", "-"))
+    if not os.path.isdir(out):
+        legopt(*generating(section.data), "--out", out)
+    return out
+
+
+CERTIFY = ["--starts", "1000"]
+
+
+def certificate_of(section, folder):
+    """Returns the path of the certificate of a dataset that is not embedded; None for the others, and for tables
+    that do not count certified problems."""
+    counts = {"plain", "solid"} & set(section.tables)
+    if not counts or not section.data or section.data.startswith("embedded:"):
+        return None
+    return os.path.join(folder, "datasets", section.data.replace(":", "-") + "-certificate.json")
+
+
+def certify(section, dataset, folder):
+    out = certificate_of(section, folder)
+    if out and not os.path.exists(out):
+        os.makedirs(os.path.dirname(out), exist_ok=True)
+        legopt("certify", dataset, *CERTIFY, "--out", out)
+
+
+def database_of(section, folder):
+    return os.path.join(folder, section.name + ".sqlite")
+
+
+def command_of(section):
+    """Returns the command that a reader types, one per line."""
+    embedded = section.data.startswith("embedded:")
+    folder = "data/" + section.data.removeprefix("embedded:") if embedded else "FOLDER"
+    lines = [["legopt", "run", section.suite, *section.options, *(["--dataset", folder] if section.data else [])]]
+    if is_generated(section.data):
+        lines.insert(0, ["legopt", *generating(section.data), "--out", "FOLDER"])
+    if certificate_of(section, ""):
+        lines.append(["legopt", "certify", "FOLDER", *CERTIFY])
+    return "\n    ".join(shlex.join(line) for line in lines)
+
+
+Document = collections.namedtuple("Document", "file sections head has_times")
+DOCUMENTS = {"": Document("table1.md", sections, heads.HEAD, True),
+             "best": Document("legopt-best.md", best_sections, heads.BEST_HEAD, True),
+             "hard": Document("garage-hard.md", hard_sections, heads.HARD_HEAD, True),
+             "seeds": Document("ten-seeds.md", seeds_sections, heads.SEEDS_HEAD, False),
+             "parts": Document("parts.md", parts_sections, heads.PARTS_HEAD, False),
+             "original-rule": Document("original-rule.md", original_rule_sections, heads.ORIGINAL_RULE_HEAD, False),
+             "contacts": Document("contacts.md", contacts_sections, heads.CONTACTS_HEAD, False),
+             "equal-effort": Document("equal-effort.md", equal_effort_sections, heads.EQUAL_EFFORT_HEAD, False)}

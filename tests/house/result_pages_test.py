@@ -1,0 +1,138 @@
+"""scripts/make-results on a small experiment, and the first screen of results/README.md: result_pages_test.py BUILD."""
+import csv
+import importlib.util
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = os.path.realpath(os.path.join(os.path.dirname(__file__), "..", ".."))
+BUILD = os.path.abspath(sys.argv.pop(1))
+sys.path.insert(0, os.path.join(ROOT, "scripts"))
+os.environ["LEGOPT"] = os.path.join(BUILD, "legopt")
+
+from result_pages import summary, tables  # noqa: E402  after the path
+
+
+def make_results(folder, *options):
+    return subprocess.run([sys.executable, "-B", os.path.join(ROOT, "scripts", "make-results"), folder, *options],
+                          capture_output=True, text=True)
+
+
+@unittest.skipUnless(importlib.util.find_spec("matplotlib"), "SKIPPED: python3-matplotlib is missing")
+class Page(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        temporary = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(temporary.cleanup)
+        cls.folder = temporary.name
+        cls.page = os.path.join(cls.folder, "page.md")
+        cls.options = ["--parts", "--only", "parts-solid", "--narrow", "--problems 0-1 --tasks posture", "--out", cls.page]
+        run = make_results(cls.folder, *cls.options)
+        assert run.returncode == 0, run.stderr
+        with open(cls.page, encoding="utf-8") as file:
+            cls.text = file.read()
+
+    def read(self, name):
+        with open(os.path.join(self.folder, name), "rb") as file:
+            return file.read()
+
+    def test_files_that_it_names_exist(self):
+        names = re.findall(r"\((figures/[^)]+|tables/[^)]+)\)", self.text)
+        kinds = {name.split("parts-solid-")[1] for name in names}
+        self.assertLessEqual({"success.svg", "effort.svg", "profile.svg", "targets.svg", "statistics.csv", "claims.csv"}, kinds)
+        for name in names:
+            self.assertGreater(len(self.read(name)), 100, name)
+
+    def test_the_same_databases_make_the_same_bytes(self):
+        files = [os.path.join(kind, name) for kind in ("figures", "tables") for name in
+                 os.listdir(os.path.join(self.folder, kind))]
+        before = {name: self.read(name) for name in [*files, "page.md"]}
+        run = make_results(self.folder, *self.options, "--render")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertEqual({name: self.read(name) for name in before}, before)
+
+    def test_it_says_that_it_is_narrowed(self):
+        self.assertIn("Narrowed: `--problems 0-1 --tasks posture`", self.text)
+
+    def test_tables_have_every_row(self):
+        rows = list(csv.DictReader(self.read("tables/parts-solid-statistics.csv").decode().splitlines()))
+        self.assertEqual(len({tables.row_label(row | {"multi_starts": int(row["multi_starts"]), "sample_size": 100})
+                              for row in rows}), 12)
+        claims = list(csv.DictReader(self.read("tables/parts-solid-claims.csv").decode().splitlines()))
+        self.assertEqual(list(claims[0]), tables.CLAIM_FIELDS)
+        self.assertEqual({claim["a"] for claim in claims}, {"LegOpt-best"})
+
+    def test_an_experiment_without_a_rule_counts_by_the_solid_rule(self):
+        self.assertEqual(tables.rule_of(os.path.join(self.folder, "parts-solid.sqlite")), "solid")
+
+    def test_a_page_of_nothing_is_refused(self):
+        with tempfile.TemporaryDirectory() as empty:
+            run = make_results(empty, *self.options, "--render")
+            self.assertEqual(run.returncode, 1)
+            self.assertIn("has no database", run.stderr)
+
+    def test_all_pages_need_all_data(self):
+        run = make_results(self.folder, "--all")
+        self.assertEqual(run.returncode, 1)
+        self.assertIn("needs --legopt", run.stderr)
+
+
+class FirstScreen(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = temporary.name
+        os.makedirs(os.path.join(self.folder, "tables"))
+        contents = {}
+        for line in summary.HEADLINES:
+            cell = {"task": line.task, "initialization": line.start}
+            if isinstance(line, summary.Solved):
+                method, *more = line.row.split(", ")
+                restarts = more[0].split()[0] if more else "0"
+                row = cell | {"method": method, "multi_starts": restarts, "sample_size": "100", "collision": "solid", "n": "35",
+                              "solved": "34.0", "share_lower": "0.855", "share_upper": "0.995"}
+                contents.setdefault((line.section, line.table), []).append(row)
+            else:
+                row = cell | {"a": line.a, "b": line.b, "figure": line.figure, "pairs": "24", "value": "0.5", "lower": "0.25",
+                              "upper": "", "adjusted_p": "0.001", "reads": "better"}
+                contents.setdefault((line.section, "claims"), []).append(row)
+        for (section, kind), rows in contents.items():
+            with open(os.path.join(self.folder, "tables", f"{section}-{kind}.csv"), "w", encoding="utf-8", newline="") as file:
+                writer = csv.DictWriter(file, list(rows[0]))
+                writer.writeheader()
+                writer.writerows({tuple(sorted(row.items())): row for row in rows}.values())
+        for page, _ in summary.page_and_command().values():
+            with open(os.path.join(self.folder, page), "w", encoding="utf-8") as file:
+                file.write("# Page\n\nBuild 0123456789ab\n")
+
+    def test_each_claim_has_figure_interval_n_and_command(self):
+        text = summary.summary(self.folder)
+        rows = [line for line in text.splitlines() if line.startswith("| [")]
+        self.assertEqual(len(rows), len(summary.HEADLINES))
+        self.assertIn("| 97.1 % solved | [85.5, 99.5] % | 35 | `legopt run ten-seeds", rows[0])
+        compared = next(row for row, line in zip(rows, summary.HEADLINES)
+                        if isinstance(line, summary.Compared) and line.figure == "success")
+        self.assertIn("50 percentage points: better | [25, -] % | 24 |", compared)
+        self.assertIn("; legopt compare SQP LegOpt-best`", compared)
+        self.assertIn("From build 0123456789ab.", text)
+
+    def test_a_claim_without_a_row_is_refused(self):
+        line = summary.HEADLINES[0]
+        path = os.path.join(self.folder, "tables", f"{line.section}-{line.table}.csv")
+        with open(path, encoding="utf-8") as file:
+            head = file.readline()
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(head)
+        with self.assertRaisesRegex(LookupError, "0 rows"):
+            summary.summary(self.folder)
+
+    def test_only_the_block_is_replaced(self):
+        text = "before\n" + summary.BEGIN + "old\n" + summary.END + "after\n"
+        self.assertEqual(summary.replaced(text, "new\n"), text.replace("old", "new"))
+
+
+if __name__ == "__main__":
+    unittest.main()
