@@ -81,7 +81,9 @@ def draw_success(rows, path):
 
 
 def draw_effort(rows, path):
-    """Draws cost against work, both as ratios to the reference row on problems that both solved."""
+    """Draws cost against work, both as ratios to the reference row on problems that both solved. False without any."""
+    if not any(row["work_ratio"] is not None and row["cost_ratio"] is not None for row in rows):
+        return False
     panels, labels = panels_of(rows), list(dict.fromkeys(map(row_label, rows)))
     figure, axes = axes_of(panels, 4.0, share_y=False)
     for axis, panel in zip(axes, panels):
@@ -97,6 +99,7 @@ def draw_effort(rows, path):
         axis.set_ylabel("cost, ratio to the reference row")
     legend_beside(axes[-1])
     save(figure, path)
+    return True
 
 
 def draw_failures(database, path):
@@ -214,8 +217,9 @@ def draw(section, database, folder):
     if references:
         add("effort", f"Cost against work (reference row: {', '.join(references)})", lambda path: draw_effort(rows, path))
     add("failures", "Causes of failure", lambda path: draw_failures(database, path))
-    add("profile", "Performance profile of work",
-        lambda path: legopt("plot", "profile", "--no-caption", "--db", database, "--out", path) and None)
+    if any(row["solved"] for row in rows):
+        add("profile", "Performance profile of work",
+            lambda path: legopt("plot", "profile", "--no-caption", "--db", database, "--out", path))
     add("targets", f"Pairs of a problem and a target reached; targets are {multiples}", lambda path: draw_targets(database, path))
     if section.suite == "table1":
         add("paper", "Success here against the paper's", lambda path: draw_paper(database, path))

@@ -112,11 +112,11 @@ class FirstScreen(unittest.TestCase):
         text = summary.summary(self.folder)
         rows = [line for line in text.splitlines() if line.startswith("| [")]
         self.assertEqual(len(rows), len(summary.HEADLINES))
-        self.assertIn("| 97.1 % solved | [85.5, 99.5] % | 35 | `legopt run ten-seeds", rows[0])
+        self.assertIn("| 97.1 % solved | [85.5, 99.5] % | 35 | `legopt run legopt-best", rows[0])
         compared = next(row for row, line in zip(rows, summary.HEADLINES)
                         if isinstance(line, summary.Compared) and line.figure == "success")
         self.assertIn("50 percentage points: better | [25, -] % | 24 |", compared)
-        self.assertIn("; legopt compare SQP LegOpt-best`", compared)
+        self.assertIn("; legopt compare LegOpt-best SQP:multi_starts=10`", compared)
         self.assertIn("From build 0123456789ab.", text)
 
     def test_a_claim_without_a_row_is_refused(self):
