@@ -9,22 +9,13 @@
 
 #include "legopt/judge/judge.h"
 #include "legopt/planning/problem_solver.h"
+#include "tests/bench/repeated_motion.h"
 #include "tests/folders.h"
 
 namespace legopt {
 namespace {
 
 constexpr int kMotion = 0;  // problem of the embedded dataset
-
-ProblemDefinition ToAndFro(const ProblemDefinition& once, std::size_t stances) {
-  ProblemDefinition problem{once.id, {}};
-  const std::size_t last = once.stances.size() - 1;
-  for (std::size_t i = 0; i < stances; ++i) {
-    const std::size_t place = i % (2 * last);
-    problem.stances.push_back(once.stances[place <= last ? place : 2 * last - place]);
-  }
-  return problem;
-}
 
 double HeapBytes() {
   const struct mallinfo2 heap = mallinfo2();
@@ -36,9 +27,9 @@ void LongMotion(benchmark::State& state) {
   ProblemSolver solver(dataset);
   Judge judge(dataset);
   const ProblemDefinition problem =
-      ToAndFro(dataset->problem(Task::kMotion, kMotion), static_cast<std::size_t>(state.range(0)));
+      WalkedToAndFro(dataset->problem(Task::kMotion, kMotion), static_cast<std::size_t>(state.range(0)));
   const Method method = Method::Of("best");
-  solver.Solve(Task::kMotion, ToAndFro(problem, 20), Initialization::kGood, method, {});  // warm-up
+  solver.Solve(Task::kMotion, WalkedToAndFro(problem, 20), Initialization::kGood, method, {});  // warm-up
   SolveOutcome outcome;
   double during = 0;
   for (auto _ : state) {
