@@ -73,7 +73,9 @@ rule accepts motions in which these bodies overlap. LegOpt-best solved the motio
 with the pairs of that rule. Both rows are counted by the original rule, then by the
 [solid rule](../docs/explanation/judge.md#solid-rule), which checks all pairs. A table names the pairs that overlap deepest.
 
-The last table of each section asks whether joints and contacts can hold the robot at the waypoints of motions that the
+The rule ignores no pair of the embedded humanoid, so there is nothing to compare there.
+
+The last table asks whether joints and contacts can hold the robot at the waypoints of motions that the
 original rule accepts ([definitions](../docs/explanation/judge.md#physical-rule)): `held` is the number of motions in which
 no posture exceeds an effort limit or lacks static equilibrium.
 """
