@@ -1,5 +1,7 @@
 """scripts/make-results on a small experiment, and the first screen of results/README.md: result_pages_test.py BUILD."""
+import argparse
 import csv
+import importlib.machinery
 import importlib.util
 import os
 import re
@@ -7,13 +9,14 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from unittest import mock
 
 ROOT = os.path.realpath(os.path.join(os.path.dirname(__file__), "..", ".."))
 BUILD = os.path.abspath(sys.argv.pop(1))
 sys.path.insert(0, os.path.join(ROOT, "scripts"))
 os.environ["LEGOPT"] = os.path.join(BUILD, "legopt")
 
-from result_pages import summary, tables  # noqa: E402  after the path
+from result_pages import sections, summary, tables  # noqa: E402  after the path
 
 
 def make_results(folder, *options):
@@ -78,6 +81,60 @@ class Page(unittest.TestCase):
         run = make_results(self.folder, "--all")
         self.assertEqual(run.returncode, 1)
         self.assertIn("needs --legopt", run.stderr)
+
+
+@unittest.skipUnless(importlib.util.find_spec("matplotlib"), "SKIPPED: python3-matplotlib is missing")
+class AllPages(unittest.TestCase):
+    """make_all with one small page in place of all."""
+
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.results = os.path.join(temporary.name, "results")
+        self.options = argparse.Namespace(folder=os.path.join(temporary.name, "work"), legopt="unused", only="", narrow="",
+                                          render=False, out=None)
+        os.makedirs(self.options.folder)
+        os.makedirs(self.results)
+        self.write("README.md", "# Results\n\n" + summary.BEGIN + summary.END)
+        self.write("page.md", "older")
+        script = os.path.join(ROOT, "scripts", "make-results")
+        loader = importlib.machinery.SourceFileLoader("make_results", script)
+        self.script = importlib.util.module_from_spec(importlib.util.spec_from_loader("make_results", loader))
+        loader.exec_module(self.script)
+        for module, name, value in ((self.script, "RESULTS", self.results),
+                                    (self.script, "refuse_uncommitted_sources", lambda: None),
+                                    (summary, "HEADLINES", [summary.Solved("It solves them", "small", "LegOpt-best", "posture",
+                                                                           "good")])):
+            patch = mock.patch.object(module, name, value)
+            patch.start()
+            self.addCleanup(patch.stop)
+
+    def write(self, name, text):
+        with open(os.path.join(self.results, name), "w", encoding="utf-8") as file:
+            file.write(text)
+
+    def read(self, name):
+        with open(os.path.join(self.results, name), encoding="utf-8") as file:
+            return file.read()
+
+    def make(self, suite):
+        section = sections.Section("small", "Small", suite, ["--problems", "0-1", "--tasks", "posture", "--methods",
+                                                             "LegOpt-best", "--collision", "solid"], "", ("effort",))
+        documents = {"small": sections.Document("page.md", lambda: [section], "# Page\n", False)}
+        with mock.patch.object(self.script, "DOCUMENTS", documents), mock.patch.object(summary, "DOCUMENTS", documents):
+            self.script.make_all(self.options)
+
+    def test_complete_pages_replace_the_older_ones(self):
+        self.make("parts")
+        self.assertIn("## Small", self.read("page.md"))
+        self.assertIn("[It solves them](page.md)", self.read("README.md"))
+        self.assertTrue(self.read("tables/small-statistics.csv"))
+
+    def test_results_stay_as_they_are_if_a_page_fails(self):
+        with self.assertRaises(SystemExit):
+            self.make("no-such-suite")
+        self.assertEqual(self.read("page.md"), "older")
+        self.assertEqual(sorted(os.listdir(self.results)), ["README.md", "page.md"])
 
 
 class FirstScreen(unittest.TestCase):
