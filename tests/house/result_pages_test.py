@@ -173,7 +173,7 @@ class FirstScreen(unittest.TestCase):
         compared = next(row for row, line in zip(rows, summary.HEADLINES)
                         if isinstance(line, summary.Compared) and line.figure == "success")
         self.assertIn("50 percentage points: better | [25, -] % | 24 |", compared)
-        self.assertIn("; legopt compare LegOpt-best SQP:multi_starts=10`", compared)
+        self.assertIn("; legopt compare SQP LegOpt-best`", compared)
         self.assertIn("From build 0123456789ab.", text)
 
     def test_a_claim_without_a_row_is_refused(self):
