@@ -84,7 +84,7 @@ def compared_cells(results, line):
 
     meaning = f"{number('value')} percentage points" if line.figure == "success" else f"{line.figure} x {number('value')}"
     change = {"none": "no difference shown"}.get(row["reads"], row["reads"])
-    command = f"; legopt compare {shlex.join([line.a, line.b])}"
+    command = f"; legopt compare {shlex.join([line.a, line.b])} --family {row['family']}"
     return f"{meaning}: {change}", f"[{number('lower')}, {number('upper')}]{unit}", row["pairs"], command
 
 
@@ -112,7 +112,7 @@ def summary(results):
             builds |= set(BUILD.findall(file.read()))
     lines.append("")
     lines.append(f"From build {' and build '.join(sorted(builds))}. Comparisons are B - A for success and B / A for work and "
-                 "cost, with intervals of a whole page's comparisons.")
+                 "cost, with intervals for all comparisons of a page together.")
     return "\n".join(lines) + "\n"
 
 

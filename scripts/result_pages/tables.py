@@ -84,11 +84,12 @@ def num_claims(section, folder):
 
 
 CLAIM_FIELDS = ["claim", "a", "b", "figure", "task", "initialization", "pairs", "value", "lower", "upper", "adjusted_p",
-                "reads"]
+                "reads", "family"]
 
 
 def claim_rows(database, claims, family):
-    """Returns claims about rows as dictionaries of CLAIM_FIELDS: n, the figure, its interval and the result of the test."""
+    """Returns claims about rows as dictionaries of CLAIM_FIELDS: n, the figure, its interval and the result of the test,
+    which is one of `family`."""
     rows = []
     for claim, a, b, figure in claims:
         for pair in comparisons(database, a, b, family):
@@ -97,7 +98,7 @@ def claim_rows(database, claims, family):
             rows.append({"claim": claim, "a": a, "b": b, "figure": figure, "task": pair["task"],
                          "initialization": pair["initialization"], "pairs": pair["pairs"],
                          "value": part["difference"] if figure == "success" else part["ratio"], "lower": lower,
-                         "upper": upper, "adjusted_p": part["adjusted_p"], "reads": part["change"]})
+                         "upper": upper, "adjusted_p": part["adjusted_p"], "reads": part["change"], "family": family})
     return rows
 
 

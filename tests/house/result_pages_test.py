@@ -155,7 +155,7 @@ class FirstScreen(unittest.TestCase):
                 contents.setdefault((line.section, line.table), []).append(row)
             else:
                 row = cell | {"a": line.a, "b": line.b, "figure": line.figure, "pairs": "24", "value": "0.5", "lower": "0.25",
-                              "upper": "", "adjusted_p": "0.001", "reads": "better"}
+                              "upper": "", "adjusted_p": "0.001", "reads": "better", "family": "42"}
                 contents.setdefault((line.section, "claims"), []).append(row)
         for (section, kind), rows in contents.items():
             with open(os.path.join(self.folder, "tables", f"{section}-{kind}.csv"), "w", encoding="utf-8", newline="") as file:
@@ -174,7 +174,7 @@ class FirstScreen(unittest.TestCase):
         compared = next(row for row, line in zip(rows, summary.HEADLINES)
                         if isinstance(line, summary.Compared) and line.figure == "success")
         self.assertIn("50 percentage points: better | [25, -] % | 24 |", compared)
-        self.assertIn("; legopt compare SQP LegOpt-best`", compared)
+        self.assertIn("; legopt compare SQP LegOpt-best --family 42`", compared)
         self.assertIn("From build 0123456789ab.", text)
 
     def test_a_claim_without_a_row_is_refused(self):
