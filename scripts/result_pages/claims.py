@@ -24,6 +24,8 @@ SEEDS_CLAIMS = [
     ("LegOpt-best solves more than SQP", "SQP", "LegOpt-best", "success"),
     ("LegOpt-best needs less work than SQP", "SQP", "LegOpt-best", "work"),
     ("LegOpt-best's cost is lower than SQP's", "SQP", "LegOpt-best", "cost"),
+    ("LegOpt-best needs less work than I-SQP", "I-SQP", "LegOpt-best", "work"),
+    ("LegOpt-best's cost is lower than I-SQP's", "I-SQP", "LegOpt-best", "cost"),
 ]
 PARTS_CLAIMS = [(f"{row}: {figure}", "LegOpt-best", row, figure)
                 for row in ("without internal restarts", "restarts instead", "without waypoints alone", "without chains", "without going back",

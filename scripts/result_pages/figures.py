@@ -61,6 +61,11 @@ def axes_of(panels, height, share_y=True):
     return figure, axes[0]
 
 
+def list_downwards(axis, labels):
+    axis.set_yticks(range(len(labels)), labels)
+    axis.set_ylim(len(labels) - 0.5, -0.5)
+
+
 def draw_success(rows, path):
     """Draws shares of solved problems with Wilson's intervals."""
     panels, labels = panels_of(rows), list(dict.fromkeys(map(row_label, rows)))
@@ -75,8 +80,7 @@ def draw_success(rows, path):
             axis.errorbar(share, y, xerr=ends, fmt="o", color="C0", markersize=3, capsize=2)
         axis.set_xlim(-2, 102)
         axis.set_xlabel("solved, % of problems, with 95 % intervals")
-        axis.set_yticks(range(len(labels)), labels)
-        axis.set_ylim(len(labels) - 0.5, -0.5)
+        list_downwards(axis, labels)
     save(figure, path)
 
 
@@ -105,8 +109,9 @@ def draw_effort(rows, path):
 def draw_failures(database, path):
     """Draws the first check that failed, as shares of all runs of a row."""
     rule = rule_of(database)
-    rows = query(database, f"SELECT {method_label(True)} AS label, task, initialization, coalesce(verdict_{rule}, state) AS reason, "
-                           "count(*) FROM job_list GROUP BY label, task, initialization, reason ORDER BY min(job_id)")
+    rows = query(database, f"SELECT {method_label(True)} AS label, task, initialization, "
+                           f"coalesce(verdict_{rule}, state) AS reason, count(*) FROM job_list "
+                           "GROUP BY label, task, initialization, reason ORDER BY min(job_id)")
     panels = list(dict.fromkeys((row[1], row[2]) for row in rows))
     labels = list(dict.fromkeys(row[0] for row in rows))
     totals, reasons = collections.Counter(), collections.Counter()
@@ -127,8 +132,7 @@ def draw_failures(database, path):
             begin = [a + b for a, b in zip(begin, shares)]
         axis.set_xlim(0, 100)
         axis.set_xlabel("first check that failed, % of runs")
-        axis.set_yticks(range(len(labels)), labels)
-        axis.set_ylim(len(labels) - 0.5, -0.5)
+        list_downwards(axis, labels)
     legend_beside(axes[-1])
     save(figure, path)
     return True
@@ -138,8 +142,8 @@ def draw_targets(database, path):
     """Draws which share of all pairs of a problem and a target a row has reached after some work. Targets: TARGETS times
     the best known cost. A run reaches a target if its solution does, after all its work."""
     success = f"verdict_{rule_of(database)} = 'success'"
-    rows = query(database, f"SELECT {method_label(True)} AS label, task, initialization, problem_id, cost, work_ns, {success} "
-                           "FROM job_list ORDER BY job_id")
+    rows = query(database, f"SELECT {method_label(True)} AS label, task, initialization, problem_id, cost, work_ns, "
+                           f"{success} FROM job_list ORDER BY job_id")
     best = {}
     for _, task, _, problem, cost, _, solved in rows:
         if solved and cost is not None:
@@ -220,7 +224,8 @@ def draw(section, database, folder):
     if any(row["solved"] for row in rows):
         add("profile", "Performance profile of work",
             lambda path: legopt("plot", "profile", "--no-caption", "--db", database, "--out", path))
-    add("targets", f"Pairs of a problem and a target reached; targets are {multiples}", lambda path: draw_targets(database, path))
+    add("targets", f"Pairs of a problem and a target reached; targets are {multiples}",
+        lambda path: draw_targets(database, path))
     if section.suite == "table1":
         add("paper", "Success here against the paper's", lambda path: draw_paper(database, path))
     return drawn

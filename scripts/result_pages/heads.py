@@ -25,7 +25,7 @@ SEEDS_HEAD = """# Ten seeds
 
 `scripts/make-results --seeds` writes this whole page; no figure is written by hand. Random numbers change the noise of
 restarts and the samples of stochastic methods. Here each method solves each problem with ten seeds, from initial guesses
-in collision, and all methods end at the tolerance 1e-4. Success is by the
+in collision. Motions have at most 80 stances. All methods end at the tolerance 1e-4. Success is by the
 [solid rule](../docs/explanation/judge.md#solid-rule). The page has no times: success, cost and work are the same on
 every machine with this build.
 
@@ -40,11 +40,14 @@ PARTS_HEAD = """# LegOpt-best without single parts
 `scripts/make-results --parts` writes this whole page; no figure is written by hand. It has no times: success, cost and
 work are the same on every machine with this build.
 
-[LegOpt-best](../docs/explanation/legopt-best.md) is the paper's penalty SQP with seven other parts, which that page states
-in formulas. Each row below leaves one of them out. "SQP with internal restarts" has only restarts, and waypoints solved
-alone. All rows end at the tolerance 1e-4. Success is by the [solid rule](../docs/explanation/judge.md#solid-rule). In the comparisons A is LegOpt-best, and
-*figure* is B - A for shares of success, B / A for work and costs ([options](../docs/reference/suites.md#options-of-the-solver-best),
-[definitions](../docs/explanation/statistics.md)).
+[LegOpt-best](../docs/explanation/legopt-best.md) is the paper's penalty SQP with further parts, which that page states in
+formulas. `without waypoints alone` also lacks chains, which begin with such waypoints. `without internal restarts` lacks
+everything after the first descent; `restarts instead` has ten ordinary restarts in its place. `SQP with internal
+restarts` has waypoints solved alone and noise only. `SQP` is the paper's, with 0, 10 and 40 restarts.
+
+All rows end at the tolerance 1e-4. Success is by the [solid rule](../docs/explanation/judge.md#solid-rule). In the
+comparisons A is LegOpt-best, and *figure* is B - A for shares of success, B / A for work and costs
+([options](../docs/reference/suites.md#options-of-the-solver-best), [definitions](../docs/explanation/statistics.md)).
 """
 
 EQUAL_EFFORT_HEAD = """# All solvers at equal effort
@@ -75,8 +78,8 @@ with the pairs of that rule. Both rows are counted by the original rule, then by
 
 The rule ignores no pair of the embedded humanoid, so there is nothing to compare there.
 
-The last table asks whether joints and contacts can hold the robot at the waypoints of motions that the
-original rule accepts ([definitions](../docs/explanation/judge.md#physical-rule)): `held` is the number of motions in which
+The last table asks whether joints and contacts can hold the robot at the waypoints of motions that the original rule
+accepts ([definitions](../docs/explanation/judge.md#physical-rule)): `held` is the number of motions in which
 no posture exceeds an effort limit or lacks static equilibrium.
 """
 
@@ -87,8 +90,10 @@ work are the same on every machine with this build.
 
 The datasets are the embedded ones of `generate dataset --kind contacts`
 ([families and levels](../docs/how-to/make-a-dataset.md#stations)). Each problem has a planted solution, except the traps:
-a proof excludes every posture there. All methods get the same formulation, with static equilibrium, friction, effort
-limits and pushes as constraints ([physics](../docs/explanation/problem.md#physics)). Success is by the
+a proof excludes every posture there. All methods have the same constraints: static equilibrium, friction, effort limits
+and pushes ([physics](../docs/explanation/problem.md#physics)). The solvers' options differ. LegOpt-best was tuned for these
+families: `initial_penalty` 1000 (SQP: 100), `contact_range_m` 0.06 (0.03), noise of 0.4. Each of its restarts contains
+internal ones; their number is in the table. Success is by the
 [physical rule](../docs/explanation/judge.md#physical-rule). Postures of all methods end at the tolerance 1e-4. Motions
 have LegOpt-best only, at its own tolerance of 4e-4, and the humanoid's without restarts: with ten, a motion that fails
 can take ten minutes, by SQP as well. Each job ran once; [ten seeds](ten-seeds.md) shows how much a seed changes. In the

@@ -14,9 +14,10 @@ def fail(text):
     sys.exit(1)
 
 
-def legopt(*arguments, check=True):
+def legopt(*arguments):
+    """Returns the output of a command; ends with its message if it fails."""
     result = subprocess.run([LEGOPT, *arguments], capture_output=True, text=True)
-    if check and result.returncode != 0:
+    if result.returncode != 0:
         fail(f"legopt {shlex.join(arguments)}: {result.stderr.strip()}")
     return result.stdout
 

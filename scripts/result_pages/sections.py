@@ -3,6 +3,7 @@ import collections
 import functools
 import os
 import shlex
+import shutil
 import subprocess
 
 from result_pages import heads
@@ -50,7 +51,7 @@ def best_sections():
     places = (("LegOpt's problems", "-legopt", "legopt"), ("the default dataset", "", ""),
               ("the hard garage", "-hard", "embedded:garage-hard"))
     for where, suffix, data in places:
-        yield Section("legopt-best" + suffix, f"LegOpt-best on {where}", "legopt-best", ONE_ROW, data, ("plain",))
+        yield Section("best" + suffix, f"LegOpt-best on {where}", "legopt-best", ONE_ROW, data, ("plain",))
         yield Section("solid-rule" + suffix, f"By the solid rule, on {where}", "legopt-best", ALL_PAIRS, data, ("solid",))
         yield Section("paths" + suffix, f"Continuous motions on {where}", "paths", ONE_ROW, data, ("plain",))
     for (kind, level), seed in fresh_seeds().items():
@@ -130,6 +131,12 @@ def is_generated(data):
     return "-" in data and not data.startswith("embedded:")
 
 
+def dataset_path(section, folder):
+    """Returns where a dataset that is not embedded belongs; the name has the seed."""
+    seed = f"-{fresh_seeds()[tuple(section.data.removeprefix('fresh:').split('-'))]}" if section.data.startswith("fresh:") else ""
+    return os.path.join(folder, "datasets", section.data.replace(":", "-") + seed)
+
+
 def dataset_of(section, options):
     """Returns the dataset's folder, generating it if missing. None for the default dataset."""
     if section.data == "legopt":
@@ -138,9 +145,11 @@ def dataset_of(section, options):
         return os.path.join(ROOT, "data", section.data.removeprefix("embedded:"))
     if not section.data:
         return None
-    out = os.path.join(options.folder, "datasets", section.data.replace(":", "-"))
+    out = dataset_path(section, options.folder)
     if not os.path.isdir(out):
-        legopt(*generating(section.data), "--out", out)
+        shutil.rmtree(out + ".part", ignore_errors=True)
+        legopt(*generating(section.data), "--out", out + ".part")
+        os.rename(out + ".part", out)
     return out
 
 
@@ -153,7 +162,7 @@ def certificate_of(section, folder):
     counts = {"plain", "solid"} & set(section.tables)
     if not counts or not section.data or section.data.startswith("embedded:"):
         return None
-    return os.path.join(folder, "datasets", section.data.replace(":", "-") + "-certificate.json")
+    return dataset_path(section, folder) + "-certificate.json"
 
 
 def certify(section, dataset, folder):
@@ -167,24 +176,35 @@ def database_of(section, folder):
     return os.path.join(folder, section.name + ".sqlite")
 
 
+def shown_dataset(section):
+    """Returns the dataset's folder as documents show it; LEGOPT stands for LegOpt's own data."""
+    if section.data == "legopt":
+        return "LEGOPT"
+    return "data/" + section.data.removeprefix("embedded:") if section.data.startswith("embedded:") else "DATASET"
+
+
+def run_command(section):
+    """Returns the words of the command that runs the suite."""
+    data = ["--dataset", shown_dataset(section)] if section.data else []
+    return ["legopt", "run", section.suite, *section.options, *data]
+
+
 def command_of(section):
-    """Returns the command that a reader types, one per line."""
-    embedded = section.data.startswith("embedded:")
-    folder = "data/" + section.data.removeprefix("embedded:") if embedded else "FOLDER"
-    lines = [["legopt", "run", section.suite, *section.options, *(["--dataset", folder] if section.data else [])]]
+    """Returns the commands that a reader types, one per line."""
+    lines = [run_command(section)]
     if is_generated(section.data):
-        lines.insert(0, ["legopt", *generating(section.data), "--out", "FOLDER"])
+        lines.insert(0, ["legopt", *generating(section.data), "--out", shown_dataset(section)])
     if certificate_of(section, ""):
-        lines.append(["legopt", "certify", "FOLDER", *CERTIFY])
+        lines.append(["legopt", "certify", shown_dataset(section), *CERTIFY])
     return "\n    ".join(shlex.join(line) for line in lines)
 
 
 Document = collections.namedtuple("Document", "file sections head has_times")
 DOCUMENTS = {"": Document("table1.md", sections, heads.HEAD, True),
-             "best": Document("legopt-best.md", best_sections, heads.BEST_HEAD, True),
              "hard": Document("garage-hard.md", hard_sections, heads.HARD_HEAD, True),
              "seeds": Document("ten-seeds.md", seeds_sections, heads.SEEDS_HEAD, False),
              "parts": Document("parts.md", parts_sections, heads.PARTS_HEAD, False),
              "original-rule": Document("original-rule.md", original_rule_sections, heads.ORIGINAL_RULE_HEAD, False),
              "contacts": Document("contacts.md", contacts_sections, heads.CONTACTS_HEAD, False),
-             "equal-effort": Document("equal-effort.md", equal_effort_sections, heads.EQUAL_EFFORT_HEAD, False)}
+             "equal-effort": Document("equal-effort.md", equal_effort_sections, heads.EQUAL_EFFORT_HEAD, False),
+             "best": Document("legopt-best.md", best_sections, heads.BEST_HEAD, True)}

@@ -2,12 +2,13 @@
 import collections
 import csv
 import functools
+import io
 import json
 import os
 import statistics
 
 from result_pages.claims import CLAIMS, CLAIMS_OF
-from result_pages.program import ROOT, legopt, query
+from result_pages.program import ROOT, fail, legopt, query
 from result_pages.sections import database_of
 
 EFFORT_COLUMNS = ["method", "multi_starts", "solved", "interval", "work_median", "work_ratio", "cost_median", "cost_ratio",
@@ -68,10 +69,24 @@ def failure_table(database, rule):
 
 
 @functools.cache
+def methods_of(database):
+    return query(database, "SELECT DISTINCT method, multi_starts, sample_size FROM job_list")
+
+
+def has_row(database, row):
+    """Returns whether a row like "SQP:multi_starts=10" is in a database."""
+    name, _, options = row.partition(":")
+    wanted = {key: int(value) for key, value in (option.split("=") for option in options.split(",") if option)}
+    return any(method == name and wanted.items() <= {"multi_starts": starts, "sample_size": sample}.items()
+               for method, starts, sample in methods_of(database))
+
+
+@functools.cache
 def comparisons(database, a, b, family):
     """Returns the comparisons of B with A, as one of `family` tests; none if a row is missing."""
-    text = legopt("compare", a, b, "--db", database, "--format", "json", "--family", str(family), check=False)
-    return json.loads(text)["comparisons"] if text else []
+    if not has_row(database, a) or not has_row(database, b):
+        return []
+    return json.loads(legopt("compare", a, b, "--db", database, "--format", "json", "--family", str(family)))["comparisons"]
 
 
 def claims_of(section):
@@ -102,6 +117,13 @@ def claim_rows(database, claims, family):
     return rows
 
 
+def interval_text(lower, upper, digits=3):
+    """Returns an interval; "-" if there is none, or if all pairs have the same value: resampling cannot bound that."""
+    if lower is None or upper is None or lower == upper:
+        return "-"
+    return f"[{lower:.{digits}g}, {upper:.{digits}g}]"
+
+
 def claims_table(rows):
     """Returns the table of claims; empty without any."""
     head = ["| claim | task and start | pairs | figure | interval | p, adjusted | reads |",
@@ -111,7 +133,7 @@ def claims_table(rows):
         return "-" if value is None else f"{value:.3g}"
 
     lines = [f"| {row['claim']} | {row['task']}, {row['initialization'].replace('_', ' ')} | {row['pairs']} | "
-             f"{number(row['value'])} | [{number(row['lower'])}, {number(row['upper'])}] | {number(row['adjusted_p'])} | "
+             f"{number(row['value'])} | {interval_text(row['lower'], row['upper'])} | {number(row['adjusted_p'])} | "
              f"{row['reads']} |" for row in rows]
     return "\n".join(head + lines) + "\n" if lines else ""
 
@@ -120,13 +142,12 @@ def solved_by_family(database):
     """Returns rows of strings: the numbers of solved problems of each family of the embedded dataset, by method."""
     with open(os.path.join(ROOT, "data", "contacts-humanoid", "features.csv"), encoding="utf-8", newline="") as file:
         family_of = {int(row["id"]): row["family"] for row in csv.DictReader(file)}
-    jobs = query(database, "SELECT method, multi_starts, sample_size, initialization, problem_id, "
+    jobs = query(database, f"SELECT {method_label()} AS label, initialization, problem_id, "
                            f"verdict_{rule_of(database)} = 'success' FROM job_list ORDER BY job_id")
     places = [(family, start) for family in dict.fromkeys(family_of.values()) for start in ("good", "in_collision")]
     solved, asked = collections.Counter(), collections.Counter()
     methods = {}
-    for method, multi_starts, sample_size, start, problem, success in jobs:
-        row = f"{method}, {multi_starts} restarts" + (f", {sample_size} %" if sample_size < 100 else "")
+    for row, start, problem, success in jobs:
         place = family_of[problem], start
         methods[row] = None
         asked[row, place] += 1
@@ -136,12 +157,12 @@ def solved_by_family(database):
 
 
 def overlapping_pairs(database):
-    """Returns rows of strings: for each method, the pairs of links that overlap deepest in motions that the original rule
-    accepts, and the number of those motions."""
+    """Returns rows of strings: for each method, the pairs of links that overlap deepest in solutions that only the original
+    rule accepts, and the number of those solutions."""
     rows = query(database, "SELECT method, subject, count(*) AS jobs, max(value) AS depth_m FROM violations JOIN job_list "
                            "USING (job_id) WHERE check_name = 'self_collision' AND rule = 'solid' AND verdict_literal = "
                            "'success' AND verdict_solid <> 'success' GROUP BY method, subject ORDER BY method, jobs DESC")
-    return [["method", "deepest pair", "motions", "deepest (mm)"],
+    return [["method", "deepest pair", "solutions", "deepest (mm)"],
             *([method, subject, str(jobs), f"{1000 * depth_m:.1f}"] for method, subject, jobs, depth_m in rows)]
 
 
@@ -155,14 +176,17 @@ def markdown_of(rows, title):
 
 # Tables that no command of legopt prints: title and rows.
 OWN_TABLES = {"families": ("Solved by family", solved_by_family),
-              "overlaps": ("Pairs of links that overlap deepest in motions that only the original rule accepts",
+              "overlaps": ("Pairs of links that overlap deepest in motions that only the original rule accepts, from both starts",
                            overlapping_pairs)}
 
 
 def experiment_facts(database):
-    name, seed, jobs, state, finished = query(
-        database, "SELECT name, seed, num_jobs, state, date(finished_at_us / 1000000, 'unixepoch') FROM experiments "
-                  "ORDER BY experiment_id DESC LIMIT 1")[0]
+    """Returns facts of the only experiment of a database; tables and figures count all its jobs."""
+    experiments = query(database, "SELECT name, seed, num_jobs, state, date(finished_at_us / 1000000, 'unixepoch') FROM "
+                                  "experiments")
+    if len(experiments) != 1:
+        fail(f"{database} has {len(experiments)} experiments, not one; use another folder")
+    name, seed, jobs, state, finished = experiments[0]
     return {"name": name, "seed": seed, "jobs": jobs, "state": state, "date": finished}
 
 
@@ -195,7 +219,21 @@ def table(database, kind, certificate):
                   *certified_by(kind, certificate))
 
 
-def write_csv(section, database, certificate, claims, folder):
+def is_time(column):
+    """Returns whether a column of `legopt table` depends on the machine and its load."""
+    return (column.endswith("_ms") and not column.startswith("work")) or column in ("time_ratio", "reported", "contended")
+
+
+def without_times(text):
+    """Returns a CSV table without the columns of times."""
+    rows = list(csv.reader(io.StringIO(text)))
+    kept = [i for i, column in enumerate(rows[0]) if not is_time(column)]
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerows([row[i] for i in kept] for row in rows)
+    return out.getvalue()
+
+
+def write_csv(section, database, certificate, claims, folder, has_times):
     """Writes the tables of a section into a folder, and returns their file names. `claims`: of claim_rows."""
     names = []
 
@@ -209,8 +247,8 @@ def write_csv(section, database, certificate, claims, folder):
             if kind in OWN_TABLES:
                 csv.writer(file, lineterminator="\n").writerows(OWN_TABLES[kind][1](database))
             else:
-                file.write(legopt("table", "--db", database, "--format", "csv", *OPTIONS[kind],
-                                  *certified_by(kind, certificate)))
+                text = legopt("table", "--db", database, "--format", "csv", *OPTIONS[kind], *certified_by(kind, certificate))
+                file.write(text if has_times or kind == "targets" else without_times(text))
     if claims:
         with create("claims") as file:
             writer = csv.DictWriter(file, CLAIM_FIELDS, lineterminator="\n")

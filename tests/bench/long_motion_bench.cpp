@@ -27,9 +27,9 @@ void LongMotion(benchmark::State& state) {
   ProblemSolver solver(dataset);
   Judge judge(dataset);
   const ProblemDefinition problem =
-      WalkedToAndFro(dataset->problem(Task::kMotion, kMotion), static_cast<std::size_t>(state.range(0)));
+      RepeatedMotion(dataset->problem(Task::kMotion, kMotion), static_cast<std::size_t>(state.range(0)));
   const Method method = Method::Of("best");
-  solver.Solve(Task::kMotion, WalkedToAndFro(problem, 20), Initialization::kGood, method, {});  // warm-up
+  solver.Solve(Task::kMotion, RepeatedMotion(problem, 20), Initialization::kGood, method, {});  // warm-up
   SolveOutcome outcome;
   double during = 0;
   for (auto _ : state) {

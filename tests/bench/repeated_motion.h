@@ -7,7 +7,7 @@
 namespace legopt {
 
 /// Returns a motion of `stances` stances that walks back and forth over those of another one.
-inline ProblemDefinition WalkedToAndFro(const ProblemDefinition& once, std::size_t stances) {
+inline ProblemDefinition RepeatedMotion(const ProblemDefinition& once, std::size_t stances) {
   ProblemDefinition problem{once.id, {}};
   const std::size_t last = once.stances.size() - 1;
   for (std::size_t i = 0; i < stances; ++i) {

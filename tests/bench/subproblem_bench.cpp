@@ -71,19 +71,9 @@ void PostureHeavyPenalty(benchmark::State& state) { Run(state, {.weight = 1e5});
 void WindowOfTwelve(benchmark::State& state) {
   Run(state, {.num_blocks = 12, .cost_rows = 0, .coupled = true, .fixed_variables = 35});
 }
-// The average numbers of rows and columns in LegOpt-best, for postures and for windows of motions.
+// The average numbers of rows and columns in LegOpt-best's postures.
 void PostureOfChains(benchmark::State& state) { Run(state, {.inequality_rows = 16, .chains = true}); }
-void WindowOfAMotion(benchmark::State& state) {
-  Run(state, {.num_blocks = 12,
-              .cost_rows = 0,
-              .equality_rows = 10,
-              .inequality_rows = 11,
-              .coupled = true,
-              .steps = true,
-              .pair_rows = 0,
-              .chains = true,
-              .fixed_variables = 35});
-}
+void WindowOfAMotion(benchmark::State& state) { Run(state, WindowOfMotion(12)); }
 
 BENCHMARK(Posture)->Unit(benchmark::kMicrosecond);
 BENCHMARK(PostureHeavyPenalty)->Unit(benchmark::kMicrosecond);

@@ -78,6 +78,16 @@ class Page(unittest.TestCase):
             self.assertEqual(run.returncode, 1)
             self.assertIn("has no database", run.stderr)
 
+    def test_a_page_without_times_has_none_in_its_tables(self):
+        columns = next(csv.reader(self.read("tables/parts-solid-statistics.csv").decode().splitlines()))
+        self.assertIn("work_median_ms", columns)
+        self.assertEqual([column for column in columns if "time" in column or column in ("cpu_ms", "contended")], [])
+
+    def test_a_part_of_a_page_does_not_replace_the_page(self):
+        run = make_results(self.folder, "--parts", "--only", "parts-solid", "--render")
+        self.assertEqual(run.returncode, 1)
+        self.assertIn("--out", run.stderr)
+
     def test_all_pages_need_all_data(self):
         run = make_results(self.folder, "--all")
         self.assertEqual(run.returncode, 1)
@@ -103,7 +113,7 @@ class AllPages(unittest.TestCase):
         self.script = importlib.util.module_from_spec(importlib.util.spec_from_loader("make_results", loader))
         loader.exec_module(self.script)
         for module, name, value in ((self.script, "RESULTS", self.results),
-                                    (self.script, "refuse_uncommitted_sources", lambda: None),
+                                    (self.script, "refuse_other_sources", lambda: None),
                                     (summary, "HEADLINES", [summary.Solved("It solves them", "small", "LegOpt-best", "posture",
                                                                            "good")])):
             patch = mock.patch.object(module, name, value)
@@ -118,10 +128,12 @@ class AllPages(unittest.TestCase):
         with open(os.path.join(self.results, name), encoding="utf-8") as file:
             return file.read()
 
-    def make(self, suite):
+    def make(self, suite, pages=("page.md",)):
         section = sections.Section("small", "Small", suite, ["--problems", "0-1", "--tasks", "posture", "--methods",
                                                              "LegOpt-best", "--collision", "solid"], "", ("effort",))
-        documents = {"small": sections.Document("page.md", lambda: [section], "# Page\n", False)}
+        failing = section._replace(name="failing", suite="no-such-suite")
+        documents = {page: sections.Document(page, lambda page=page: [failing if page == "failing.md" else section], "# Page\n",
+                                             False) for page in pages}
         with mock.patch.object(self.script, "DOCUMENTS", documents), mock.patch.object(summary, "DOCUMENTS", documents):
             self.script.make_all(self.options)
 
@@ -131,11 +143,25 @@ class AllPages(unittest.TestCase):
         self.assertIn("[It solves them](page.md)", self.read("README.md"))
         self.assertTrue(self.read("tables/small-statistics.csv"))
 
-    def test_results_stay_as_they_are_if_a_page_fails(self):
+    def test_results_stay_as_they_are_if_a_later_page_fails(self):
         with self.assertRaises(SystemExit):
-            self.make("no-such-suite")
+            self.make("parts", ("page.md", "failing.md"))
         self.assertEqual(self.read("page.md"), "older")
         self.assertEqual(sorted(os.listdir(self.results)), ["README.md", "page.md"])
+
+    def test_results_stay_as_they_are_if_they_cannot_be_copied(self):
+        with mock.patch.object(self.script.shutil, "copytree", side_effect=OSError("full")), self.assertRaises(OSError):
+            self.make("parts")
+        self.assertEqual(self.read("page.md"), "older")
+
+    def test_pages_of_other_scripts_stay(self):
+        self.write("performance.md", "other")
+        self.make("parts")
+        self.assertEqual(self.read("performance.md"), "other")
+
+    def test_no_two_sections_share_a_database(self):
+        names = [section.name for document in sections.DOCUMENTS.values() for section in document.sections()]
+        self.assertEqual(len(names), len(set(names)))
 
 
 class FirstScreen(unittest.TestCase):
@@ -149,20 +175,22 @@ class FirstScreen(unittest.TestCase):
             cell = {"task": line.task, "initialization": line.start}
             if isinstance(line, summary.Solved):
                 method, *more = line.row.split(", ")
-                restarts = more[0].split()[0] if more else "0"
-                row = cell | {"method": method, "multi_starts": restarts, "sample_size": "100", "collision": "solid", "n": "35",
+                restarts = more[0].split()[0] if more and "restarts" in more[0] else "0"
+                surface = "surface" in more
+                row = cell | {"method": method, "multi_starts": restarts, "sample_size": "100", "n": "35",
+                              "collision": "surface" if surface else "solid",
                               "solved": "34.0", "share_lower": "0.855", "share_upper": "0.995"}
                 contents.setdefault((line.section, line.table), []).append(row)
             else:
                 row = cell | {"a": line.a, "b": line.b, "figure": line.figure, "pairs": "24", "value": "0.5", "lower": "0.25",
-                              "upper": "", "adjusted_p": "0.001", "reads": "better", "family": "42"}
+                              "upper": "0.75", "adjusted_p": "0.001", "reads": "better", "family": "42"}
                 contents.setdefault((line.section, "claims"), []).append(row)
         for (section, kind), rows in contents.items():
             with open(os.path.join(self.folder, "tables", f"{section}-{kind}.csv"), "w", encoding="utf-8", newline="") as file:
                 writer = csv.DictWriter(file, list(rows[0]))
                 writer.writeheader()
                 writer.writerows({tuple(sorted(row.items())): row for row in rows}.values())
-        for page, _ in summary.page_and_command().values():
+        for page, _ in summary.pages_of({line.section for line in summary.HEADLINES}).values():
             with open(os.path.join(self.folder, page), "w", encoding="utf-8") as file:
                 file.write("# Page\n\nBuild 0123456789ab\n")
 
@@ -173,8 +201,8 @@ class FirstScreen(unittest.TestCase):
         self.assertIn("| 97.1 % solved | [85.5, 99.5] % | 35 | `legopt run legopt-best", rows[0])
         compared = next(row for row, line in zip(rows, summary.HEADLINES)
                         if isinstance(line, summary.Compared) and line.figure == "success")
-        self.assertIn("50 percentage points: better | [25, -] % | 24 |", compared)
-        self.assertIn("; legopt compare SQP LegOpt-best --family 42`", compared)
+        self.assertIn("50 percentage points: better | [25, 75] % | 24 |", compared)
+        self.assertIn("; legopt compare SQP Adam --family 42 --db ten-seeds-hard.sqlite`", compared)
         self.assertIn("From build 0123456789ab.", text)
 
     def test_a_claim_without_a_row_is_refused(self):

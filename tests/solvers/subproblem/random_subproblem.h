@@ -19,6 +19,19 @@ struct RandomSubproblemShape {
   int fixed_variables = 0;  ///< number in the first block
 };
 
+/// Returns the shape of LegOpt-best's windows: the average numbers of rows and columns of motions.
+inline RandomSubproblemShape WindowOfMotion(int num_waypoints) {
+  return {.num_blocks = num_waypoints,
+          .cost_rows = 0,
+          .equality_rows = 10,
+          .inequality_rows = 11,
+          .coupled = true,
+          .steps = true,
+          .pair_rows = 0,
+          .chains = true,
+          .fixed_variables = 35};
+}
+
 /// Returns a subproblem of the given shape with entries similar to a posture's, determined by the seed.
 ConvexSubproblem MakeRandomSubproblem(const RandomSubproblemShape& shape, unsigned seed);
 
