@@ -162,7 +162,7 @@ void PrepareRobot(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> ref
   // Without a list of pairs, as in datasets made before there were lists, all triangles are used: bits stay equal.
   LinkPieces pieces(robot, {options.link_concavity_m, options.max_link_pieces},
                     options.unchecked ? DecompositionMethod::kSample : DecompositionMethod::kAllTriangles);
-  impl.pairs = options.unchecked ? ClassifyListedPairs(robot, meshes, pieces, *options.unchecked, options.pairs)
+  impl.pairs = options.unchecked ? ClassifyListedPairs(robot, meshes, pieces, *options.unchecked)
                                  : ClassifyLinkPairs(robot, meshes, pieces, reference_x, options.pairs);
   for (const LinkPair& pair : impl.pairs.decomposed) {
     const PairResolution detail = impl.pairs.detail[impl.PairIndex(pair.first, pair.second)];
@@ -184,6 +184,7 @@ void AddRobot(const RobotModel& robot, Eigen::Ref<const Eigen::VectorXd> referen
   } else {
     PrepareRobot(robot, reference_x, options, impl);
   }
+  if (options.unchecked) SelectListedPairs(robot, *options.unchecked, options.pairs, &impl.pairs);
   for (const ConvexShape& shape : impl.shapes) impl.ranges.push_back(impl.link_points.Add(shape.points()));
 }
 

@@ -222,6 +222,7 @@ struct CollisionQuery::Impl {
   bool Repeats(const ProximityPair& contact, const Source& source, const ProximityPair& nearer,
                const Source& nearer_source) const;
   void RemoveRedundantContacts(size_t begin);
+  void SubtractFalseDepth(size_t begin, double depth_m, double margin);
 
   std::shared_ptr<const CollisionModel> model;
   const CollisionModel::Impl& data;
@@ -362,6 +363,24 @@ void CollisionQuery::Impl::CollideLinks(int a, int b, const Kinematics& kinemati
     }
   }
   RemoveRedundantContacts(begin);
+  if (detail != PairResolution::kHulls) SubtractFalseDepth(begin, data.pairs.FalseDepth_m({a, b}), margin);
+}
+
+/// Shrinks B along the normals of the contacts from `begin` on, all of one pair of links, and drops those that are
+/// beyond the margin then.
+void CollisionQuery::Impl::SubtractFalseDepth(size_t begin, double depth_m, double margin) {
+  if (depth_m == 0.0) return;
+  size_t kept = begin;
+  for (size_t i = begin; i < contacts.size(); ++i) {
+    ProximityPair contact = contacts[i];
+    contact.distance_m += depth_m;
+    contact.point_b_W -= depth_m * contact.normal_W;
+    if (contact.distance_m >= margin) continue;
+    contacts[kept] = contact;
+    sources[kept++] = sources[i];
+  }
+  contacts.resize(kept);
+  sources.resize(kept);
 }
 
 /// Returns true if the separating plane of the nearer contact also separates this contact's shapes.

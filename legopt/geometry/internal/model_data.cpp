@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <iterator>
 #include <map>
 #include <numbers>
@@ -10,7 +11,7 @@
 #include <set>
 #include <utility>
 
-#include "legopt/geometry/internal/placed_shapes.h"
+#include "legopt/geometry/internal/false_overlap.h"
 #include "legopt/robot/kinematics.h"
 
 namespace legopt {
@@ -18,36 +19,9 @@ namespace {
 
 using PairStatus = CollisionModel::PairStatus;
 
-constexpr double kNoticeable = 1e-3;  // m; the judge's tolerance
 constexpr std::uint64_t kSeed = 1;
 
-/// Returns true if the predicate holds for any pair of geometries of two links.
-template <class Predicate>
-bool AnyGeometries(const LinkTrimeshes& meshes, const LinkPair& pair, Predicate predicate) {
-  for (int i = 0; i < meshes.num_geometries(pair.first); ++i) {
-    for (int j = 0; j < meshes.num_geometries(pair.second); ++j) {
-      if (predicate(meshes.geometry(pair.first, i), meshes.geometry(pair.second, j))) return true;
-    }
-  }
-  return false;
-}
-
-bool Touch(const LinkTrimeshes& meshes, const LinkPair& pair) {
-  return AnyGeometries(meshes, pair, [&](const auto& a, const auto& b) { return meshes.Depth(a, b) >= 0.0; });
-}
-
-/// Returns true if the hulls overlap by more than the tolerance, but the meshes do not touch.
-bool IsFalseOverlap(const LinkTrimeshes& meshes, const LinkPair& pair) {
-  const bool overlap =
-      AnyGeometries(meshes, pair, [&](const auto& a, const auto& b) { return meshes.HullsOverlap(a, b, kNoticeable); });
-  return overlap && !Touch(meshes, pair);
-}
-
 }  // namespace
-
-bool Overlap(const LinkTrimeshes& meshes, const LinkPair& pair) {
-  return AnyGeometries(meshes, pair, [&](const auto& a, const auto& b) { return meshes.Overlap(a, b, kNoticeable); });
-}
 
 Eigen::VectorXd SamplePosture(const RobotModel& robot, std::mt19937_64& random) {
   Eigen::VectorXd x = robot.NeutralConfiguration();
@@ -63,27 +37,6 @@ Eigen::VectorXd SamplePosture(const RobotModel& robot, std::mt19937_64& random) 
 
 namespace {
 
-std::vector<LinkPair> FindPhantomPairs(const RobotModel& robot, LinkTrimeshes& meshes,
-                                       const std::vector<LinkPair>& checked) {
-  constexpr int kPostures = 64;
-  constexpr int kFairShare = 8;
-  std::mt19937_64 random(kSeed);
-  Kinematics kinematics(robot);
-  std::vector<int> count(checked.size(), 0);
-  for (int posture = 0; posture < kPostures; ++posture) {
-    kinematics.UpdatePoses(SamplePosture(robot, random));
-    meshes.Place(kinematics);
-    for (size_t i = 0; i < checked.size(); ++i) {
-      if (count[i] < kFairShare && IsFalseOverlap(meshes, checked[i])) ++count[i];
-    }
-  }
-  std::vector<LinkPair> phantom;
-  for (size_t i = 0; i < checked.size(); ++i) {
-    if (count[i] >= kFairShare) phantom.push_back(checked[i]);
-  }
-  return phantom;
-}
-
 /// Returns all pairs of links with geometry and more than one moving joint between them, ascending by (second, first).
 std::vector<LinkPair> NonAdjacentPairs(const RobotModel& robot, const LinkTrimeshes& meshes) {
   std::vector<LinkPair> pairs;
@@ -96,27 +49,30 @@ std::vector<LinkPair> NonAdjacentPairs(const RobotModel& robot, const LinkTrimes
   return pairs;
 }
 
+/// Sets the status of a pair of a robot's links, in both orders, in a table of LinkPairRules::status.
+void SetStatus(const RobotModel& robot, const LinkPair& pair, PairStatus value, std::vector<PairStatus>* status) {
+  const auto [first, second] = std::pair(static_cast<size_t>(pair.first), static_cast<size_t>(pair.second));
+  const size_t n = robot.links().size();
+  (*status)[first * n + second] = (*status)[second * n + first] = value;
+}
+
+/// Returns a table of LinkPairRules::status in which no pair is checked.
+std::vector<PairStatus> NoneChecked(const RobotModel& robot) {
+  return std::vector<PairStatus>(robot.links().size() * robot.links().size(), PairStatus::kIgnoredAdjacent);
+}
+
 /// Returns the table of LinkPairRules::status: `pairs` that are not in `checked` have the status `ignored`, all others
 /// are adjacent.
 std::vector<PairStatus> StatusOf(const RobotModel& robot, const std::vector<LinkPair>& pairs, PairStatus ignored,
                                  const std::vector<LinkPair>& checked) {
-  const size_t n = robot.links().size();
-  std::vector<PairStatus> status(n * n, PairStatus::kIgnoredAdjacent);
-  const auto set = [&](const std::vector<LinkPair>& some, PairStatus value) {
-    for (const auto& [a, b] : some) {
-      const auto first = static_cast<size_t>(a), second = static_cast<size_t>(b);
-      status[first * n + second] = status[second * n + first] = value;
-    }
-  };
-  set(pairs, ignored);
-  set(checked, PairStatus::kChecked);
+  std::vector<PairStatus> status = NoneChecked(robot);
+  for (const LinkPair& pair : pairs) SetStatus(robot, pair, ignored, &status);
+  for (const LinkPair& pair : checked) SetStatus(robot, pair, PairStatus::kChecked, &status);
   return status;
 }
 
-/// `reason`: null for a pair that is not listed.
-PairStatus StatusOfListed(const UncheckedReason* reason, PairSelection selection) {
-  if (reason == nullptr) return PairStatus::kChecked;
-  switch (*reason) {
+PairStatus StatusOfListed(UncheckedReason reason, PairSelection selection) {
+  switch (reason) {
     case UncheckedReason::kAdjacent:
       return PairStatus::kIgnoredAdjacent;
     case UncheckedReason::kNever:
@@ -144,27 +100,6 @@ std::vector<LinkPair> FindInseparablePairs(const RobotModel& robot, LinkTrimeshe
   return pairs;
 }
 
-/// Returns true if the pieces of two links overlap in most postures in which the meshes do not. Few postures separate
-/// some of these pairs, so many are sampled.
-bool PiecesMostlyOverlap(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces, const LinkPair& pair) {
-  constexpr int kPostures = 512;
-  PlacedShapes first(pieces.Pieces(pair.first)), second(pieces.Pieces(pair.second));
-  std::mt19937_64 random(kSeed);
-  Kinematics kinematics(robot);
-  int excess = 0;  // number of postures with overlapping pieces, minus the number without
-  for (int posture = 0; posture < kPostures; ++posture) {
-    const int rest = kPostures - posture;
-    if (excess > rest || excess + rest <= 0) break;
-    kinematics.UpdatePoses(posture == 0 ? robot.NeutralConfiguration() : SamplePosture(robot, random));
-    for (const int link : {pair.first, pair.second}) meshes.Place(kinematics, link);
-    if (Touch(meshes, pair) || Overlap(meshes, pair)) continue;
-    first.Place(kinematics.link_pose(pair.first));
-    second.Place(kinematics.link_pose(pair.second));
-    excess += first.Overlap(second, kNoticeable) ? 1 : -1;
-  }
-  return excess > 0;
-}
-
 void SetDetail(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces, LinkPairRules& rules) {
   const size_t n = robot.links().size();
   rules.detail.assign(n * n, PairResolution::kHulls);
@@ -172,10 +107,14 @@ void SetDetail(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& piece
     return rules.detail[static_cast<size_t>(pair.first) * n + static_cast<size_t>(pair.second)];
   };
   const std::vector<LinkPair>& apart = rules.pairs[PairSelection::kReference];
-  for (const LinkPair& pair : FindPhantomPairs(robot, meshes, apart)) detail(pair) = PairResolution::kPieces;
+  for (const LinkPair& pair : FindFalselyOverlapping(robot, meshes, apart, ApartBy::kTouch))
+    detail(pair) = PairResolution::kPieces;
   for (const LinkPair& pair : rules.checked()) {
     if (std::ranges::find(apart, pair) != apart.end()) continue;
-    detail(pair) = PiecesMostlyOverlap(robot, meshes, pieces, pair) ? PairResolution::kBodies : PairResolution::kPieces;
+    const SortedPoses poses = SamplePoses(robot, meshes, pair, ApartBy::kTouch);
+    const bool coarse =
+        MostlyOverlap(poses.apart, {pieces.Pieces(pair.first), pieces.Pieces(pair.second)}, ApartBy::kTouch);
+    detail(pair) = coarse ? PairResolution::kBodies : PairResolution::kPieces;
   }
   for (const LinkPair& pair : rules.checked()) {
     if (detail(pair) != PairResolution::kHulls) rules.decomposed.push_back(pair);
@@ -221,42 +160,74 @@ std::vector<LinkPair> ShapedPairs(const RobotModel& robot) {
 
 namespace {
 
-/// Sets the detail of pairs that collide in some samples: pairs whose hulls overlap falsely get pieces, or bodies if
-/// the pieces do so in most postures. The hulls of all other pairs were apart in all samples.
+/// Sets the detail of pairs that collide in some samples: pairs whose hulls overlap falsely get pieces, or, if the
+/// pieces do so in most postures, whichever of pieces and bodies overlap less, less their false depth. The hulls of all
+/// other pairs were apart in all samples.
 void SetDetailOfListed(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces, LinkPairRules& rules) {
   const size_t n = robot.links().size();
   rules.detail.assign(n * n, PairResolution::kHulls);
-  const std::vector<LinkPair> phantoms = FindPhantomPairs(robot, meshes, rules.pairs[PairSelection::kReference]);
+  constexpr ApartBy kApart = ApartBy::kTolerance;
+  const std::vector<LinkPair> phantoms =
+      FindFalselyOverlapping(robot, meshes, rules.pairs[PairSelection::kReference], kApart);
   std::set<int> links;
   for (const auto& [a, b] : phantoms) links.insert({a, b});
   pieces.PreparePieces(links);
   for (const LinkPair& pair : phantoms) {
-    rules.detail[static_cast<size_t>(pair.first) * n + static_cast<size_t>(pair.second)] =
-        PiecesMostlyOverlap(robot, meshes, pieces, pair) ? PairResolution::kBodies : PairResolution::kPieces;
+    PairResolution& detail = rules.detail[static_cast<size_t>(pair.first) * n + static_cast<size_t>(pair.second)];
+    detail = PairResolution::kPieces;
+    FalseDepth false_depth;
+    const SortedPoses poses = SamplePoses(robot, meshes, pair, kApart);
+    const PairShapes whole{pieces.Pieces(pair.first), pieces.Pieces(pair.second)};
+    if (MostlyOverlap(poses.apart, whole, kApart)) {
+      false_depth = FindFalseDepth(poses, whole, kApart);
+      const FalseDepth of_bodies =
+          FindFalseDepth(poses, {pieces.Bodies(pair.first), pieces.Bodies(pair.second)}, kApart);
+      if (of_bodies.score > false_depth.score) {
+        detail = PairResolution::kBodies;
+        false_depth = of_bodies;
+      }
+    }
     rules.decomposed.push_back(pair);
+    rules.false_depths_m.push_back(false_depth.length_m);
   }
 }
 
 }  // namespace
 
+double LinkPairRules::FalseDepth_m(const LinkPair& pair) const {
+  if (false_depths_m.empty()) return 0.0;
+  const auto at = std::ranges::lower_bound(decomposed, std::pair(pair.second, pair.first), std::less<>(),
+                                           [](const LinkPair& other) { return std::pair(other.second, other.first); });
+  if (at == decomposed.end() || *at != pair) return 0.0;
+  return false_depths_m[static_cast<size_t>(at - decomposed.begin())];
+}
+
 LinkPairRules ClassifyListedPairs(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces,
-                                  const std::vector<UncheckedPair>& unchecked, PairSelection selection) {
+                                  const std::vector<UncheckedPair>& unchecked) {
   std::map<LinkPair, UncheckedReason> reasons;
   for (const UncheckedPair& entry : unchecked) reasons.emplace(entry.pair, entry.reason);
   LinkPairRules rules;
-  rules.selection = selection;
-  const size_t n = robot.links().size();
-  rules.status.assign(n * n, PairStatus::kIgnoredAdjacent);
+  rules.status = NoneChecked(robot);
   for (const LinkPair& pair : ShapedPairs(robot)) {
     const auto found = reasons.find(pair);
     const bool listed = found != reasons.end();
-    if (!listed) rules.pairs[PairSelection::kReference].push_back(pair);
     if (!listed || found->second == UncheckedReason::kNever) rules.pairs[PairSelection::kAll].push_back(pair);
-    const auto [a, b] = std::pair(static_cast<size_t>(pair.first), static_cast<size_t>(pair.second));
-    rules.status[a * n + b] = rules.status[b * n + a] = StatusOfListed(listed ? &found->second : nullptr, selection);
+    if (listed) continue;
+    rules.pairs[PairSelection::kReference].push_back(pair);
+    SetStatus(robot, pair, PairStatus::kChecked, &rules.status);
   }
   SetDetailOfListed(robot, meshes, pieces, rules);
   return rules;
+}
+
+void SelectListedPairs(const RobotModel& robot, const std::vector<UncheckedPair>& unchecked, PairSelection selection,
+                       LinkPairRules* rules) {
+  rules->selection = selection;
+  const auto has_shape = [&](int link) { return !robot.links()[static_cast<size_t>(link)].collision.empty(); };
+  for (const UncheckedPair& entry : unchecked) {
+    if (!has_shape(entry.pair.first) || !has_shape(entry.pair.second)) continue;
+    SetStatus(robot, entry.pair, StatusOfListed(entry.reason, selection), &rules->status);
+  }
 }
 
 }  // namespace legopt

@@ -28,12 +28,18 @@ struct LinkPairRules {
   PairSelection selection = PairSelection::kReference;    ///< selection used by the solver
   /// Level of detail, num_links x num_links like `status`, for the solver's pairs. kPieces: the hulls overlap in a
   /// considerable share of the postures in which the meshes do not, or the links touch in the reference posture.
-  /// kBodies: pairs that touch in the reference posture and whose pieces also overlap in most postures in which the
-  /// meshes do not.
+  /// kBodies: pairs whose pieces also overlap in most postures in which the meshes do not, and which touch in the
+  /// reference posture or, with CollisionOptions::unchecked, have a smaller false depth so.
   std::vector<PairResolution> detail;
   std::vector<LinkPair> decomposed;  ///< the solver's pairs with more detail than hulls, in its order
+  /// Per pair of `decomposed`, or empty if all are 0: the depth that its shapes exceed in at most 5 % of the postures
+  /// in which the meshes are apart, m. The solver's distances of the pair are larger by this, since otherwise no
+  /// posture would satisfy it. Only for CollisionOptions::unchecked.
+  std::vector<double> false_depths_m;
 
   const std::vector<LinkPair>& checked() const { return pairs[selection]; }  ///< pairs checked by the solver
+  /// Returns the false depth of a pair, first < second.
+  double FalseDepth_m(const LinkPair& pair) const;
 };
 
 /// Classifies all link pairs. `meshes`: the robot's exact meshes, whose poses are changed. `pieces`: those of the
@@ -42,9 +48,13 @@ struct LinkPairRules {
 LinkPairRules ClassifyLinkPairs(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces,
                                 Eigen::Ref<const Eigen::VectorXd> reference_x, PairSelection selection);
 
-/// Classifies the link pairs of CollisionOptions::unchecked.
+/// Classifies the link pairs of CollisionOptions::unchecked, for any selection: SelectListedPairs completes the rules.
 LinkPairRules ClassifyListedPairs(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces,
-                                  const std::vector<UncheckedPair>& unchecked, PairSelection selection);
+                                  const std::vector<UncheckedPair>& unchecked);
+
+/// Sets the selection, and the status that depends on it.
+void SelectListedPairs(const RobotModel& robot, const std::vector<UncheckedPair>& unchecked, PairSelection selection,
+                       LinkPairRules* rules);
 
 /// Returns all pairs of links with geometry, ascending by (second, first).
 std::vector<LinkPair> ShapedPairs(const RobotModel& robot);
@@ -56,10 +66,6 @@ std::vector<ConvexShape> HullsOf(const Link& link, const ReadGuard& guard);
 /// Returns the configuration whose joints are uniform within their limits, [-pi, pi] without limits, by the next
 /// num_dofs() random numbers; base upright at the origin.
 Eigen::VectorXd SamplePosture(const RobotModel& robot, std::mt19937_64& random);
-
-/// Returns true if the meshes of two links overlap by more than 1 mm in their present poses, by contacts or by vertices
-/// inside closed bodies.
-bool Overlap(const LinkTrimeshes& meshes, const LinkPair& pair);
 
 /// Consecutive shapes in the model's array.
 struct ShapeRun {

@@ -7,6 +7,7 @@
 #include <random>
 #include <utility>
 
+#include "legopt/geometry/internal/false_overlap.h"
 #include "legopt/geometry/internal/link_trimeshes.h"
 #include "legopt/geometry/internal/model_data.h"
 #include "legopt/geometry/internal/placed_shapes.h"

@@ -53,4 +53,19 @@ bool PlacedShapes::Overlap(const PlacedShapes& other, double depth_m) const {
   return false;
 }
 
+double PlacedShapes::Depth(const PlacedShapes& other, double least_m) const {
+  double depth_m = least_m;
+  PairDistance distance;
+  for (size_t i = 0; i < sets_.size(); ++i) {
+    if (!MayOverlap(boxes_[i], other.box_, depth_m)) continue;
+    for (size_t j = 0; j < other.sets_.size(); ++j) {
+      if (MayOverlap(boxes_[i], other.boxes_[j], depth_m) &&
+          SignedDistance(sets_[i], other.sets_[j], -depth_m, distance)) {
+        depth_m = std::max(depth_m, -distance.distance_m);
+      }
+    }
+  }
+  return depth_m;
+}
+
 }  // namespace legopt

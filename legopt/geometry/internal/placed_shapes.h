@@ -20,6 +20,10 @@ class PlacedShapes {
   /// Returns true if any shape overlaps one of `other` by more than `depth_m`, m, at the poses of the last Place().
   bool Overlap(const PlacedShapes& other, double depth_m) const;
 
+  /// Returns the largest depth by which a shape overlaps one of `other`, m, if it exceeds `least_m` (negative: a gap);
+  /// else `least_m`.
+  double Depth(const PlacedShapes& other, double least_m) const;
+
  private:
   std::vector<ConvexShape> shapes_;
   PointArena local_, world_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -17,7 +18,7 @@ namespace {
 constexpr char kHull = 'H';
 constexpr char kPieces = 'P';
 constexpr char kRobot = 'R';
-constexpr const char* kVersion = "legopt-geometry/3";  // changes with every computation whose result is kept
+constexpr const char* kVersion = "legopt-geometry/4";  // changes with every computation whose result is kept
 
 template <class Value>
 std::string_view BytesOf(const Value* values, size_t count) {
@@ -124,12 +125,17 @@ bool ArePairs(const std::vector<LinkPair>& pairs, size_t links) {
   });
 }
 
+bool AreFalseDepths(const LinkPairRules& rules) {
+  return (rules.false_depths_m.empty() || rules.false_depths_m.size() == rules.decomposed.size()) &&
+         std::ranges::all_of(rules.false_depths_m, [](double depth) { return std::isfinite(depth) && depth >= 0.0; });
+}
+
 bool DecodeInto(ResultReader* reader, size_t num_links, CollisionModel::Impl* impl) {
   if (!ReadShapes(reader, &impl->shapes)) return false;
   LinkPairRules& pairs = impl->pairs;
   std::vector<PairSelection> selection;
   if (!reader->Read(impl->links) || !reader->Read(pairs.status) || !reader->Read(pairs.detail) ||
-      !reader->Read(pairs.decomposed) || !reader->Read(selection) ||
+      !reader->Read(pairs.decomposed) || !reader->Read(pairs.false_depths_m) || !reader->Read(selection) ||
       !reader->Read(pairs.pairs[PairSelection::kReference]) || !reader->Read(pairs.pairs[PairSelection::kAll]) ||
       !reader->at_end() || selection.size() != 1 || !IsEnumNumber<PairSelection>(EnumNumber(selection[0]))) {
     return false;
@@ -141,7 +147,8 @@ bool DecodeInto(ResultReader* reader, size_t num_links, CollisionModel::Impl* im
                               IsRun(link.scene, shapes) && link.whole >= -1 && link.whole < static_cast<int>(shapes);
                      });
   return links && pairs.status.size() == num_links * num_links && pairs.detail.size() == num_links * num_links &&
-         ArePairs(pairs.decomposed, num_links) && ArePairs(pairs.pairs[PairSelection::kReference], num_links) &&
+         ArePairs(pairs.decomposed, num_links) && AreFalseDepths(pairs) &&
+         ArePairs(pairs.pairs[PairSelection::kReference], num_links) &&
          ArePairs(pairs.pairs[PairSelection::kAll], num_links);
 }
 
@@ -209,11 +216,14 @@ std::string RobotModelKey(const RobotModel& robot, Eigen::Ref<const Eigen::Vecto
       AddMesh(Tessellate(shape, robot.read_guard()), &key);
     }
   }
-  key.Add(std::string(BytesOf(reference_x.data(), static_cast<size_t>(reference_x.size()))));
-  for (const double value :
-       {options.link_concavity_m, static_cast<double>(options.max_link_pieces), options.scene_concavity_m,
-        static_cast<double>(options.max_component_pieces), static_cast<double>(options.pairs),
-        static_cast<double>(options.links), options.unchecked ? 1.0 : 0.0}) {
+  // Listed pairs depend neither on the reference posture nor on the selection.
+  if (!options.unchecked) {
+    key.Add(std::string(BytesOf(reference_x.data(), static_cast<size_t>(reference_x.size()))));
+    number(static_cast<double>(options.pairs));
+  }
+  for (const double value : {options.link_concavity_m, static_cast<double>(options.max_link_pieces),
+                             options.scene_concavity_m, static_cast<double>(options.max_component_pieces),
+                             static_cast<double>(options.links), options.unchecked ? 1.0 : 0.0}) {
     number(value);
   }
   if (options.unchecked) {
@@ -231,6 +241,7 @@ std::string EncodeRobotPart(const CollisionModel::Impl& impl) {
   writer.Add(impl.pairs.status);
   writer.Add(impl.pairs.detail);
   writer.Add(impl.pairs.decomposed);
+  writer.Add(impl.pairs.false_depths_m);
   writer.Add(std::array<PairSelection, 1>{impl.pairs.selection});
   writer.Add(impl.pairs.pairs[PairSelection::kReference]);
   writer.Add(impl.pairs.pairs[PairSelection::kAll]);

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "legopt/geometry/collision_model.h"
+#include "legopt/geometry/internal/convex_shape.h"
+#include "legopt/geometry/internal/link_trimeshes.h"
+#include "legopt/robot/robot_model.h"
+
+namespace legopt {
+
+/// @file
+/// False overlaps: convex shapes of two links overlap in a posture in which the links' meshes are apart. All functions
+/// count them over fixed sequences of postures, uniform within the joint limits, and change the poses of `meshes`.
+/// Deterministic. ApartBy says which postures count, and from which depth shapes overlap.
+
+/// Rules by which meshes are apart and shapes overlap.
+enum class ApartBy : std::uint8_t {
+  kTouch,     ///< the meshes do not touch; the shapes overlap by more than 1 mm
+  kTolerance  ///< the meshes overlap by no more than the judge tolerates, as the parts of a bearing do; the shapes are
+              ///< less than 1 mm apart, since solvers keep a gap
+};
+
+/// Convex shapes of two links that are compared in place of their meshes, in link frames.
+struct PairShapes {
+  const std::vector<ConvexShape>& first;
+  const std::vector<ConvexShape>& second;
+};
+
+/// Returns true if the meshes of two links touch in their present poses.
+bool Touch(const LinkTrimeshes& meshes, const LinkPair& pair);
+
+/// Returns true if the meshes of two links overlap by more than 1 mm in their present poses, by contacts or by vertices
+/// inside closed bodies.
+bool Overlap(const LinkTrimeshes& meshes, const LinkPair& pair);
+
+/// Returns those of `pairs` whose hulls overlap falsely in at least an eighth of 64 postures (kTouch), or of those of
+/// them in which the meshes are apart (kTolerance), in the same order.
+std::vector<LinkPair> FindFalselyOverlapping(const RobotModel& robot, LinkTrimeshes& meshes,
+                                             const std::vector<LinkPair>& pairs, ApartBy apart);
+
+/// Poses of two links in the world, in one posture.
+struct PairPoses {
+  Eigen::Isometry3d first, second;
+};
+
+/// Postures of two links, by whether their meshes are apart.
+struct SortedPoses {
+  std::vector<PairPoses> apart, overlapping;
+};
+
+/// Returns the poses of two links in 512 postures, of which the first is the neutral one. Few postures separate some
+/// pairs, so many are sampled.
+SortedPoses SamplePoses(const RobotModel& robot, LinkTrimeshes& meshes, const LinkPair& pair, ApartBy apart);
+
+/// Returns true if the shapes overlap in most of the poses.
+bool MostlyOverlap(std::span<const PairPoses> poses, const PairShapes& shapes, ApartBy apart);
+
+/// How much two shapes shrink to tell whether their links' meshes overlap.
+struct FalseDepth {
+  double length_m = 0.0;  ///< >= 0
+  double score = 0.0;     ///< Youden's index: share of the apart postures in which the shrunk shapes are apart, minus
+                          ///< the same share of the overlapping postures; the largest of all lengths
+};
+
+/// Returns the false depth of shapes; the largest, if several have the same score. 0 without postures apart.
+FalseDepth FindFalseDepth(const SortedPoses& poses, const PairShapes& shapes, ApartBy apart);
+
+}  // namespace legopt
