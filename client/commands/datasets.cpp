@@ -386,7 +386,7 @@ void AddImportCommand(const app::Command& program, Invocation* invocation) {
       "import", "Make and check a dataset from robot, scene and problem files, e.g. a clone of the original benchmark");
   const auto flags = std::make_shared<Flags>();
   ImportOptions& options = flags->options;
-  command.AddOption("DIR", options.source, "Folder with the files").Required();
+  command.AddOption("DIR", options.source, "Folder with the files, or a robot's URDF").Required();
   command.AddOption("--out", flags->out, "Folder to make; it must not exist").Required();
   command.AddOption("--name", options.name, "Name of the dataset (default: that of the folder)");
   command.AddOption("--robot", options.files.robot, "URDF, or COLLADA with kinematics (default: the only one)");

@@ -111,7 +111,7 @@ class Importer {
   }
 
   std::string InSource(const fs::path& file) const {
-    return file.lexically_relative(fs::weakly_canonical(options_.source)).generic_string();
+    return file.lexically_relative(sources_.folder).generic_string();
   }
 
   void Note(Severity severity, const std::string& check, const std::string& field, const std::string& value,
@@ -230,13 +230,13 @@ class Importer {
     if (sources_.scene.empty()) {
       description_.scene_file = "scene.yaml";
       WriteTextFile(folder_ / description_.scene_file, kLevelGround);
-      Note(Severity::kInfo, "scene", "", "", "the folder has none: level ground of 40 x 40 m, z = 0; others: --scene");
+      Note(Severity::kInfo, "scene", "", "", "there is none: level ground of 40 x 40 m, z = 0; others: --scene");
       triangles_ = CollectSceneTriangles(ReadSceneFile(folder_ / description_.scene_file, options_.read_guard));
       return;
     }
     CopiedScene scene =
         CopySceneFiles(sources_.scene, folder_,
-                       {.root = options_.source, .repair = options_.scene, .read_guard = options_.read_guard});
+                       {.root = sources_.folder, .repair = options_.scene, .read_guard = options_.read_guard});
     description_.scene_file = scene.file;
     report_.scene = std::move(scene.objects);
     for (DatasetDiagnostic& finding : scene.findings) report_.findings.push_back(std::move(finding));

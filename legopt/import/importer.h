@@ -19,7 +19,7 @@ namespace legopt {
 
 /// Options of an import. Missing ones are detected or have defaults, which the report lists.
 struct ImportOptions {
-  std::filesystem::path source;  ///< source folder
+  std::filesystem::path source;  ///< source folder, or a robot's file
   SourceChoices files;           ///< files that the user selected explicitly
   std::string name;              ///< name of the dataset; letters, digits, '-', '_'
   /// Links, or numbers in the list of ends that an import without them throws. Default: the links that the problems

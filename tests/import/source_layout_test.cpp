@@ -42,6 +42,21 @@ TEST(SourceLayout, OfLooseFilesAndOfADataset) {
   EXPECT_EQ(layout.problems[Task::kMotion].filename(), "problems-motion.json");
 }
 
+TEST(SourceLayout, OfARobotsFileIsTheRobotAlone) {
+  const test::TemporaryFolder folder;
+  const test::SyntheticFolder dataset(folder.path() / "dataset");
+  const fs::path robot = dataset.path() / "robot.urdf";
+  const SourceLayout layout = FindSources(robot, {});
+  EXPECT_EQ(layout.robot.filename(), "robot.urdf");
+  EXPECT_EQ(layout.folder, fs::weakly_canonical(dataset.path()));
+  EXPECT_TRUE(layout.scene.empty());
+  for (const fs::path& problems : layout.problems) EXPECT_TRUE(problems.empty());
+  const SourceLayout chosen = FindSources(robot, {.robot = {}, .scene = "scene.yaml"});
+  EXPECT_EQ(chosen.scene.filename(), "scene.yaml");
+  EXPECT_THAT(MessageOf([&] { FindSources(robot, {.robot = "robot.urdf", .scene = {}}); }), HasSubstr("second robot"));
+  EXPECT_THAT(MessageOf([&] { FindSources(dataset.path() / "scene.yaml", {}); }), HasSubstr("is not a robot"));
+}
+
 TEST(SourceLayout, MissingAndAmbiguousFilesAreNamedWithTheFlag) {
   const test::CloneFolder clone;
   const auto error = [&](const SourceChoices& choices = {}) {

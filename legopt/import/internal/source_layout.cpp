@@ -77,14 +77,22 @@ bool NamesFile(const std::string& urdf, const std::string& file) {
 
 class Finder {
  public:
-  Finder(const fs::path& folder, const SourceChoices& choices) : folder_(folder), choices_(choices) {
-    if (!fs::is_directory(folder_)) Fail("", "", "the folder does not exist", "name the folder with the files");
+  Finder(const fs::path& source, const SourceChoices& choices)
+      : folder_(fs::is_regular_file(source) ? source.parent_path() : source), choices_(choices) {
+    if (folder_ != source) {
+      robot_file_ = source;
+      return;
+    }
+    if (!fs::is_directory(folder_)) Fail("", "", "does not exist", "name a robot's file, or the folder with the files");
     files_ = ListFiles(folder_);
   }
 
   SourceLayout Find() {
-    SourceLayout layout;
-    if (fs::is_regular_file(folder_ / kDatasetFileName)) {
+    SourceLayout layout{.folder = folder_, .robot = {}, .scene = {}, .problems = {}};
+    if (robot_file_) {
+      layout.robot = RobotAlone();
+      if (const auto chosen = Chosen(choices_.scene)) layout.scene = *chosen;
+    } else if (fs::is_regular_file(folder_ / kDatasetFileName)) {
       const DatasetDescription description = ReadDatasetFile(folder_);
       layout.robot = Chosen(choices_.robot).value_or(folder_ / description.robot_file);
       layout.scene = Chosen(choices_.scene).value_or(folder_ / description.scene_file);
@@ -128,6 +136,18 @@ class Finder {
   fs::path TheOnly(const Files& found, const std::string& what, const std::string& flag) const {
     if (found.size() == 1) return found.front();
     Fail(what, Names(found), found.empty() ? "there is none" : "there are several", "name it with " + flag + " FILE");
+  }
+
+  fs::path RobotAlone() const {
+    if (!IsUrdf(*robot_file_) && !IsColladaRobot(*robot_file_)) {
+      throw InputError({robot_file_->string(), "", "", "is not a robot (*.urdf, or *.zae or *.dae with kinematics)",
+                        "name a robot's file, or the folder with the files"});
+    }
+    if (choices_.robot) {
+      throw InputError({robot_file_->string(), "--robot", *choices_.robot, "is a second robot",
+                        "name the folder with the files and --robot, or one robot's file"});
+    }
+    return *robot_file_;
   }
 
   fs::path Robot() const {
@@ -198,14 +218,15 @@ class Finder {
   }
 
   fs::path folder_;
+  std::optional<fs::path> robot_file_;  ///< if the source is one
   const SourceChoices& choices_;
   Files files_;
 };
 
 }  // namespace
 
-SourceLayout FindSources(const fs::path& folder, const SourceChoices& choices) {
-  return Finder(fs::weakly_canonical(folder), choices).Find();
+SourceLayout FindSources(const fs::path& source, const SourceChoices& choices) {
+  return Finder(fs::weakly_canonical(source), choices).Find();
 }
 
 }  // namespace legopt

@@ -17,13 +17,15 @@ struct SourceChoices {
 
 /// Source files of a dataset; absolute paths.
 struct SourceLayout {
+  std::filesystem::path folder;  ///< that of the source, or in which the robot's file is
   std::filesystem::path robot;  ///< URDF or COLLADA
   bool collada = false;
   std::filesystem::path scene;                      ///< a mesh or a scene.yaml; empty: none
   EnumArray<Task, std::filesystem::path> problems;  ///< empty: no problems of this task
 };
 
-/// Finds robot, scene and problems in a folder (hidden folders are not searched):
+/// Finds robot, scene and problems. If `source` is a robot's file, only those that are selected; else in that folder
+/// (hidden folders are not searched):
 ///
 /// * if there is a dataset.yaml, the files that it lists; else
 /// * robot: the only .urdf, else the only .zae or .dae with kinematics, at any depth;
@@ -32,6 +34,6 @@ struct SourceLayout {
 /// * problems: `problems*.json` at any depth, one per task, identified by the key `task` or the number of stances.
 ///
 /// Throws InputError with the missing or ambiguous file, the candidates, and the flag to select one.
-SourceLayout FindSources(const std::filesystem::path& folder, const SourceChoices& choices);
+SourceLayout FindSources(const std::filesystem::path& source, const SourceChoices& choices);
 
 }  // namespace legopt

@@ -1,0 +1,142 @@
+// Policy: convex shapes that overlap where the meshes are apart do not keep a solver from a posture that the judge
+// accepts.
+#include "legopt/geometry/internal/false_overlap.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <random>
+
+#include "legopt/geometry/collision_query.h"
+#include "legopt/geometry/internal/model_data.h"
+#include "tests/geometry/atlas_data.h"
+#include "tests/geometry/test_shapes.h"
+#include "tests/temporary_folder.h"
+
+namespace legopt::test {
+namespace {
+
+std::vector<ConvexShape> Cube() {
+  return {ConvexShape::FromPrimitive(Spec(ShapeSpec::Kind::kBox, {0.02, 0.02, 0.02}))};
+}
+
+/// Poses in which two cubes of Cube() overlap by these depths, m.
+std::vector<PairPoses> Overlapping(const std::vector<double>& depths_m) {
+  std::vector<PairPoses> poses;
+  for (const double depth_m : depths_m) {
+    PairPoses pose{Eigen::Isometry3d::Identity(), Eigen::Isometry3d::Identity()};
+    pose.second.translation().x() = 0.02 - depth_m;
+    poses.push_back(pose);
+  }
+  return poses;
+}
+
+TEST(FalseDepth, TellsPosturesApartFromOverlappingOnes) {
+  const std::vector<ConvexShape> first = Cube(), second = Cube();
+  const auto find = [&](const SortedPoses& poses) {
+    return FindFalseDepth(poses, {first, second}, ApartBy::kTolerance);
+  };
+  // Shapes less than 1 mm apart count as overlapping, so that 3 mm of overlap is a false depth of 4 mm.
+  const FalseDepth clear = find({Overlapping({0.001, 0.002, 0.003}), Overlapping({0.008, 0.009})});
+  EXPECT_NEAR(clear.length_m, 0.004, 1e-9);
+  EXPECT_DOUBLE_EQ(clear.score, 1.0);
+  const FalseDepth mixed = find({Overlapping({0.001, 0.002, 0.006}), Overlapping({0.004, 0.005, 0.008})});
+  EXPECT_NEAR(mixed.length_m, 0.003, 1e-9);
+  EXPECT_NEAR(mixed.score, 2.0 / 3.0, 1e-12);
+  const FalseDepth never_overlapping = find({Overlapping({0.001, 0.005}), {}});
+  EXPECT_NEAR(never_overlapping.length_m, 0.006, 1e-9);
+  const FalseDepth never_apart = find({{}, Overlapping({0.001, 0.005})});
+  EXPECT_EQ(never_apart.length_m, 0.0);
+}
+
+TEST(FalseDepth, MostIsMoreThanHalf) {
+  const std::vector<ConvexShape> first = Cube(), second = Cube();
+  const auto most = [&](const std::vector<double>& depths_m) {
+    return MostlyOverlap(Overlapping(depths_m), {first, second}, ApartBy::kTolerance);
+  };
+  EXPECT_FALSE(most({}));
+  EXPECT_FALSE(most({0.002, -0.002}));
+  EXPECT_TRUE(most({0.002, 0.002, -0.002}));
+  EXPECT_TRUE(most({-0.0005}));  // nearer than 1 mm
+  EXPECT_FALSE(MostlyOverlap(Overlapping({-0.0005}), {first, second}, ApartBy::kTouch));
+}
+
+/// Writes a cup without a lid, around the z axis: outer radius 30 mm, inner 25 mm, 60 mm high, bottom at z = -30 mm,
+/// 5 mm thick.
+void WriteCup(const std::filesystem::path& file) {
+  constexpr int kSides = 24;
+  constexpr double kProfile[][2] = {{0.030, -0.03}, {0.030, 0.03}, {0.025, 0.03}, {0.025, -0.025}};  // radius, z
+  constexpr int kRings = 4;
+  std::ofstream out(file);
+  for (const auto& [radius, z] : kProfile) {
+    for (int side = 0; side < kSides; ++side) {
+      const double angle = 2.0 * std::numbers::pi * side / kSides;
+      out << "v " << radius * std::cos(angle) << ' ' << radius * std::sin(angle) << ' ' << z << '\n';
+    }
+  }
+  out << "v 0 0 -0.03\nv 0 0 -0.025\n";
+  const auto corner = [](int ring, int side) { return ring * kSides + side % kSides + 1; };
+  for (int side = 0; side < kSides; ++side) {
+    for (int ring = 0; ring + 1 < kRings; ++ring) {
+      out << "f " << corner(ring, side) << ' ' << corner(ring, side + 1) << ' ' << corner(ring + 1, side + 1) << '\n';
+      out << "f " << corner(ring, side) << ' ' << corner(ring + 1, side + 1) << ' ' << corner(ring + 1, side) << '\n';
+    }
+    out << "f " << corner(0, side + 1) << ' ' << corner(0, side) << ' ' << kRings * kSides + 1 << '\n';
+    out << "f " << corner(kRings - 1, side) << ' ' << corner(kRings - 1, side + 1) << ' ' << kRings * kSides + 2
+        << '\n';
+  }
+}
+
+/// cup - (joint) - link without geometry - (joint) - ball of 15 mm in the cup, which both joints turn in place.
+RobotModel BallInCup(const std::filesystem::path& folder) {
+  WriteCup(folder / "cup.obj");
+  const auto link = [](const std::string& name, const std::string& geometry) {
+    return "<link name='" + name +
+           "'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>" +
+           (geometry.empty() ? "" : "<collision><geometry>" + geometry + "</geometry></collision>") + "</link>";
+  };
+  const auto joint = [](const std::string& parent, const std::string& child, const std::string& axis) {
+    return "<joint name='" + child + "' type='revolute'><parent link='" + parent + "'/><child link='" + child +
+           "'/><axis xyz='" + axis + "'/><limit lower='-1' upper='1' effort='1' velocity='1'/></joint>";
+  };
+  return RobotModel::FromUrdfText("<robot name='r'>" + link("cup", "<mesh filename='cup.obj'/>") + link("cross", "") +
+                                      link("ball", "<sphere radius='0.015'/>") + joint("cup", "cross", "1 0 0") +
+                                      joint("cross", "ball", "0 1 0") + "</robot>",
+                                  (folder / "robot.urdf").string(), folder.string());
+}
+
+TEST(FalseDepth, LetsASolverUseABallInACup) {
+  const TemporaryFolder folder;
+  const RobotModel robot = BallInCup(folder.path());
+  CollisionOptions options{.max_link_pieces = 1,
+                           .pairs = PairSelection::kAll};  // hulls: none can show the cup's hollow
+  const auto nearest = [&](double margin_m) {
+    CollisionQuery query(CollisionModel::Build(robot, {}, ZeroPose(robot), options));
+    Kinematics kinematics(robot);
+    std::mt19937_64 random(2);
+    double nearest_m = margin_m;
+    for (int i = 0; i < 20; ++i) {
+      kinematics.Update(i == 0 ? ZeroPose(robot) : SamplePosture(robot, random));
+      for (const ProximityPair& contact : query.Contacts(kinematics, margin_m)) {
+        nearest_m = std::min(nearest_m, contact.distance_m);
+        EXPECT_LT(contact.distance_m, margin_m);
+        EXPECT_TRUE((contact.point_a_W - contact.point_b_W).isApprox(contact.distance_m * contact.normal_W, 1e-6));
+      }
+    }
+    return nearest_m;
+  };
+  EXPECT_LT(nearest(5e-4), -0.01);  // without a list of pairs: no posture without an overlap
+  options.unchecked.emplace();
+  EXPECT_EQ(nearest(5e-4), 5e-4);
+  EXPECT_NEAR(nearest(2e-2), 1e-3, 1e-9);
+  const auto model = CollisionModel::Build(robot, {}, ZeroPose(robot), options);
+  EXPECT_EQ(model->pair_status(0, 2), CollisionModel::PairStatus::kChecked);
+  EXPECT_GT(model->impl().pairs.FalseDepth_m({0, 2}), 0.01);
+  EXPECT_EQ(model->impl().pairs.FalseDepth_m({0, 1}), 0.0);
+}
+
+}  // namespace
+}  // namespace legopt::test
