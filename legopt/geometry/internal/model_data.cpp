@@ -180,8 +180,10 @@ void SetDetailOfListed(const RobotModel& robot, LinkTrimeshes& meshes, LinkPiece
     const PairShapes whole{pieces.Pieces(pair.first), pieces.Pieces(pair.second)};
     if (MostlyOverlap(poses.apart, whole, kApart)) {
       false_depth = FindFalseDepth(poses, whole, kApart);
+      const bool perfect = false_depth.score >= 1.0;  // bodies, which take long to compute, cannot be better
       const FalseDepth of_bodies =
-          FindFalseDepth(poses, {pieces.Bodies(pair.first), pieces.Bodies(pair.second)}, kApart);
+          perfect ? FalseDepth()
+                  : FindFalseDepth(poses, {pieces.Bodies(pair.first), pieces.Bodies(pair.second)}, kApart);
       if (of_bodies.score > false_depth.score) {
         detail = PairResolution::kBodies;
         false_depth = of_bodies;
