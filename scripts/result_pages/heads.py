@@ -102,6 +102,21 @@ B, the second row named, and "none" means that no difference was shown
 ([definitions](../docs/explanation/statistics.md)).
 """
 
+DURATIONS_HEAD = """# Which motions a robot can execute
+
+`scripts/make-results --durations` writes this whole page; no figure is written by hand. It has no times of computing:
+durations, success, cost and work are the same on every machine with this build.
+
+A motion can be executed if it has an admissible time law: joint velocities, torques and contact forces stay within their
+limits along its curve. Its duration T* is the least one ([formulas](../docs/explanation/timing.md)). Timed motions must
+also satisfy every constraint on that curve ([definition](../docs/explanation/judge.md#timed-motions)); their cost is T* by
+the number of stances, in seconds. No solver but LegOpt-best was tuned for them. All methods end at the tolerance 1e-4.
+
+Motions made without time keep their points. They have at most 120 stances, and are joined by the same curve, whether or not it keeps the contacts in
+place, so that *executable* says nothing about other constraints. *At 80 %* is with 80 % of the limits of friction and
+effort. *Greedy* is the duration of TOPP-RA's pass by T*. All shares of limits are of T*.
+"""
+
 HEAD = """# What the benchmark shows
 
 `scripts/make-results` writes this whole page; no figure is written by hand. Each table names its rule of success. Times

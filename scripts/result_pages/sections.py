@@ -18,6 +18,8 @@ EITHER_PAIRS = ["--methods", "LegOpt-best,LegOpt-best original pairs", "--tasks"
                 "--collision", "solid"]
 ONE_ROW = ["--methods", "LegOpt-best"]
 ALL_PAIRS = ["--methods", "LegOpt-best", "--collision", "solid", "--rule", "solid"]
+QUICK_ROWS = ["--methods", "SQP,I-SQP,Adam,I-Adam,Nadam,I-Nadam,CHOMP,LegOpt-best"]  # STOMP and Ipopt take 10 s a motion
+FEW_ROWS = ["--methods", "SQP,I-SQP,CHOMP,LegOpt-best", "--multi-starts", "0"]
 FROZEN = ["HEAD"]  # commit whose test seeds are used
 NO_STAIRS = ("house", "hard")  # none of them is standing
 
@@ -105,6 +107,16 @@ def contacts_sections():
                   ("effort",))
     yield Section("contacts-motions-quadruped", "Motions of the quadruped", "contacts-motions", ONE_ROW,
                   "embedded:contacts-quadruped", ("effort",))
+
+
+def durations_sections():
+    """Motions that a robot can execute: of task timed, and those of other tasks, timed as they are."""
+    yield Section("timed-quadruped", "Timed motions of the quadruped", "timed", QUICK_ROWS, "", ("rows", "limits"))
+    yield Section("timed-humanoid", "Timed motions of the humanoid with hands", "timed", FEW_ROWS,
+                  "embedded:contacts-humanoid", ("rows", "limits"))
+    for where, suffix, data in (("the default dataset", "", ""), ("LegOpt's problems", "-legopt", "legopt")):
+        yield Section("motions" + suffix, f"Motions on {where}, which were made without time", "quick",
+                      ["--tasks", "motion", "--max-stances", "120"], data, ("rows", "durations"))
 
 
 @functools.cache
@@ -207,4 +219,5 @@ DOCUMENTS = {"": Document("table1.md", sections, heads.HEAD, True),
              "original-rule": Document("original-rule.md", original_rule_sections, heads.ORIGINAL_RULE_HEAD, False),
              "contacts": Document("contacts.md", contacts_sections, heads.CONTACTS_HEAD, False),
              "equal-effort": Document("equal-effort.md", equal_effort_sections, heads.EQUAL_EFFORT_HEAD, False),
+             "durations": Document("durations.md", durations_sections, heads.DURATIONS_HEAD, False),
              "best": Document("legopt-best.md", best_sections, heads.BEST_HEAD, True)}

@@ -56,7 +56,7 @@ def failure_table(database, rule):
         text = f"{len(shares)} {reason}"
         return text if shares[0] is None else f"{text}, after {statistics.median(shares):.0f} %"
 
-    tasks = ("posture", "motion", "continuous", "balanced")
+    tasks = ("posture", "motion", "continuous", "balanced", "timed")
     places = [place for place in (f"{task}, {start}" for task in tasks for start in ("good", "in collision"))
               if any(place in row for row in cells.values())]
     lines = ["| method | " + " | ".join(places) + " |", "| --- |" + " --- |" * len(places)]
@@ -166,6 +166,64 @@ def overlapping_pairs(database):
             *([method, subject, str(jobs), f"{1000 * depth_m:.1f}"] for method, subject, jobs, depth_m in rows)]
 
 
+def limits_of_motions(database):
+    """Returns rows of strings: of the solved timed motions of each method and start, the durations and what limits them."""
+    columns = "initialization, cost, reduced_duration_s, duration_s, velocity_limited_share, torque_limited_share, contact_limited_share"
+    jobs = query(database, f"SELECT {method_label()} AS label, {columns}, verdict_{rule_of(database)} = 'success' FROM job_list "
+                           "ORDER BY job_id")
+    groups = collections.OrderedDict()
+    for label, start, *values, success in jobs:
+        of_group = groups.setdefault((label, start.replace("_", " ")), [])
+        if success:
+            of_group.append(values)
+
+    def number(values, digits):
+        return f"{statistics.median(values):.{digits}f}" if values else "-"
+
+    rows = [["method", "start", "solved", "s per stance", "at 80 %", "T* at 80 % / T*", "velocity", "torque", "contact"]]
+    for (label, start), motions in groups.items():
+        costs, reduced, durations, *shares = zip(*motions) if motions else [()] * 6
+        ratios = [slow / fast for slow, fast in zip(reduced, durations) if slow is not None]
+        rows.append([label, start, str(len(motions)), number(costs, 3), str(len(ratios)), number(ratios, 2),
+                     *(number(share, 2) for share in shares)])
+    return rows
+
+
+DURATION_COLUMNS = {"method": "method", "motions": "motions", "executable": "executable", "median_s_per_stance": "s per stance",
+                    "median_greedy_ratio": "greedy / T*", "executable_reduced": "at 80 %",
+                    "median_reduced_ratio": "T* at 80 % / T*"}
+
+
+def durations_file(database):
+    return database.removesuffix(".sqlite") + "-durations.csv"
+
+
+def write_durations(database, dataset):
+    """Computes the durations of all motions of a database, unless its file is newer. `dataset`: None for the default one."""
+    path = durations_file(database)
+    if os.path.exists(path) and os.path.getmtime(path) >= os.path.getmtime(database):
+        return
+    solutions = path.removesuffix(".csv") + ".json"
+    legopt("export", "--db", database, "--out", solutions)
+    data = ["--dataset", dataset] if dataset else []
+    text = legopt("evaluate", solutions, "--durations", "methods", "--format", "csv", *data)
+    os.remove(solutions)
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(text)
+
+
+def durations_of_motions(database):
+    """Returns rows of strings of the file of write_durations()."""
+    with open(durations_file(database), encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    return [list(DURATION_COLUMNS.values()), *([shortened(row[name]) for name in DURATION_COLUMNS] for row in rows)]
+
+
+def shortened(text):
+    """Returns a number with three digits; other texts unchanged."""
+    return f"{float(text):.3g}" if "." in text and text.replace(".", "").isdigit() else text or "-"
+
+
 def markdown_of(rows, title):
     """Returns a table of strings; columns beyond the first are aligned to the right."""
     head, *rest = rows
@@ -175,7 +233,10 @@ def markdown_of(rows, title):
 
 
 # Tables that no command of legopt prints: title and rows.
-OWN_TABLES = {"families": ("Solved by family", solved_by_family),
+OWN_TABLES = {"limits": ("Solved motions: medians of duration, and shares of it in which velocity, torque or a contact's force "
+                         "is nearest its limit", limits_of_motions),
+              "durations": ("Durations", durations_of_motions),
+              "families": ("Solved by family", solved_by_family),
               "overlaps": ("Pairs of links that overlap deepest in motions that only the original rule accepts, from both starts",
                            overlapping_pairs)}
 
