@@ -32,10 +32,10 @@ bool HullsOverlap(const LinkTrimeshes& meshes, const LinkPair& pair, double dept
   return AnyGeometries(meshes, pair, [&](const auto& a, const auto& b) { return meshes.HullsOverlap(a, b, depth_m); });
 }
 
-/// Hulls overlapping in a posture, by pair.
+/// Counts for one pair of links.
 struct HullCount {
-  int apart = 0;        ///< postures in which the meshes are apart
-  int overlapping = 0;  ///< those of them in which the hulls overlap
+  int apart = 0;        ///< number of postures in which the meshes are apart
+  int overlapping = 0;  ///< number of them in which the hulls overlap
 };
 
 /// Returns how much the shapes have to shrink to be apart in each of the poses, m, ascending.

@@ -59,14 +59,14 @@ SortedPoses SamplePoses(const RobotModel& robot, LinkTrimeshes& meshes, const Li
 /// Returns true if the shapes overlap in most of the poses.
 bool MostlyOverlap(std::span<const PairPoses> poses, const PairShapes& shapes, ApartBy apart);
 
-/// How much two shapes shrink to tell whether their links' meshes overlap.
+/// The length by which two shapes must shrink to overlap where the meshes of their links overlap, and only there.
 struct FalseDepth {
   double length_m = 0.0;  ///< >= 0
-  double score = 0.0;     ///< Youden's index: share of the apart postures in which the shrunk shapes are apart, minus
-                          ///< the same share of the overlapping postures; the largest of all lengths
+  double score = 0.0;  ///< Youden's index: share of the postures in `apart` in which the shrunk shapes are apart, minus
+                       ///< the share of those in `overlapping`
 };
 
-/// Returns the false depth of shapes; the largest, if several have the same score. 0 without postures apart.
+/// Returns the length with the largest score, the larger one of equal scores. Without postures in `apart`: 0.
 FalseDepth FindFalseDepth(const SortedPoses& poses, const PairShapes& shapes, ApartBy apart);
 
 }  // namespace legopt

@@ -29,12 +29,12 @@ struct LinkPairRules {
   /// Level of detail, num_links x num_links like `status`, for the solver's pairs. kPieces: the hulls overlap in a
   /// considerable share of the postures in which the meshes do not, or the links touch in the reference posture.
   /// kBodies: pairs whose pieces also overlap in most postures in which the meshes do not, and which touch in the
-  /// reference posture or, with CollisionOptions::unchecked, have a smaller false depth so.
+  /// reference posture or, with CollisionOptions::unchecked, are judged better by bodies (FalseDepth::score).
   std::vector<PairResolution> detail;
   std::vector<LinkPair> decomposed;  ///< the solver's pairs with more detail than hulls, in its order
-  /// Per pair of `decomposed`, or empty if all are 0: the depth that its shapes exceed in at most 5 % of the postures
-  /// in which the meshes are apart, m. The solver's distances of the pair are larger by this, since otherwise no
-  /// posture would satisfy it. Only for CollisionOptions::unchecked.
+  /// False depth (false_overlap.h) of each pair of `decomposed`, m; empty if all are 0. The solver's distances of a
+  /// pair are larger by it. Otherwise no posture might be feasible, although the meshes are apart. Only for
+  /// CollisionOptions::unchecked.
   std::vector<double> false_depths_m;
 
   const std::vector<LinkPair>& checked() const { return pairs[selection]; }  ///< pairs checked by the solver
