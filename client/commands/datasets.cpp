@@ -386,9 +386,9 @@ void AddImportCommand(const app::Command& program, Invocation* invocation) {
       "import", "Make and check a dataset from robot, scene and problem files, e.g. a clone of the original benchmark");
   const auto flags = std::make_shared<Flags>();
   ImportOptions& options = flags->options;
-  command.AddOption("DIR", options.source, "Folder with the files, or a robot's URDF").Required();
+  command.AddOption("DIR", options.source, "Folder with the files, or a robot's file (URDF or COLLADA)").Required();
   command.AddOption("--out", flags->out, "Folder to make; it must not exist").Required();
-  command.AddOption("--name", options.name, "Name of the dataset (default: that of the folder)");
+  command.AddOption("--name", options.name, "Name of the dataset (default: name of the --out folder)");
   command.AddOption("--robot", options.files.robot, "URDF, or COLLADA with kinematics (default: the only one)");
   command.AddOption("--scene", options.files.scene,
                     "Mesh, scene.yaml or Gazebo world (default: scene.yaml, else the only mesh)");
@@ -432,7 +432,8 @@ void AddImportCommand(const app::Command& program, Invocation* invocation) {
       "task.\n"
       "Faults of the scene that need no new surface (vertices not welded, duplicates, winding) are repaired always.\n"
       "The scene is in metres, z up; quaternions have norm 1, their order is found out. DIR is not changed;\n"
-      "faults marked FAIL make no dataset, exit code 2.");
+      "faults marked FAIL make no dataset, exit code 2. A robot's file in place of DIR is read with its meshes and "
+      "SRDF.");
   command.WhenChosen([=] { invocation->body = [flags] { return Import(*flags); }; });
 }
 

@@ -22,7 +22,9 @@ namespace legopt {
 ///  * Shape A belongs to `link_a`, which is always a robot link. Shape B belongs to `link_b`: a robot link with
 ///    link_b > link_a, or the environment (kScene).
 ///  * The normal is a unit vector in world axes and points from B to A: moving A along +normal increases d.
-///  * Witness points: point_a_W lies on the surface of A, point_b_W on the surface of B, and
+///  * Witness points: point_a_W lies on the surface of A, point_b_W on the surface of B, moved by the pair's false
+///  depth
+///    (LinkPairRules) against the normal, and
 ///        point_a_W - point_b_W = d * normal_W          for both signs of d
 ///    (separate: the closest points; penetrating: the deepest points, A's inside B and B's inside A).
 ///  * Linearised distance about the current configuration, points fixed in their links, normal constant:

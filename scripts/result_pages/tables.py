@@ -167,8 +167,10 @@ def overlapping_pairs(database):
 
 
 def limits_of_motions(database):
-    """Returns rows of strings: of the solved timed motions of each method and start, the durations and what limits them."""
-    columns = "initialization, cost, reduced_duration_s, duration_s, velocity_limited_share, torque_limited_share, contact_limited_share"
+    """Returns rows of strings: durations of the timed motions that each method solved from each start, and what limits
+    them."""
+    columns = ("initialization, cost, reduced_duration_s, duration_s, velocity_limited_share, torque_limited_share, "
+               "contact_limited_share")
     jobs = query(database, f"SELECT {method_label()} AS label, {columns}, verdict_{rule_of(database)} = 'success' FROM job_list "
                            "ORDER BY job_id")
     groups = collections.OrderedDict()
@@ -194,8 +196,11 @@ DURATION_COLUMNS = {"method": "method", "motions": "motions", "executable": "exe
                     "median_reduced_ratio": "T* at 80 % / T*"}
 
 
+@functools.cache
 def durations_file(database):
-    return database.removesuffix(".sqlite") + "-durations.csv"
+    """Returns the file of the durations of a database; its name has the build that made the motions."""
+    build = query(database, "SELECT max(build_id) FROM result_origins")[0][0]
+    return f"{database.removesuffix('.sqlite')}-durations-{build}.csv"
 
 
 def write_durations(database, dataset):
@@ -203,7 +208,7 @@ def write_durations(database, dataset):
     path = durations_file(database)
     if os.path.exists(path) and os.path.getmtime(path) >= os.path.getmtime(database):
         return
-    solutions = path.removesuffix(".csv") + ".json"
+    solutions = database.removesuffix(".sqlite") + "-solutions.json"
     legopt("export", "--db", database, "--out", solutions)
     data = ["--dataset", dataset] if dataset else []
     text = legopt("evaluate", solutions, "--durations", "methods", "--format", "csv", *data)
@@ -214,6 +219,8 @@ def write_durations(database, dataset):
 
 def durations_of_motions(database):
     """Returns rows of strings of the file of write_durations()."""
+    if not os.path.exists(durations_file(database)):
+        fail(f"there is no {durations_file(database)}; run this again without --render")
     with open(durations_file(database), encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     return [list(DURATION_COLUMNS.values()), *([shortened(row[name]) for name in DURATION_COLUMNS] for row in rows)]

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <memory>
 #include <numbers>
 #include <random>
 
@@ -48,8 +50,24 @@ TEST(FalseDepth, TellsPosturesApartFromOverlappingOnes) {
   EXPECT_NEAR(mixed.score, 2.0 / 3.0, 1e-12);
   const FalseDepth never_overlapping = find({Overlapping({0.001, 0.005}), {}});
   EXPECT_NEAR(never_overlapping.length_m, 0.006, 1e-9);
+  const FalseDepth nothing = find({Overlapping({0.010}), Overlapping({0.008, 0.009})});
+  EXPECT_EQ(nothing.score, 0.0);
+  EXPECT_NEAR(nothing.length_m, 0.011, 1e-9);  // apart in all postures in which the meshes are
   const FalseDepth never_apart = find({{}, Overlapping({0.001, 0.005})});
   EXPECT_EQ(never_apart.length_m, 0.0);
+}
+
+TEST(FalseDepth, IsFoundByPair) {
+  LinkPairRules rules;
+  rules.decomposed = {{0, 2}, {1, 2}, {0, 3}, {2, 3}, {1, 4}};  // by (second, first)
+  EXPECT_EQ(rules.FalseDepth_m({1, 2}), 0.0);
+  rules.false_depths_m = {0.1, 0.2, 0.3, 0.4, 0.5};
+  for (size_t i = 0; i < rules.decomposed.size(); ++i) {
+    EXPECT_EQ(rules.FalseDepth_m(rules.decomposed[i]), rules.false_depths_m[i]);
+  }
+  for (const LinkPair& other : {LinkPair(0, 1), LinkPair(1, 3), LinkPair(0, 4), LinkPair(3, 5)}) {
+    EXPECT_EQ(rules.FalseDepth_m(other), 0.0);
+  }
 }
 
 TEST(FalseDepth, MostIsMoreThanHalf) {
@@ -91,7 +109,7 @@ void WriteCup(const std::filesystem::path& file) {
 }
 
 /// cup - (joint) - link without geometry - (joint) - ball of 15 mm in the cup, which both joints turn in place.
-RobotModel BallInCup(const std::filesystem::path& folder) {
+RobotModel BallInCup(const std::filesystem::path& folder, const ReadGuard& guard = {}) {
   WriteCup(folder / "cup.obj");
   const auto link = [](const std::string& name, const std::string& geometry) {
     return "<link name='" + name +
@@ -105,7 +123,63 @@ RobotModel BallInCup(const std::filesystem::path& folder) {
   return RobotModel::FromUrdfText("<robot name='r'>" + link("cup", "<mesh filename='cup.obj'/>") + link("cross", "") +
                                       link("ball", "<sphere radius='0.015'/>") + joint("cup", "cross", "1 0 0") +
                                       joint("cross", "ball", "0 1 0") + "</robot>",
-                                  (folder / "robot.urdf").string(), folder.string());
+                                  (folder / "robot.urdf").string(), folder.string(), guard);
+}
+
+TEST(FalseDepth, PairsThatOverlapFalselyAreFound) {
+  const TemporaryFolder folder;
+  const RobotModel robot = BallInCup(folder.path());
+  TrimeshWorld world;
+  LinkTrimeshes meshes(robot, world);
+  const std::vector<LinkPair> pair = {{0, 2}};
+  for (const ApartBy apart : {ApartBy::kTouch, ApartBy::kTolerance}) {
+    EXPECT_EQ(FindFalselyOverlapping(robot, meshes, pair, apart), pair);
+    const std::vector<SortedPoses> poses = SamplePoses(robot, meshes, pair, apart);
+    ASSERT_EQ(poses.size(), 1U);
+    EXPECT_EQ(poses[0].apart.size(), 512U);
+    EXPECT_TRUE(poses[0].overlapping.empty());
+  }
+}
+
+/// A cache in memory.
+class MemoryCache : public ByteCache {
+ public:
+  std::optional<std::string> Read(std::string_view key) const override {
+    const auto found = entries_.find(std::string(key));
+    return found == entries_.end() ? std::nullopt : std::optional(found->second);
+  }
+  void Write(std::string_view key, std::string_view bytes) const override { entries_[std::string(key)] = bytes; }
+  size_t size() const { return entries_.size(); }
+
+ private:
+  mutable std::map<std::string, std::string> entries_;
+};
+
+// Both selections have one entry, whatever the reference posture.
+TEST(FalseDepth, IsKeptInTheCacheForBothSelections) {
+  const TemporaryFolder folder;
+  const auto cache = std::make_shared<const MemoryCache>();
+  const auto unguarded = [](const std::function<std::string()>& read, const ReadLimits&) { return read(); };
+  const RobotModel robot = BallInCup(folder.path(), ReadGuard(unguarded, cache));
+  const RobotModel uncached = BallInCup(folder.path());
+  const std::vector<UncheckedPair> never = {{{0, 2}, UncheckedReason::kNever}};
+  for (const auto& unchecked : {std::vector<UncheckedPair>(), never}) {
+    size_t entries = 0;
+    Eigen::VectorXd reference_x = ZeroPose(robot);
+    for (const PairSelection pairs : {PairSelection::kReference, PairSelection::kAll}) {
+      const CollisionOptions options{.pairs = pairs, .unchecked = unchecked};
+      const LinkPairRules kept = CollisionModel::Build(robot, {}, reference_x, options)->impl().pairs;
+      const LinkPairRules computed = CollisionModel::Build(uncached, {}, reference_x, options)->impl().pairs;
+      EXPECT_EQ(kept.status, computed.status);
+      EXPECT_EQ(kept.checked(), computed.checked());
+      EXPECT_EQ(kept.detail, computed.detail);
+      EXPECT_EQ(kept.false_depths_m, computed.false_depths_m);
+      reference_x[0] = 0.5;
+      EXPECT_TRUE(entries == 0 || cache->size() == entries) << "prepared again for the other selection";
+      entries = cache->size();
+      EXPECT_GT(entries, 0U);
+    }
+  }
 }
 
 TEST(FalseDepth, LetsASolverUseABallInACup) {

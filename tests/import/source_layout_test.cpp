@@ -51,6 +51,9 @@ TEST(SourceLayout, OfARobotsFileIsTheRobotAlone) {
   EXPECT_EQ(layout.folder, fs::weakly_canonical(dataset.path()));
   EXPECT_TRUE(layout.scene.empty());
   for (const fs::path& problems : layout.problems) EXPECT_TRUE(problems.empty());
+  const fs::path link = folder.path() / "link.urdf";
+  fs::create_symlink(robot, link);  // its meshes are searched beside the link
+  EXPECT_EQ(FindSources(link, {}).folder, fs::weakly_canonical(folder.path()));
   const SourceLayout chosen = FindSources(robot, {.robot = {}, .scene = "scene.yaml"});
   EXPECT_EQ(chosen.scene.filename(), "scene.yaml");
   EXPECT_THAT(MessageOf([&] { FindSources(robot, {.robot = "robot.urdf", .scene = {}}); }), HasSubstr("second robot"));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <random>
+#include <set>
 
 #include "legopt/geometry/internal/model_data.h"
 #include "legopt/geometry/internal/placed_shapes.h"
@@ -90,17 +91,23 @@ std::vector<LinkPair> FindFalselyOverlapping(const RobotModel& robot, LinkTrimes
   return found;
 }
 
-SortedPoses SamplePoses(const RobotModel& robot, LinkTrimeshes& meshes, const LinkPair& pair, ApartBy apart) {
+std::vector<SortedPoses> SamplePoses(const RobotModel& robot, LinkTrimeshes& meshes, const std::vector<LinkPair>& pairs,
+                                     ApartBy apart) {
   constexpr int kPostures = 512;
+  std::set<int> links;
+  for (const auto& [a, b] : pairs) links.insert({a, b});
   std::mt19937_64 random(kPostureSeed);
   Kinematics kinematics(robot);
-  SortedPoses poses;
-  for (int posture = 0; posture < kPostures; ++posture) {
+  std::vector<SortedPoses> poses(pairs.size());
+  for (int posture = 0; posture < kPostures && !pairs.empty(); ++posture) {
     kinematics.UpdatePoses(posture == 0 ? robot.NeutralConfiguration() : SamplePosture(robot, random));
-    for (const int link : {pair.first, pair.second}) meshes.Place(kinematics, link);
-    const bool overlapping = (apart == ApartBy::kTouch && Touch(meshes, pair)) || Overlap(meshes, pair);
-    (overlapping ? poses.overlapping : poses.apart)
-        .push_back({kinematics.link_pose(pair.first), kinematics.link_pose(pair.second)});
+    for (const int link : links) meshes.Place(kinematics, link);
+    for (size_t i = 0; i < pairs.size(); ++i) {
+      const LinkPair& pair = pairs[i];
+      const bool overlapping = (apart == ApartBy::kTouch && Touch(meshes, pair)) || Overlap(meshes, pair);
+      (overlapping ? poses[i].overlapping : poses[i].apart)
+          .push_back({kinematics.link_pose(pair.first), kinematics.link_pose(pair.second)});
+    }
   }
   return poses;
 }

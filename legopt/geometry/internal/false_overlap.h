@@ -13,9 +13,8 @@
 namespace legopt {
 
 /// @file
-/// False overlaps: convex shapes of two links overlap in a posture in which the links' meshes are apart. All functions
-/// count them over fixed sequences of postures, uniform within the joint limits, and change the poses of `meshes`.
-/// Deterministic. ApartBy says which postures count, and from which depth shapes overlap.
+/// False overlaps: convex shapes of two links overlap in a posture in which the links' meshes are apart. They are
+/// counted over fixed sequences of postures, uniform within the joint limits. Deterministic.
 
 /// Rules by which meshes are apart and shapes overlap.
 enum class ApartBy : std::uint8_t {
@@ -37,8 +36,8 @@ bool Touch(const LinkTrimeshes& meshes, const LinkPair& pair);
 /// inside closed bodies.
 bool Overlap(const LinkTrimeshes& meshes, const LinkPair& pair);
 
-/// Returns those of `pairs` whose hulls overlap falsely in at least an eighth of 64 postures (kTouch), or of those of
-/// them in which the meshes are apart (kTolerance), in the same order.
+/// Returns the pairs whose hulls overlap falsely in at least one in eight postures, in the order of `pairs`. 64
+/// postures count (kTouch), or only those in which the meshes are apart (kTolerance). Changes the poses of `meshes`.
 std::vector<LinkPair> FindFalselyOverlapping(const RobotModel& robot, LinkTrimeshes& meshes,
                                              const std::vector<LinkPair>& pairs, ApartBy apart);
 
@@ -47,14 +46,15 @@ struct PairPoses {
   Eigen::Isometry3d first, second;
 };
 
-/// Postures of two links, by whether their meshes are apart.
+/// Postures of two links, sorted by whether their meshes are apart.
 struct SortedPoses {
   std::vector<PairPoses> apart, overlapping;
 };
 
-/// Returns the poses of two links in 512 postures, of which the first is the neutral one. Few postures separate some
-/// pairs, so many are sampled.
-SortedPoses SamplePoses(const RobotModel& robot, LinkTrimeshes& meshes, const LinkPair& pair, ApartBy apart);
+/// Returns the poses of each pair in 512 postures, of which the first is the neutral one. Few postures separate some
+/// pairs, so many are sampled. Changes the poses of `meshes`.
+std::vector<SortedPoses> SamplePoses(const RobotModel& robot, LinkTrimeshes& meshes, const std::vector<LinkPair>& pairs,
+                                     ApartBy apart);
 
 /// Returns true if the shapes overlap in most of the poses.
 bool MostlyOverlap(std::span<const PairPoses> poses, const PairShapes& shapes, ApartBy apart);
@@ -63,10 +63,12 @@ bool MostlyOverlap(std::span<const PairPoses> poses, const PairShapes& shapes, A
 struct FalseDepth {
   double length_m = 0.0;  ///< >= 0
   double score = 0.0;  ///< Youden's index: share of the postures in `apart` in which the shrunk shapes are apart, minus
-                       ///< the share of those in `overlapping`
+                       ///< the share of those in `overlapping`; in [0, 1]
 };
 
-/// Returns the length with the largest score, the larger one of equal scores. Without postures in `apart`: 0.
+/// Returns the best length. Candidates are the depths of the shapes in `apart`; the larger one of equal scores is
+/// better. So shapes that tell nothing, with score 0, may shrink until they are apart in all of `apart`. Without
+/// postures in `apart`: length 0.
 FalseDepth FindFalseDepth(const SortedPoses& poses, const PairShapes& shapes, ApartBy apart);
 
 }  // namespace legopt

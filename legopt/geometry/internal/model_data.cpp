@@ -109,12 +109,14 @@ void SetDetail(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& piece
   const std::vector<LinkPair>& apart = rules.pairs[PairSelection::kReference];
   for (const LinkPair& pair : FindFalselyOverlapping(robot, meshes, apart, ApartBy::kTouch))
     detail(pair) = PairResolution::kPieces;
-  for (const LinkPair& pair : rules.checked()) {
-    if (std::ranges::find(apart, pair) != apart.end()) continue;
-    const SortedPoses poses = SamplePoses(robot, meshes, pair, ApartBy::kTouch);
-    const bool coarse =
-        MostlyOverlap(poses.apart, {pieces.Pieces(pair.first), pieces.Pieces(pair.second)}, ApartBy::kTouch);
-    detail(pair) = coarse ? PairResolution::kBodies : PairResolution::kPieces;
+  std::vector<LinkPair> touching;  // in the reference posture
+  std::ranges::copy_if(rules.checked(), std::back_inserter(touching),
+                       [&](const LinkPair& pair) { return std::ranges::find(apart, pair) == apart.end(); });
+  const std::vector<SortedPoses> poses = SamplePoses(robot, meshes, touching, ApartBy::kTouch);
+  for (size_t i = 0; i < touching.size(); ++i) {
+    const auto& [first, second] = touching[i];
+    const bool coarse = MostlyOverlap(poses[i].apart, {pieces.Pieces(first), pieces.Pieces(second)}, ApartBy::kTouch);
+    detail(touching[i]) = coarse ? PairResolution::kBodies : PairResolution::kPieces;
   }
   for (const LinkPair& pair : rules.checked()) {
     if (detail(pair) != PairResolution::kHulls) rules.decomposed.push_back(pair);
@@ -160,37 +162,41 @@ std::vector<LinkPair> ShapedPairs(const RobotModel& robot) {
 
 namespace {
 
-/// Sets the detail of pairs that collide in some samples: pairs whose hulls overlap falsely get pieces, or, if the
-/// pieces do so in most postures, whichever of pieces and bodies overlap less, less their false depth. The hulls of all
-/// other pairs were apart in all samples.
+/// Level of detail of a pair whose hulls overlap falsely.
+struct ChosenDetail {
+  PairResolution detail = PairResolution::kPieces;
+  double false_depth_m = 0.0;
+};
+
+/// Chooses pieces or, if they overlap in most postures in which the meshes are apart, the better of pieces and bodies
+/// with their false depth.
+ChosenDetail ChooseDetail(const LinkPair& pair, const SortedPoses& poses, LinkPieces& pieces) {
+  constexpr double kPerfect = 1.0;
+  const PairShapes whole{pieces.Pieces(pair.first), pieces.Pieces(pair.second)};
+  if (!MostlyOverlap(poses.apart, whole, ApartBy::kTolerance)) return {};
+  const FalseDepth of_pieces = FindFalseDepth(poses, whole, ApartBy::kTolerance);
+  if (of_pieces.score < kPerfect) {  // bodies take long to compute
+    const PairShapes bodies{pieces.Bodies(pair.first), pieces.Bodies(pair.second)};
+    const FalseDepth of_bodies = FindFalseDepth(poses, bodies, ApartBy::kTolerance);
+    if (of_bodies.score > of_pieces.score) return {PairResolution::kBodies, of_bodies.length_m};
+  }
+  return {PairResolution::kPieces, of_pieces.length_m};
+}
+
+/// Sets the detail of pairs that collide in some samples. The hulls of all other pairs were apart in all samples.
 void SetDetailOfListed(const RobotModel& robot, LinkTrimeshes& meshes, LinkPieces& pieces, LinkPairRules& rules) {
   const size_t n = robot.links().size();
   rules.detail.assign(n * n, PairResolution::kHulls);
-  constexpr ApartBy kApart = ApartBy::kTolerance;
-  const std::vector<LinkPair> phantoms =
-      FindFalselyOverlapping(robot, meshes, rules.pairs[PairSelection::kReference], kApart);
+  rules.decomposed = FindFalselyOverlapping(robot, meshes, rules.pairs[PairSelection::kReference], ApartBy::kTolerance);
   std::set<int> links;
-  for (const auto& [a, b] : phantoms) links.insert({a, b});
+  for (const auto& [a, b] : rules.decomposed) links.insert({a, b});
   pieces.PreparePieces(links);
-  for (const LinkPair& pair : phantoms) {
-    PairResolution& detail = rules.detail[static_cast<size_t>(pair.first) * n + static_cast<size_t>(pair.second)];
-    detail = PairResolution::kPieces;
-    FalseDepth false_depth;
-    const SortedPoses poses = SamplePoses(robot, meshes, pair, kApart);
-    const PairShapes whole{pieces.Pieces(pair.first), pieces.Pieces(pair.second)};
-    if (MostlyOverlap(poses.apart, whole, kApart)) {
-      false_depth = FindFalseDepth(poses, whole, kApart);
-      const bool perfect = false_depth.score >= 1.0;  // bodies, which take long to compute, cannot be better
-      const FalseDepth of_bodies =
-          perfect ? FalseDepth()
-                  : FindFalseDepth(poses, {pieces.Bodies(pair.first), pieces.Bodies(pair.second)}, kApart);
-      if (of_bodies.score > false_depth.score) {
-        detail = PairResolution::kBodies;
-        false_depth = of_bodies;
-      }
-    }
-    rules.decomposed.push_back(pair);
-    rules.false_depths_m.push_back(false_depth.length_m);
+  const std::vector<SortedPoses> poses = SamplePoses(robot, meshes, rules.decomposed, ApartBy::kTolerance);
+  for (size_t i = 0; i < rules.decomposed.size(); ++i) {
+    const LinkPair& pair = rules.decomposed[i];
+    const ChosenDetail chosen = ChooseDetail(pair, poses[i], pieces);
+    rules.detail[static_cast<size_t>(pair.first) * n + static_cast<size_t>(pair.second)] = chosen.detail;
+    rules.false_depths_m.push_back(chosen.false_depth_m);
   }
 }
 

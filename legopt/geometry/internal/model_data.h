@@ -32,7 +32,7 @@ struct LinkPairRules {
   /// reference posture or, with CollisionOptions::unchecked, are judged better by bodies (FalseDepth::score).
   std::vector<PairResolution> detail;
   std::vector<LinkPair> decomposed;  ///< the solver's pairs with more detail than hulls, in its order
-  /// False depth (false_overlap.h) of each pair of `decomposed`, m; empty if all are 0. The solver's distances of a
+  /// False depth (false_overlap.h) of each pair of `decomposed`, m; empty: all are 0. The solver's distances of a
   /// pair are larger by it. Otherwise no posture might be feasible, although the meshes are apart. Only for
   /// CollisionOptions::unchecked.
   std::vector<double> false_depths_m;

@@ -218,7 +218,7 @@ class Finder {
   }
 
   fs::path folder_;
-  std::optional<fs::path> robot_file_;  ///< if the source is one
+  std::optional<fs::path> robot_file_;  ///< the source, if it is a file
   const SourceChoices& choices_;
   Files files_;
 };
@@ -226,7 +226,11 @@ class Finder {
 }  // namespace
 
 SourceLayout FindSources(const fs::path& source, const SourceChoices& choices) {
-  return Finder(fs::weakly_canonical(source), choices).Find();
+  // A file that is a symbolic link keeps its place: its meshes are beside the link.
+  const fs::path whole = fs::is_regular_file(source)
+                             ? fs::weakly_canonical(fs::absolute(source).parent_path()) / source.filename()
+                             : fs::weakly_canonical(source);
+  return Finder(whole, choices).Find();
 }
 
 }  // namespace legopt

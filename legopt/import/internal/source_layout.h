@@ -17,15 +17,15 @@ struct SourceChoices {
 
 /// Source files of a dataset; absolute paths.
 struct SourceLayout {
-  std::filesystem::path folder;  ///< that of the source, or in which the robot's file is
-  std::filesystem::path robot;  ///< URDF or COLLADA
+  std::filesystem::path folder;  ///< the source, or the folder of the robot's file
+  std::filesystem::path robot;   ///< URDF or COLLADA
   bool collada = false;
   std::filesystem::path scene;                      ///< a mesh or a scene.yaml; empty: none
   EnumArray<Task, std::filesystem::path> problems;  ///< empty: no problems of this task
 };
 
-/// Finds robot, scene and problems. If `source` is a robot's file, only those that are selected; else in that folder
-/// (hidden folders are not searched):
+/// Finds robot, scene and problems. A robot's file as `source` has the scene and the problems that are selected, and no
+/// others. A folder is searched, without hidden folders:
 ///
 /// * if there is a dataset.yaml, the files that it lists; else
 /// * robot: the only .urdf, else the only .zae or .dae with kinematics, at any depth;

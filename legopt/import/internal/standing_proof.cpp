@@ -81,9 +81,9 @@ std::vector<std::string> FindConflict(const Dataset& stage, const Stance& stance
 }  // namespace
 
 StandingProof ProveStanding(const std::shared_ptr<const Dataset>& stage, const Eigen::VectorXd& nominal, bool on_ramp) {
-  // A posture that only the judge rejects took the solver little time: the judge's meshes are finer than its shapes.
-  constexpr int kAttempts = 8, kQuickAttempts = 40;
-  const int attempts = stage->robot().num_dofs() > kManyDofs ? 1 : kQuickAttempts;
+  // The judge's meshes are finer than the solver's shapes, so that it may reject postures that the solver found.
+  constexpr int kAttempts = 40, kUnsolvedAttempts = 8;
+  const int attempts = stage->robot().num_dofs() > kManyDofs ? 1 : kAttempts;
   const Eigen::Isometry3d X_WF = StandingFrame(on_ramp);
   const Stance stance = StanceBelow(*stage, nominal, X_WF);
   const Eigen::VectorXd moved = Moved(nominal, X_WF);
@@ -93,14 +93,14 @@ StandingProof ProveStanding(const std::shared_ptr<const Dataset>& stage, const E
   Judge judge(stage);
   const ProblemDefinition problem{.id = 0, .stances = {stance}};
   StandingProof proof;
-  int slow = 0;
-  for (int attempt = 0; attempt < attempts && slow < kAttempts && !proof.stands; ++attempt) {
+  int unsolved = 0;
+  for (int attempt = 0; attempt < attempts && unsolved < kUnsolvedAttempts && !proof.stands; ++attempt) {
     Eigen::VectorXd x = StartOf(attempt, stage->robot(), moved);
     std::mt19937_64 generator(1);
     const auto begin = std::chrono::steady_clock::now();
     const SolverResult result =
         solver->Solve(*program, x, {.stop = StopOfLarge(stage->robot()), .generator = &generator});
-    slow += result.feasible ? 0 : 1;
+    unsolved += result.feasible ? 0 : 1;
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
     const Evaluation evaluation = judge.Evaluate(Task::kPosture, problem, {&x, 1});
     // Contacts without declared points never fail to touch by the rule.

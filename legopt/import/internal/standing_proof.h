@@ -22,8 +22,8 @@ struct StandingProof {
 
 /// Solves one stance on the stage of standing_stage.h with LegOpt-best, contacts below their places in `nominal`
 /// (n + 7, a posture that stands on the level ground or a guess), and judges it. Starts from `nominal` and, until a
-/// solution stands, from seven postures near it (of robots with at most kManyDofs). `on_ramp`: on the ramp, else on the
-/// level ground. Deterministic, except for the time.
+/// solution stands, from postures near it (of robots with at most kManyDofs): until the solver failed 8 times, at
+/// most 40. `on_ramp`: on the ramp, else on the level ground. Deterministic, except for the time.
 StandingProof ProveStanding(const std::shared_ptr<const Dataset>& stage, const Eigen::VectorXd& nominal, bool on_ramp);
 
 }  // namespace legopt
