@@ -142,7 +142,9 @@ void AddInstanceFlags(const app::Command& command, DatasetFlags* flags) {
                  "Solution file: its stances that have a posture, instead of sampling and proving some here")
       .Excludes(stances);
   command.AddOption("--same-floor", options.same_floor, "Motion problems on one floor").ShowDefault();
-  command.AddOption("--different-floors", options.different_floors, "Motion problems between floors").ShowDefault();
+  command.AddOption(
+      "--different-floors", options.different_floors,
+      "Motion problems between floors (default: 25, or on one floor if no two stances are on different floors)");
   command.AddOption("--postures", flags->postures, "Posture problems (default: 50; of kind contacts: 100)");
   command.AddFlag("--certified", options.certified,
                   "Keep plans all of whose stances have a posture, and write the certificate");
@@ -206,7 +208,9 @@ ExitCode MakeDataset(const DatasetFlags& flags) {
   const worldgen::DatasetReport report = BuildFolder(flags, "", worldgen::BuildDataset);
   PrintHistograms(report.histograms);
   std::cout << "plans: " << report.pairs_tried << " pairs tried, at most " << report.largest_motion
-            << " stances per motion\ndataset " << report.content_hash << "\n";
+            << " stances per motion\n";
+  if (report.one_floor) std::cout << "all motions are on one floor: no two stances are on different floors\n";
+  std::cout << "dataset " << report.content_hash << "\n";
   return ExitCode::kOk;
 }
 
@@ -224,7 +228,7 @@ void RequireApplicable(const DatasetFlags& flags, bool contacts) {
   refuse(flags.scenario.no_pictures, "--no-pictures");
   refuse(given.stances != defaults.stances, "--stances");
   refuse(given.same_floor != defaults.same_floor, "--same-floor");
-  refuse(given.different_floors != defaults.different_floors, "--different-floors");
+  refuse(given.different_floors.has_value(), "--different-floors");
   refuse(given.certified, "--certified");
   refuse(given.proven.has_value(), "--proven");
   refuse(given.radius_m.has_value(), "--radius");

@@ -110,9 +110,7 @@ class Importer {
     return inside;
   }
 
-  std::string InSource(const fs::path& file) const {
-    return file.lexically_relative(sources_.folder).generic_string();
-  }
+  std::string InSource(const fs::path& file) const { return file.lexically_relative(sources_.folder).generic_string(); }
 
   void Note(Severity severity, const std::string& check, const std::string& field, const std::string& value,
             const std::string& message, const std::string& fix = "") {

@@ -86,6 +86,7 @@ class Builder {
   std::vector<Stance> Sample(bool prove);
   std::string Format(Task task, std::span<const ProblemDefinition> problems) const;
   void WriteProblems(Task task, std::span<const ProblemDefinition> problems) const;
+  DatasetOptions WithFloors(const std::vector<Stance>& stances);
   void Plan(const std::vector<Stance>& stances);
   std::function<bool(int, const FootstepPlan&)> PlanCheck() const;
   void SelectPostures();
@@ -203,8 +204,22 @@ std::function<bool(int, const FootstepPlan&)> Builder::PlanCheck() const {
   };
 }
 
+/// Returns the options with numbers of plans that these stances allow, and records them.
+DatasetOptions Builder::WithFloors(const std::vector<Stance>& stances) {
+  DatasetOptions used = options_;
+  if (used.different_floors) return used;
+  used.different_floors = DatasetOptions::kDifferentFloors;
+  if (HasPair(stances, FloorChange::kDifferent, {})) return used;
+  used.same_floor += *used.different_floors;
+  used.different_floors = 0;
+  report_.one_floor = true;
+  WriteTextFile(folder_ / kGenerationFile, DescribeGeneration(used, model_->options, PlannerOptions{}));
+  return used;
+}
+
 /// Plans motion problems: first those that change floors, as in the paper's files.
 void Builder::Plan(const std::vector<Stance>& stances) {
+  const DatasetOptions used = WithFloors(stances);
   Show("map of the ground", 0, 1, "maps");
   const auto guide = std::make_shared<const GuideMap>(*model_);
   const auto check = PlanCheck();
@@ -212,7 +227,7 @@ void Builder::Plan(const std::vector<Stance>& stances) {
   for (const FloorChange change : {FloorChange::kDifferent, FloorChange::kSame}) {
     PairOptions pairs;
     pairs.seed = options_.seed;
-    pairs.wanted = change == FloorChange::kSame ? options_.same_floor : options_.different_floors;
+    pairs.wanted = change == FloorChange::kSame ? used.same_floor : *used.different_floors;
     pairs.threads = options_.threads;
     pairs.counts = check;
     if (pairs.wanted == 0) continue;
@@ -399,8 +414,9 @@ std::string DatasetOptions::StanceOptionsText() const {
 }
 
 std::string DatasetOptions::Identity() const {
-  return StanceOptionsText() + ", plans " + std::to_string(same_floor) + " + " + std::to_string(different_floors) +
-         ", postures " + std::to_string(postures) + (certified ? ", certified" : "");
+  return StanceOptionsText() + ", plans " + std::to_string(same_floor) + " + " +
+         std::to_string(different_floors.value_or(kDifferentFloors)) + ", postures " + std::to_string(postures) +
+         (certified ? ", certified" : "");
 }
 
 ProbeOptions DatasetOptions::ProbeFor(const Dataset& dataset) const {
@@ -421,7 +437,7 @@ void DatasetOptions::Validate() const {
   constexpr int kMost = 100000;
   for (const auto& [field, value, least] :
        {std::tuple("--stances", stances, 2), std::tuple("--same-floor", same_floor, 0),
-        std::tuple("--different-floors", different_floors, 0), std::tuple("--postures", postures, 0),
+        std::tuple("--different-floors", different_floors.value_or(0), 0), std::tuple("--postures", postures, 0),
         std::tuple("--threads", threads, 1)}) {
     if (value < least || value > kMost) refuse(field, std::to_string(value), "out of range", "see --help");
   }
@@ -429,7 +445,7 @@ void DatasetOptions::Validate() const {
 
 DatasetReport BuildDataset(const DatasetOptions& options, const fs::path& folder, const BuildProgress& progress) {
   options.Validate();
-  if (options.same_floor + options.different_floors == 0) {
+  if (options.same_floor + options.different_floors.value_or(DatasetOptions::kDifferentFloors) == 0) {
     throw InputError(
         {"", "--same-floor", "0", "a dataset needs plans: postures are chosen from their stances", "ask for some"});
   }
@@ -439,7 +455,8 @@ DatasetReport BuildDataset(const DatasetOptions& options, const fs::path& folder
 DatasetReport BuildCandidates(const DatasetOptions& options, const fs::path& folder, const BuildProgress& progress) {
   options.Validate();
   DatasetOptions used = options;  // the options recorded in the files
-  used.same_floor = used.different_floors = used.postures = 0;
+  used.same_floor = used.postures = 0;
+  used.different_floors = 0;
   return Builder(used, folder, progress).BuildCandidates();
 }
 

@@ -25,11 +25,14 @@ struct DatasetOptions {
   std::uint64_t seed = 1;                   ///< seed of all random numbers
   int stances = 100;                        ///< number of stances, the end points of plans and candidates for postures
   int same_floor = 25;                      ///< number of motion problems on one floor
-  int different_floors = 25;                ///< number of motion problems that end on another floor
-  int postures = 50;                        ///< number of posture problems
-  int threads = 1;                          ///< number of threads; does not affect the result
-  std::optional<double> radius_m;           ///< maximum distance of the feet; default: see ProbeFor
-  std::optional<double> slope_rad;          ///< maximum slope of a surface; default: see ProbeFor
+  /// Number of motion problems that end on another floor. Default: kDifferentFloors, or as many more on one floor if no
+  /// two stances are on different floors.
+  std::optional<int> different_floors;
+  static constexpr int kDifferentFloors = 25;
+  int postures = 50;                ///< number of posture problems
+  int threads = 1;                  ///< number of threads; does not affect the result
+  std::optional<double> radius_m;   ///< maximum distance of the feet; default: see ProbeFor
+  std::optional<double> slope_rad;  ///< maximum slope of a surface; default: see ProbeFor
   /// Requires that every stance of a motion problem has a posture, and writes a certificate (certificate.h).
   bool certified = false;
   /// File with stances that have a posture (proven_stances.h), used instead of sampling and proving `stances` of them.
@@ -53,6 +56,7 @@ struct DatasetReport {
   std::string tally;                     ///< statistics of stance sampling
   int pairs_tried = 0;                   ///< number of planner runs, successful or not
   int largest_motion = 0;                ///< largest number of stances of a motion
+  bool one_floor = false;                ///< no two stances are on different floors, and no such motion was asked for
   std::vector<HistogramRow> histograms;  ///< histograms of the paper's two figures
 };
 

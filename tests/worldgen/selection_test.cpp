@@ -186,6 +186,17 @@ TEST_F(DatasetBuilding, GoesOnWithAnotherNumberOfPlansAsIfFromNothing) {
   }
 }
 
+// A user's scene with one floor needs no option.
+TEST_F(DatasetBuilding, PlansAreOnOneFloorIfThereIsNoOther) {
+  options_.different_floors.reset();
+  options_.postures = 0;
+  const DatasetReport report = Make("made");
+  EXPECT_TRUE(report.one_floor);
+  const std::filesystem::path made = folder_.path() / "made";
+  EXPECT_EQ(Dataset::Load(made)->problems(Task::kMotion).size(), 2U + DatasetOptions::kDifferentFloors);
+  EXPECT_NE(test::ReadText(made / "generation.json").find("\"different_floors\": 0"), std::string::npos);
+}
+
 TEST_F(DatasetBuilding, ItsNameChangesNoResult) {
   const std::string hash = Make("one").content_hash;
   options_.name = "another";

@@ -20,7 +20,8 @@ std::string DescribeGeneration(const DatasetOptions& options, const ProbeOptions
   } else {
     root["stances"] = options.stances;
   }
-  root["plans"] = {{"same_floor", options.same_floor}, {"different_floors", options.different_floors}};
+  root["plans"] = {{"same_floor", options.same_floor},
+                   {"different_floors", options.different_floors.value_or(DatasetOptions::kDifferentFloors)}};
   root["postures"] = options.postures;
   if (options.certified) root["certified"] = true;
   root["stance"] = {

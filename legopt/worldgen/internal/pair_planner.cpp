@@ -33,6 +33,11 @@ double MeanHeight(const Stance& stance) {
   return sum / static_cast<double>(stance.contacts.size());
 }
 
+bool IsPair(const Stance& a, const Stance& b, FloorChange change, const PairOptions& options) {
+  const double height_m = std::abs(MeanHeight(a) - MeanHeight(b));
+  return change == FloorChange::kSame ? height_m <= options.same_m : height_m >= options.different_m;
+}
+
 /// Draws a random pair of stances; empty if a thousand tries give none of the requested kind.
 std::optional<PlannedPair> SamplePair(const std::vector<Stance>& stances, FloorChange change,
                                       const PairOptions& options, int number) {
@@ -43,9 +48,7 @@ std::optional<PlannedPair> SamplePair(const std::vector<Stance>& stances, FloorC
   for (int k = 0; k < kTries; ++k) {
     const int a = draw();
     const int b = draw();
-    const double dz =
-        std::abs(MeanHeight(stances[static_cast<size_t>(a)]) - MeanHeight(stances[static_cast<size_t>(b)]));
-    const bool fits = change == FloorChange::kSame ? dz <= options.same_m : dz >= options.different_m;
+    const bool fits = IsPair(stances[static_cast<size_t>(a)], stances[static_cast<size_t>(b)], change, options);
     if (a != b && fits) return PlannedPair{.pair = number, .start = a, .goal = b, .plan = {}};
   }
   return {};
@@ -147,6 +150,15 @@ Planner MakePlanner(const std::shared_ptr<const ProbeModel>& model, const std::s
 }  // namespace
 
 std::string_view ToString(FloorChange change) { return change == FloorChange::kSame ? "same" : "different"; }
+
+bool HasPair(const std::vector<Stance>& stances, FloorChange change, const PairOptions& options) {
+  for (size_t a = 0; a < stances.size(); ++a) {
+    for (size_t b = 0; b < a; ++b) {
+      if (IsPair(stances[a], stances[b], change, options)) return true;
+    }
+  }
+  return false;
+}
 
 std::vector<PlannedPair> PlanPairs(const std::shared_ptr<const ProbeModel>& model,
                                    const std::shared_ptr<const GuideMap>& guide, const PlannerOptions& planner_options,

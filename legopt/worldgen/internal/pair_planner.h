@@ -42,6 +42,9 @@ struct PlannedPair {
   bool found() const { return !plan.stances.empty(); }
 };
 
+/// Returns whether two of the stances are such a pair.
+bool HasPair(const std::vector<Stance>& stances, FloorChange change, const PairOptions& options);
+
 /// Draws random pairs of stances of the given kind and plans between them until `wanted` plans are accepted.
 ///
 /// Pair k depends on (seed, kind, k) only, and pairs are tried in batches of fixed size, so that the result does not
