@@ -110,9 +110,10 @@ durations, success, cost and work are the same on every machine with this build.
 A motion can be executed if it has an admissible time law: joint velocities, torques and contact forces stay within their
 limits along its curve. Its duration T* is the least one ([formulas](../docs/explanation/timing.md)). Timed motions must
 also satisfy every constraint on that curve ([definition](../docs/explanation/judge.md#timed-motions)). Their cost is T*
-divided by the number of stances, in seconds. Only LegOpt-best was tuned for them. It has internal restarts; their number
-is in the table. Methods end at the tolerance 1e-4, for timed motions LegOpt-best at its own of 4e-4.
-`legopt run timed` has all rows of the suite.
+divided by the number of stances, in seconds. Only LegOpt-best was tuned for them, and it has options of its own: collision
+between waypoints is required (others: preferred), the tolerance is 4e-4 (others: 1e-4), and those of
+[postures with hands](contacts.md). It has internal restarts; their number is in the table. `legopt run timed` has all rows
+of the suite.
 
 The last sections have motions of at most 120 stances that were made without time. They keep their points and are joined by
 the same curve, whether or not it keeps the contacts in place: *executable* concerns velocities, torques and forces only.
